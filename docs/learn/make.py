@@ -16,7 +16,7 @@ import plotly.graph_objects as go
 
 import epicyclic
 from epicyclic.show.charts.over_speed import speed_sweep
-from epicyclic.show.drawing.front import train_front
+from epicyclic.show.drawing.painter import train_front
 
 HERE = Path(__file__).parent
 PAGE = HERE / "first-train.md"

@@ -10,8 +10,7 @@ from typing import Any
 import plotly.graph_objects as go
 
 import epicyclic
-from epicyclic.show.drawing.front import train_front
-from epicyclic.show.drawing.section import train_section
+from epicyclic.show.drawing.painter import train_front, train_section
 
 __all__ = ["schematics_of"]
 
@@ -44,7 +43,6 @@ def schematics_of(page: str) -> dict[str, Callable[[], go.Figure]]:
 def _draw(drawing: Callable[[Any], go.Figure], drive: str, overrides: Mapping[str, Any]) -> go.Figure:
     drawn = drawing(epicyclic.check(drive, overrides=dict(overrides)))
     if overrides is TURNING:
-        for trace in drawn.data:
-            if trace.mode == "text":
-                trace.text = tuple(re.sub(r", [\d. ]+ rpm(?= [↺↻])", "", words) for words in trace.text)
+        for note in drawn.layout.annotations:
+            note.text = re.sub(r", [\d. ]+ rpm(?= [↺↻])", "", note.text)
     return drawn

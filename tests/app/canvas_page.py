@@ -21,7 +21,7 @@ PAGE = """<!doctype html><html><head><meta charset="utf-8"><style>
 <script type="module">
  import { createPane } from "/static/index.js";
  import * as frames from "/static/frames.js";
- import * as geometry from "/static/train_geometry.js";
+ import * as painter from "/static/train_paint.js";
  import * as labels from "/static/labels.js";
  import * as plot from "/static/plot.js";
  import * as look from "/static/look.js";
@@ -29,7 +29,7 @@ PAGE = """<!doctype html><html><head><meta charset="utf-8"><style>
  const options = { onSpeed: (x) => heard.push(["speed", x]), onMode: (i) => heard.push(["mode", i]) };
  window.panes = Object.fromEntries(["train", "sweep", "evidence"].map(
    (kind) => [kind, createPane(kind, document.getElementById(kind), { label: kind, ...options })]));
- Object.assign(window, { frames, geometry, labels, look, plot, ready: true });
+ Object.assign(window, { frames, painter, labels, look, plot, ready: true });
 </script></body></html>"""
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import hashlib
+import json
 import re
 from collections.abc import Iterator
 from typing import Any
@@ -13,7 +14,12 @@ import pytest
 from tests.app.canvas_page import STATIC, opened, painted, show
 from tests.unit.cockpit import canvas_frames as frames
 
+from epicyclic import load
+from epicyclic.cockpit.computing.train_view import train_head
+from epicyclic.cockpit.state.frames import body_labels, mesh_labels
+from epicyclic.document.document import ready_drives
 from epicyclic.show.charts import flanks, style
+from epicyclic.show.drawing import display
 
 browsing = pytest.mark.browser
 # [ms] from the arrival of a frame to its paint: one picture of a screen of 60 Hz, and the drawing itself.
@@ -283,17 +289,19 @@ def test_texts_of_a_model_are_never_markup(page: Any) -> None:
 
 
 TEETH = """planets => {
-  const front = geometry.frontView(cockpit.parts.train.head);
+  const {bodies, meshes, drawing} = cockpit.parts.train.head, {shapes} = painter.prepared(JSON.parse(drawing.front));
   const context = document.createElement('canvas').getContext('2d');
-  const inside = (body, x, y, seconds) => {
-    const at = geometry.placeAt(body, seconds), c = Math.cos(-at.angle), s = Math.sin(-at.angle);
-    const [u, v] = [c * (x - at.x) - s * (y - at.y), s * (x - at.x) + c * (y - at.y)];
-    const within = context.isPointInPath(body.path, u, v);
-    return geometry.isInternal(body) ? !within && Math.hypot(u, v) < body.outer : within;
+  const gears = bodies.map((_, i) => shapes.find(shape => shape.type === 'area' && shape.body === i));
+  const inside = (index, x, y, seconds) => {
+    const [px, py, turn] = painter.placeAt(gears[index], bodies[index], seconds);
+    const c = Math.cos(-turn), s = Math.sin(-turn);
+    const [u, v] = [c * (x - px) - s * (y - py), s * (x - px) + c * (y - py)];
+    return context.isPointInPath(gears[index].outline, u, v, 'evenodd');
   };
   let both = 0, one = 0;
-  for (const seconds of [0, 0.0131, 0.07]) for (const mesh of front.meshes) {
-    const {x, y} = geometry.meshAt(mesh, front.bodies, seconds), [a, b] = mesh.bodies.map(i => front.bodies[i]);
+  const marks = shapes.filter(shape => shape.type === 'symbol' && shape.meshes);
+  for (const seconds of [0, 0.0131, 0.07]) for (const mark of marks) {
+    const [x, y] = painter.placeAt(mark, bodies[mark.body], seconds), [a, b] = meshes[mark.meshes[0]].bodies;
     for (let dx = -16; dx <= 16; dx++) for (let dy = -16; dy <= 16; dy++) {
       const [in_a, in_b] = [inside(a, x + dx, y + dy, seconds), inside(b, x + dx, y + dy, seconds)];
       both += in_a && in_b; one += in_a || in_b;
@@ -308,6 +316,79 @@ TEETH = """planets => {
 def test_teeth_stand_in_each_others_gaps_while_they_turn(page: Any, planets: int) -> None:
     show(page, frames.live(1, planets=planets))
     assert page.evaluate(TEETH, planets) < 0.02
+
+
+@browsing
+def test_the_canvas_knows_every_shape_and_role_of_the_display_list(page: Any) -> None:
+    roles = page.evaluate("Object.entries(painter.ROLES).map(([type, roles]) => [type, Object.keys(roles)])")
+    known = {(kind, role) for kind, own in roles for role in own}
+    shapes = {
+        kind for kind in vars(display).values() if isinstance(kind, type) and issubclass(kind, display.DrawnShape)
+    }
+    assert {kind for kind, _ in known} == {shape.__name__.lower() for shape in shapes - {display.DrawnShape}}
+    sent = set()
+    floating = {"stages.main.sun.support.radial": 0, "stages.main.ring.support.radial": 0}
+    for drive in (*ready_drives(), "wind-stage, floating"):
+        train = load(drive.split(",")[0], floating if "floating" in drive else {})
+        drawn = train_head(train, body_labels(train), mesh_labels(train))["drawing"]
+        sent |= {
+            (shape["type"], shape["role"])
+            for view in ("front", "section")
+            for shape in json.loads(drawn[view])["shapes"]
+        }
+    assert sent == known, sent ^ known
+    # one that is not known is no silent gap
+    said = page.evaluate(
+        """() => { const context = document.createElement('canvas').getContext('2d');
+        const view = {scale: 1, x: 0, y: 0, middle: [0, 0]}, scene = {place: shape => shape.at};
+        const plain = {role: 'unheard of', at: [0, 0, 0], outline: new Path2D()};
+        return Object.keys(painter.ROLES).map(type => { try {
+          painter.paint(context, {shapes: [{type, ...plain}]}, view, scene);
+          return 'painted'; } catch { return 'refused'; } }); }"""
+    )
+    assert said == ["refused"] * 4
+
+
+@browsing
+def test_a_drawing_is_sent_once_and_kept(page: Any) -> None:
+    """A frame whose drawing is a key alone is painted with the lists that came before it, also with those of a frame
+    that came too late to be shown.
+    """
+    first, other = frames.train(3), frames.train(4)
+    short = {**other, "drawing": {"key": other["drawing"]["key"]}}
+    load_of = {"meshes/load": np.ones(len(other["meshes"]))}
+    show(page, frames.packed(3, "live", {"train": first}, {"meshes/load": np.ones(len(first["meshes"]))}))
+    painted(page, "train", 3)
+    show(page, frames.packed(2, "live", {"train": other}, load_of), frames.packed(4, "live", {"train": short}, load_of))
+    painted(page, "train", 4)
+    key, shapes = page.evaluate("[panes.train.key, panes.train.front.shapes.length]")
+    assert key == other["drawing"]["key"]
+    assert shapes == len(json.loads(other["drawing"]["front"])["shapes"])
+
+
+@browsing
+def test_a_mode_shape_moves_bodies_and_their_cuts(page: Any) -> None:
+    """The sun alone is displaced: in both views what is painted of it is another picture, and nothing else is."""
+    drawn = frames.train(3)
+    names = [body["name"] for body in drawn["bodies"]]
+    sun, shape = names.index("main/sun"), np.zeros((1, len(names), 6))
+    shape[0, sun, 0] = 1.0
+    mode = {"index": 0, "frequency": 100.0, "label": "sun moves", "body": "", "met_by": ""}
+    show(page, frames.packed(1, "live", {"train": drawn, "modes": [mode]}, {"modes/shape": shape}))
+    painted(page, "train", 1)
+    moved = page.evaluate(
+        """() => { const places = new Map(), {front, section} = panes.train;
+        const fit = panes.train.fit, record = view => (context, list, _, moved) => list.shapes.filter(
+          shape => shape.body !== undefined && shape.type === 'area').forEach(shape => {
+            const [x, y, turn] = moved(shape), [x0, y0, t0] = shape.at;
+            places.set(`${view} ${shape.body}`, Math.hypot(x - x0, y - y0) * fit[view].scale + Math.abs(turn - t0)); });
+        panes.train.hub.mode = 0;
+        const motion = panes.train.shape(), [turned, tilted] = panes.train.movedBy(motion, 1);
+        record('front')(null, front, null, turned); record('section')(null, section, null, tilted);
+        return [...places]; }"""
+    )
+    far = {place: value for place, value in moved if value > 1e-9}
+    assert far == {f"front {sun}": pytest.approx(13.0, rel=1e-6), f"section {sun}": pytest.approx(0.6 * 13.0, rel=1e-6)}
 
 
 @browsing

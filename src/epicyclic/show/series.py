@@ -45,14 +45,14 @@ class Series:
 def numbers(data: xr.Dataset, name: str, dim: str = "") -> Array:
     """Values of a variable as floats; nan along `dim` where the Dataset has no such variable."""
     if name in data.variables:
-        return np.asarray(data[name].values, dtype=np.float64)
+        return np.asarray(data.variables[name].values, dtype=np.float64)
     return np.full(data.sizes[dim], np.nan)
 
 
 def texts(data: xr.Dataset, name: str, dim: str = "") -> list[str]:
     """Values of a variable as strings; empty along `dim` where the Dataset has no such variable."""
     if name in data.variables:
-        return [str(value) for value in data[name].values]
+        return [str(value) for value in data.variables[name].values]
     return [""] * data.sizes[dim]
 
 

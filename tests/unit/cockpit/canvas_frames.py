@@ -1,18 +1,21 @@
-"""Frames for the panes without computing anything: a planetary set, its modes, a sweep, sharing, errors and jobs."""
+"""Frames for the panes, of which the drawing alone is computed: a planetary set, its modes, a sweep, sharing, jobs."""
 
 from __future__ import annotations
 
 import json
-import math
 import struct
 from collections.abc import Mapping
+from functools import cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from epicyclic import load
+from epicyclic.cockpit.computing.train_view import train_head
+from epicyclic.cockpit.state.frames import body_labels, mesh_labels
+
 Numbers = NDArray[np.float64]
-SUN, PLANET, RING = 21, 39, 99
 
 
 def packed(rev: int, kind: str, head: Mapping[str, Any], arrays: Mapping[str, Numbers]) -> bytes:
@@ -27,45 +30,20 @@ def packed(rev: int, kind: str, head: Mapping[str, Any], arrays: Mapping[str, Nu
     return struct.pack("<I", len(text)) + text + numbers
 
 
-def train(planets: int = 3, *, title: str = "a planetary set", herringbone: bool = False) -> dict[str, Any]:
-    """Bodies and meshes of a planetary set of module 10, its ring held and its sun floating [mm]."""
-    module, face = 10.0, 200.0
-    radius = module * (SUN + PLANET) / 2
-    sun_speed = 1000 * math.pi / 30
-    carrier_speed = sun_speed / (1 + RING / SUN)
-    spin = carrier_speed - (sun_speed - carrier_speed) * SUN / PLANET
+@cache
+def _drawn(planets: int) -> Mapping[str, Any]:
+    turning = {"operation.speed.sun": "1000 rpm", "stages.main.sun.support.radial": 0, "stages.main.module": "10 mm"}
+    numbers = (21, 39, 99) if planets < 5 else (51, 24, 99)  # five larger ones would collide
+    teeth = {f"stages.main.{name}.teeth": z for name, z in zip(("sun", "planet", "ring"), numbers, strict=True)}
+    model = load(
+        "industrial-stage", {**turning, **teeth, "stages.main.planets": planets, "deviations.planet.position.y": 0}
+    )
+    return train_head(model, body_labels(model), mesh_labels(model))
 
-    def gear(name: str, kind: str, teeth: int, **more: Any) -> dict[str, Any]:
-        pitch = module * teeth / 2
-        inner = -1 if kind == "ring" else 1
-        at = {"x": 0.0, "y": 0.0, "z": [0.0, face], "pitch": pitch, "tip": pitch + inner * module}
-        at |= {"root": pitch - 1.25 * inner * module, "hand": "left", "speed": 0.0, "orbit": 0.0}
-        plain = {"name": f"main/{name}", "label": name, "kind": kind, "stage": "main", "number": None, "teeth": teeth}
-        return {**plain, **at, "floating": False, "held": False, **more}
 
-    bodies = [gear("sun", "sun", SUN, speed=sun_speed, floating=True), gear("ring", "ring", RING, held=True)]
-    plate = {"pitch": None, "tip": None, "root": None, "hand": "", "speed": carrier_speed}
-    bodies.append({**gear("carrier", "carrier", 0), **plate, "z": [-40.0, face + 40.0]})
-    meshes = []
-    for number in range(planets):
-        angle = 2 * math.pi * number / planets
-        x, y = math.cos(angle), math.sin(angle)
-        turning = {"number": number + 1, "speed": spin, "orbit": carrier_speed, "hand": "right"}
-        bodies.append(gear(f"planet {number + 1}", "planet", PLANET, x=radius * x, y=radius * y, **turning))
-        for pair, other, reach in (("sun-planet", 0, SUN), ("planet-ring", 1, RING)):
-            for side in (-1, 1) if herringbone else (0,):
-                sides = [other, len(bodies) - 1] if pair == "sun-planet" else [len(bodies) - 1, other]
-                where = {"x": module * reach / 2 * x, "y": module * reach / 2 * y, "z": [face / 2 + side * face / 4]}
-                name = f"{'sun' if other == 0 else 'ring'}, planet {number + 1}" + (
-                    {-1: ", left", 1: ", right"}.get(side, "")
-                )
-                meshes.append({"name": name, "label": name, "bodies": sides, "pair": pair, "branch": number, **where})
-    links = [{"body": "main/sun", "to": None, "z": -60.0, "kind": "spline"}]
-    links += [
-        {"body": f"main/planet {i + 1}", "to": "main/carrier", "z": 100.0, "kind": "bearing"} for i in range(planets)
-    ]
-    links += [{"body": "main/carrier", "to": None, "z": 250.0, "kind": "bearing"}]
-    return {"title": title, "bodies": bodies, "meshes": meshes, "links": links}
+def train(planets: int = 3, *, title: str = "a planetary set") -> dict[str, Any]:
+    """Bodies, meshes and display lists of a planetary set of module 10, its ring held and its sun floating [mm]."""
+    return {**_drawn(planets), "title": title}
 
 
 def live(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 from typing import Any
 
+import numpy as np
 import pytest
 
 pytest.importorskip("nicegui", reason="the extra app is not installed")
@@ -14,6 +15,7 @@ from nicegui.events import GenericEventArguments
 from nicegui.page import page as nicegui_page
 
 from epicyclic.cockpit.page.controls import Board
+from epicyclic.cockpit.state.frames import unpack
 
 from .canvas_frames import job, live
 
@@ -69,6 +71,27 @@ def test_a_frame_goes_to_the_page_once(told: list[Any], client: Client) -> None:
     panes[0].frame(live(1))
     panes[1].frame(live(2))
     assert told == [("train", "frame", text(live(1))), ("sweep", "frame", text(live(2)))]
+
+
+def test_a_drawing_goes_to_the_page_once(told: list[Any], client: Client) -> None:
+    with client:
+        pane = Board("train")
+    for rev in (1, 2):
+        pane.frame(live(rev))
+    hear(pane, "ready")
+    pane.frame(live(3))
+    other = live(4, planets=4)
+    for frame in (other, other, live(5)):
+        pane.frame(frame)
+    sent = [unpack(base64.b64decode(packed)) for _, _, packed in told]
+    assert ["front" in frame.head["train"]["drawing"] for frame in sent] == [True, False, True, False, True]
+    short, whole = sent[1], unpack(live(3))
+    assert short.head["train"]["drawing"] == {"key": whole.head["train"]["drawing"]["key"]}
+    assert {**short.head["train"], "drawing": whole.head["train"]["drawing"]} == whole.head["train"]
+    np.testing.assert_array_equal(short.arrays["meshes/load"], whole.arrays["meshes/load"])
+    # a browser that mounts the pane again is told all of it
+    hear(pane, "ready")
+    assert told[-1] == ("train", "frame", text(live(5)))
 
 
 def test_the_ghost_gathers_frames_and_goes(told: list[Any], client: Client) -> None:

@@ -6,9 +6,11 @@ What a deviation costs is K_gamma of the train without it; all of them come from
 
 from __future__ import annotations
 
+import hashlib
+import json
 import math
 from collections import OrderedDict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -20,15 +22,18 @@ from ...limits import KGammaLimit, KGammaVerdict, nearest_verdict
 from ...questions.check.check import drawing
 from ...questions.sharing.definitions import DEFINITIONS, mesh_limits
 from ...questions.sharing.sharing import spread_sharing
-from ...show.drawing.bodies import Part, faces, parts, turns
-from ...show.drawing.section_layout import BODY, PLATE, SectionLayout, layout_of
+from ...show.drawing.bodies import Mating, Part, drawn_train, pitch_radius
+from ...show.drawing.display import Stroke, bounds, plain, polygon
+from ...show.drawing.front import front_centres, front_parts, front_shapes
+from ...show.drawing.section import section_shapes
+from ...show.drawing.section_layout import layout_of
 from ...statics.load_map import law_map, load_map
 from ...statics.sample_loads import mean_loads, sample_loads
 from ...statics.tangent import linear
 from ...system.assembly import assemble
 from ...system.excitation import unit_lines
 from ...system.system import Array, System
-from ...train.train import Body, Displacement, Mesh, MeshError, Train
+from ...train.train import Body, Displacement, MeshError, Train
 from ..state.frames import as_overridden, largest_known, member_words, number
 
 # Torques below this part of the largest are rounding of a member that carries none.
@@ -73,12 +78,12 @@ _FLOATS = 1.0
 
 
 class _Drawing(NamedTuple):
-    """Places of the bodies of a train, of the figures of the report."""
+    """The drawing of a train: its bodies and meshes, those drawn below the axis of the section, its display lists."""
 
     part: Mapping[str, Part]
-    turn: Mapping[str, float]
-    layout: SectionLayout
-    shift: Mapping[str, float]
+    meshes: Sequence[Mating]
+    below: Collection[str]
+    lists: Mapping[str, str]
 
 
 _drawings: OrderedDict[str, _Drawing] = OrderedDict()
@@ -87,7 +92,10 @@ _drawings: OrderedDict[str, _Drawing] = OrderedDict()
 def train_head(
     train: Train, labels: Mapping[str, str], mesh_labels: Mapping[str, str], *, relative_speed: float = 1.0
 ) -> dict[str, Any]:
-    """``head["train"]``: every body, mesh and link with its place [mm] and speed [rad/s].
+    """``head["train"]``: bodies and meshes with what is told of them, and the display lists that the page paints.
+
+    Lengths in [mm], speeds in [rad/s].  ``drawing`` has the lists of ``front`` and ``section`` with their ``bounds``,
+    each as the text of its JSON, which is made once, and a ``key`` that is another one where they are.
 
     Parameters
     ----------
@@ -110,44 +118,52 @@ def train_head(
                 "name": mesh.name,
                 "label": mesh_labels[mesh.name],
                 "bodies": [number[mesh.a], number[mesh.b]],
-                **_contact(drawn, mesh),
                 "pair": mesh.pair.rpartition(".")[2],
                 "branch": (mesh.branch or 1) - 1,
                 "side": mesh.side or "",
             }
             for mesh in train.meshes
         ],
-        "links": [
-            {
-                "body": link.first,
-                "to": link.second,
-                "z": _mm(link.station + drawn.shift[link.first]),
-                "kind": link.kind,
-                "label": link.name,
-            }
-            for link in train.links
-        ],
+        "drawing": drawn.lists,
     }
 
 
 def _drawing(train: Train) -> _Drawing:
     """The drawing of a train, kept while its geometry stays."""
-    key = _geometry(train)
-    if key in _drawings:
-        _drawings.move_to_end(key)
-        return _drawings[key]
+    floating = {body.name for body in train.bodies if _floats(train, body)}
+    geometry = repr((_geometry(train), sorted(floating)))
+    if geometry in _drawings:
+        _drawings.move_to_end(geometry)
+        return _drawings[geometry]
     table = drawing(train)
-    shapes, layout = parts(table), layout_of(table)
-    column = {column.place: column.shift for column in layout.columns}
-    _drawings[key] = _Drawing(
-        part={part.name: part for part in shapes},
-        turn=turns(table, shapes),
-        layout=layout,
-        shift={part.name: column[part.place] for part in shapes},
+    drawn = drawn_train(table)
+    found, layout = front_parts(drawn, behind=True), layout_of(table, drawn)
+    bodies = {body.name: i for i, body in enumerate(train.bodies)}
+    meshes = {mesh.name: i for i, mesh in enumerate(train.meshes)}
+    front = [*front_shapes(drawn, found), *front_centres(found, floating)]
+    section = section_shapes(drawn, layout)
+    ends = bounds(section)
+    section.append(Stroke(role="axis", contours=(polygon(*ends[:2]),)))
+    _drawings[geometry] = _Drawing(
+        part={part.name: part for part in drawn.parts},
+        meshes=drawn.meshes,
+        below={body.name for one in layout.columns for group in one.groups if group.half < 0 for body in group.bodies},
+        lists={
+            "key": hashlib.blake2b(geometry.encode(), digest_size=8).hexdigest(),
+            "front": json.dumps({**plain(front, bodies, meshes), "bounds": bounds(front)}),
+            "section": json.dumps({**plain(section, bodies, meshes), "bounds": ends}),
+        },
     )
     while len(_drawings) > _KEPT:
         _drawings.popitem(last=False)
-    return _drawings[key]
+    return _drawings[geometry]
+
+
+def _floats(train: Train, body: Body) -> bool:
+    """Whether nothing but meshes holds a gear on the axis radially."""
+    supports = [link for link in train.links if link.kind == "support" and link.first == body.name]
+    central = body.gear is not None and body.branch is None
+    return central and bool(supports) and all(max(link.stiffness[:2]) <= _FLOATS for link in supports)
 
 
 def _geometry(train: Train) -> str:
@@ -177,8 +193,8 @@ def _geometry(train: Train) -> str:
 
 
 def _sign(value: float) -> int:
-    """-1, 0 or 1; 0 of what is not a number."""
-    return (value > 0) - (value < 0)
+    """-1, 0 or 1; 2 of what is not a number."""
+    return 2 if math.isnan(value) else (value > 0) - (value < 0)
 
 
 def _mm(value: float) -> float:
@@ -187,91 +203,28 @@ def _mm(value: float) -> float:
 
 
 def _body(train: Train, body: Body, drawn: _Drawing, label: str, relative_speed: float) -> dict[str, Any]:
-    """One body of the drawing."""
+    """What is told of a body, and how it moves: about its own axis, with its carrier, in the plane of the section."""
     part, kinematics = drawn.part[body.name], train.kinematics
-    form = part.form
-    shown = _faces(drawn, part)
     rpm = (kinematics.speed or {}).get(body.member)
     carrier_rpm = (kinematics.frame_speed or {}).get(body.frame) if body.carried_by else None
-    supports = [link for link in train.links if link.kind == "support" and link.first == body.name]
-    central = body.gear is not None and body.branch is None
+    mesh = next((one for one in drawn.meshes if body.name in (one.a, one.b)), None)
+    pins = [other for other in drawn.part.values() if other.carried_by == body.name]
+    beside = [other for other in drawn.part.values() if other.stage == part.stage and other.branch]
+    plane = next((math.atan2(one.y, one.x) for one in (part, *beside) if one.branch), math.pi / 2)
     return {
         "name": body.name,
         "label": label,
-        "kind": _kind(body),
-        "stage": part.place if part.kind == "body" else part.stage,
-        "number": body.branch,
-        "side": body.side or "",
-        "teeth": form.teeth if form else None,
-        "x": _mm(part.x + part.offset),
-        "y": _mm(part.y),
-        "z": [min(low for low, _, _ in shown), max(high for _, high, _ in shown)],
-        "faces": shown,
-        "pitch": None if form is None else _mm(_pitch(train, body.name, form.reference_radius)),
-        "tip": None if form is None else _mm(form.tip_radius),
-        "root": None if form is None else _mm(form.root_radius),
-        "outer": _mm(part.outer),
-        "internal": bool(form and form.internal),
-        "hand": {1: "right", -1: "left"}.get(part.hand, "") if form else "",
-        "turn": round(drawn.turn.get(body.name, 0.0), 6),
+        "teeth": part.form.teeth if part.form else None,
+        "pitch": _mm(pitch_radius(part, mesh)) if part.form else None,
         "speed": 0.0 if rpm is None else relative_speed * float(rpm) * math.pi / 30,
-        # of the centre of a carried body about the axis of its stage
+        # of the centre of a carried body about the axis of its stage, and where that stands
         "orbit": 0.0 if carrier_rpm is None else relative_speed * (float(carrier_rpm) * math.pi / 30),
-        # nothing but meshes holds it radially
-        "floating": central and bool(supports) and all(max(link.stiffness[:2]) <= _FLOATS for link in supports),
+        "axis": _mm(part.offset),
+        "floating": _floats(train, body),
         "held": body.member in kinematics.held,
-        "pins": [other.name for other in train.bodies if other.carried_by == body.name],
-    }
-
-
-def _kind(body: Body) -> str:
-    """Kind of a body among those that are drawn: a gear of no member of a stage is a sun or ring by its teeth."""
-    if body.kind in ("sun", "planet", "ring", "carrier"):
-        return body.kind
-    if body.gear is None:
-        return "shaft"
-    if body.branch is not None:
-        return "planet"
-    return "ring" if body.gear.internal else "sun"
-
-
-def _pitch(train: Train, name: str, otherwise: float) -> float:
-    """Working pitch radius of a gear in its first mesh [m]."""
-    for mesh in train.meshes:
-        if name in (mesh.a, mesh.b):
-            radius = mesh.radius_a if name == mesh.a else mesh.radius_b
-            return radius if math.isfinite(radius) else otherwise
-    return otherwise
-
-
-def _faces(drawn: _Drawing, part: Part) -> list[list[Any]]:
-    """Axial extent of each helix and its hand; of a carrier from cheek to cheek, of a plain body its disc [mm]."""
-    shift = drawn.shift[part.name]
-    if part.form is not None:
-        return [
-            [_mm(low + shift), _mm(high + shift), {1: "right", -1: "left"}.get(hand, "")]
-            for low, high, hand in faces(part)
-        ]
-    pins = [other for other in drawn.part.values() if other.carried_by == part.name]
-    ends = [end for pin in pins for low, high, _ in faces(pin) for end in (low, high)]
-    beside = drawn.layout.length(2 * PLATE if ends else BODY / 2)
-    low, high = (min(ends), max(ends)) if ends else (part.station, part.station)
-    # halves of a split carrier end at the middle, where they meet
-    left = low if ends and part.side == "right" else low - beside
-    right = high if ends and part.side == "left" else high + beside
-    return [[_mm(left + shift), _mm(right + shift), ""]]
-
-
-def _contact(drawn: _Drawing, mesh: Mesh) -> dict[str, Any]:
-    """Pitch point of a mesh and its axial extent [mm]: the common face, where none is known the narrower one drawn."""
-    part = drawn.part[mesh.a]
-    radius = mesh.radius_a if math.isfinite(mesh.radius_a) else part.form.reference_radius if part.form else 0.0
-    drawn_width = min(part.width, drawn.part[mesh.b].width)
-    half, shift = (mesh.width if math.isfinite(mesh.width) else drawn_width) / 2, drawn.shift[mesh.a]
-    return {
-        "x": _mm(part.x + part.offset + radius * math.cos(mesh.direction)),
-        "y": _mm(part.y + radius * math.sin(mesh.direction)),
-        "z": [_mm(mesh.station - half + shift), _mm(mesh.station + half + shift)],
+        # of a mode shape: radius that turns its arcs into angles, angle of the plane that the section shows
+        "arc": _mm(pitch_radius(part, mesh) if part.form else pins[0].radius if pins else part.outer) or 1.0,
+        "plane": round(plane + (math.pi if body.name in drawn.below else 0.0), 6),
     }
 
 

@@ -21,6 +21,7 @@ from nicegui.events import GenericEventArguments
 
 from ...errors import ModelError
 from ..processes.session import Session
+from ..state.frames import drawing_key, unpack, without_drawing
 from ..state.state import PageState
 
 
@@ -266,17 +267,18 @@ class Board(Element, component="board.js", esm={"epicyclic-cockpit": "static"}):
         self._sent: dict[str, bytes] = {}
         self._told: dict[str, tuple[Any, ...]] = {}
         self._pinned: list[bytes] = []
+        self._drawn = ""  # key of the drawing that the browser has
         self._ready = False
         self.on("ready", self._on_ready)
 
     def frame(self, packed: bytes) -> None:
         """Show a packed frame in every pane of the page; parts with an older revision than shown are dropped there."""
-        size = int.from_bytes(packed[:4], "little")
-        frame = json.loads(packed[4 : 4 + size])
-        job = frame["head"].get("job", {}).get("name", "") if frame["kind"] == "job" else ""
-        self._sent[f"{frame['kind']}:{job}"] = packed
+        frame = unpack(packed)
+        job = frame.head.get("job", {}).get("name", "") if frame.kind == "job" else ""
+        self._sent[f"{frame.kind}:{job}"] = packed
         if self._ready:
-            self.run_method("frame", _text(packed))
+            self.run_method("frame", _text(without_drawing(frame, self._drawn) or packed))
+            self._drawn = drawing_key(frame) or self._drawn
 
     def ghost(self, packed: bytes | None) -> None:
         """Add the parts of a packed frame to the dashed ghost of pin A; None takes the ghost away, in every pane."""
@@ -327,6 +329,7 @@ class Board(Element, component="board.js", esm={"epicyclic-cockpit": "static"}):
         self._ready = True
         for packed in self._sent.values():
             self.run_method("frame", _text(packed))
+            self._drawn = drawing_key(unpack(packed)) or self._drawn
         for packed in self._pinned:
             self.run_method("ghost", _text(packed))
         for method, arguments in self._told.items():

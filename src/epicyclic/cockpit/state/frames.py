@@ -15,7 +15,7 @@ import json
 import math
 import struct
 from collections.abc import Mapping, Sequence
-from dataclasses import KW_ONLY, dataclass, field
+from dataclasses import KW_ONLY, dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -88,6 +88,19 @@ def pack(frame: PageFrame) -> bytes:
     text = json.dumps(content, ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode()
     text += b" " * (-len(text) % 4)
     return b"".join([_LENGTH.pack(len(text)), text, *parts])
+
+
+def drawing_key(frame: PageFrame) -> str:
+    """Key of the drawing of the train in a frame; "" without one."""
+    return str(frame.head.get("train", {}).get("drawing", {}).get("key", ""))
+
+
+def without_drawing(frame: PageFrame, key: str) -> bytes | None:
+    """A packed frame of which the drawing, known by its key where it is going, is this key alone; None for another."""
+    if not key or drawing_key(frame) != key:
+        return None
+    train = {**frame.head["train"], "drawing": {"key": key}}
+    return pack(replace(frame, head={**frame.head, "train": train}))
 
 
 def unpack(data: bytes) -> PageFrame:

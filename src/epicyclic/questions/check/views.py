@@ -187,8 +187,7 @@ def _teeth(check: xr.Dataset) -> list[str]:
 
 
 def _train(check: xr.Dataset) -> list[Part]:
-    from ...show.drawing.front import train_front
-    from ...show.drawing.section import train_section
+    from ...show.drawing.painter import train_front, train_section
 
     if "gear" not in check.dims or not check.sizes["gear"]:
         return []

@@ -9,13 +9,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
 from ..series import numbers, texts
+from .display import Contour
 
 Array = NDArray[np.float64]
 
@@ -37,6 +38,7 @@ class ToothForm:
 class Mating:
     """One mesh as the drawing needs it: gears by name, polar angle of the pitch point, working angle, loaded flank."""
 
+    name: str = ""
     a: str
     b: str
     direction: float
@@ -90,32 +92,17 @@ def half_angle(form: ToothForm, radius: Array | float) -> Array:
     return np.clip(half, 0.03 * math.pi / form.teeth, 0.97 * math.pi / form.teeth)
 
 
-def outline(form: ToothForm, turn: float, *, points: int = 4) -> tuple[Array, Array]:
-    """Closed outline of a whole gear about its axis, one tooth centred at polar angle `turn`.
-
-    Parameters
-    ----------
-    points : on each flank.
-
-    Returns
-    -------
-    x, y : (k,) [m].
-    """
+def tooth_path(form: ToothForm, *, points: int = 4) -> Contour:
+    """One tooth about the x axis of its gear, with so many points on each flank; the outline is made of all of them."""
     low = form.root_radius if form.internal else max(form.root_radius, min(form.base_radius, form.tip_radius))
     radii = np.linspace(low, form.tip_radius, points)
     if not form.internal and form.root_radius < low:
         radii = np.concatenate([[form.root_radius], radii])
-    half = half_angle(form, radii)
-    angle = np.concatenate([-half, half[::-1]])
-    radius = np.concatenate([radii, radii[::-1]])
-    places = turn + 2 * math.pi * np.arange(form.teeth) / form.teeth
-    theta = (places[:, None] + angle).ravel()
-    r = np.tile(radius, form.teeth)
-    closed = np.append(np.arange(len(r)), 0)
-    return (r * np.cos(theta))[closed], (r * np.sin(theta))[closed]
+    flank = 1e3 * radii * np.exp(1j * half_angle(form, radii))
+    return Contour(np.concatenate([flank.conj(), flank[::-1]]), times=form.teeth)
 
 
-def rotations(forms: Mapping[str, ToothForm], matings: list[Mating]) -> dict[str, float]:
+def rotations(forms: Mapping[str, ToothForm], matings: Sequence[Mating]) -> dict[str, float]:
     """Polar angle of one tooth centre of every gear, such that teeth meet in every mesh that the train can close.
 
     The first gear of the first mesh is placed by its `sigma` (place of the contact from the pitch point, base
@@ -205,14 +192,46 @@ class Part:
         return self.name if self.kind == "body" and self.form is None else self.stage
 
     @property
+    def centre(self) -> complex:
+        """Place of its centre in the front view, x + iy [mm]."""
+        return 1e3 * complex(self.x + self.offset, self.y)
+
+    @property
     def radius(self) -> float:
         """Distance of its centre from the axis of the stage [m]."""
         return math.hypot(self.x, self.y)
 
 
+class DrawnTrain(NamedTuple):
+    """What the drawings read of the Dataset of `check`: bodies, meshes, and the bodies that do not turn by name."""
+
+    parts: Sequence[Part]
+    meshes: Sequence[Mating]
+    still: frozenset[str]
+
+
+def drawn_train(check: xr.Dataset) -> DrawnTrain:
+    """A train as it is drawn.
+
+    Parameters
+    ----------
+    check : Dataset of `check`: what `parts` and `matings` read (body), (gear), (mesh); link_first, link_second (link),
+        link_stiffness (link, direction) [N/m, N m/rad].
+    """
+    # without speed, or held by the housing about its axis
+    still = {
+        name for name, speed in zip(texts(check, "body"), numbers(check, "speed", "body"), strict=True) if speed == 0
+    }
+    if "link" in check.dims:
+        rigid = np.isinf(check["link_stiffness"].sel(direction="rz").values)
+        ends = zip(texts(check, "link_first"), texts(check, "link_second"), rigid, strict=True)
+        still |= {first for first, second, fixed in ends if fixed and not second}
+    return DrawnTrain(parts(check), matings(check), frozenset(still))
+
+
 def parts(check: xr.Dataset) -> list[Part]:
     """Every body of the train, in order, stages side by side."""
-    return _side_by_side(_resolved(_bodies(check)))
+    return _side_by_side(_resolved(_fitted(_bodies(check), matings(check))))
 
 
 def stages(found: Sequence[Part]) -> list[str]:
@@ -244,16 +263,33 @@ def matings(check: xr.Dataset) -> list[Mating]:
         return []
     columns = [numbers(check, name, "mesh") for name in ("mesh_direction", "working_pressure_angle", "flank")]
     leads, senses = np.nan_to_num(numbers(check, "phase_lead", "mesh")), _senses(check)
-    rows = zip(texts(check, "gear_a"), texts(check, "gear_b"), *columns, leads, senses, strict=True)
+    names = (texts(check, name, "mesh") for name in ("mesh", "gear_a", "gear_b"))
+    rows = zip(*names, *columns, leads, senses, strict=True)
     return [
-        Mating(a=a, b=b, direction=float(e), pressure_angle=float(alpha), flank=int(d), sigma=float(sense * lead))
-        for a, b, e, alpha, d, lead, sense in rows
+        Mating(
+            name=name,
+            a=a,
+            b=b,
+            direction=float(e),
+            pressure_angle=float(alpha),
+            flank=int(d),
+            sigma=float(sense * lead),
+        )
+        for name, a, b, e, alpha, d, lead, sense in rows
     ]
 
 
-def turns(check: xr.Dataset, found: Sequence[Part]) -> dict[str, float]:
+def pitch_radius(part: Part, mating: Mating | None = None) -> float:
+    """Working pitch radius of a gear in a mesh; its reference radius without one or its angle [m]."""
+    if part.form is None:
+        return 0.0
+    known = mating is not None and math.isfinite(mating.pressure_angle)
+    return part.form.base_radius / math.cos(mating.pressure_angle) if mating and known else part.form.reference_radius
+
+
+def turns(meshes: Sequence[Mating], found: Sequence[Part]) -> dict[str, float]:
     """Polar angle of one tooth centre of every gear at time zero."""
-    return rotations({part.name: part.form for part in found if part.form is not None}, matings(check))
+    return rotations({part.name: part.form for part in found if part.form is not None}, meshes)
 
 
 def _senses(check: xr.Dataset) -> list[int]:
@@ -268,34 +304,28 @@ def _senses(check: xr.Dataset) -> list[int]:
     return found
 
 
+# Field of a part -> variable over the bodies.
+_WORDS = {
+    **{"name": "body", "member": "member", "kind": "kind"},
+    **{"stage": "body_stage", "side": "side", "carried_by": "carried_by"},
+}
+_NUMBERS = {
+    **{"branch": "branch", "x": "centre_x", "y": "centre_y", "station": "station", "angle": "axes_angle"},
+    **{"outer": "outer_radius", "reach": "outer_radius", "speed": "speed", "mass": "mass", "torque": "torque"},
+}
+
+
 def _bodies(check: xr.Dataset) -> list[Part]:
-    gears = _gears(check)
-    words = [texts(check, name, "body") for name in ("body", "member", "kind", "body_stage", "side", "carried_by")]
-    asked = ("branch", "centre_x", "centre_y", "station", "axes_angle", "outer_radius", "speed", "mass", "torque")
-    values = [numbers(check, name, "body").tolist() for name in asked]
-    found = []
-    for name, member, kind, stage, side, carrier, *rest in zip(*words, *values, strict=True):
-        branch, x, y, station, angle, outer, speed, mass, torque = rest
-        body = Part(
-            name=name,
-            member=member or name,
-            kind=kind,
-            stage=stage,
-            branch=int(np.nan_to_num(branch)),
-            side=side,
-            carried_by=carrier,
-            x=x,
-            y=y,
-            station=station,
-            angle=angle,
-            outer=outer,
-            reach=outer,
-            speed=speed,
-            mass=mass,
-            torque=torque,
-        )
-        found.append(_toothed(body, gears[name]) if name in gears else body)
-    return found
+    gears, columns = _gears(check), dict[str, list[Any]]()
+    for field, name in _WORDS.items():
+        columns[field] = texts(check, name, "body")
+    for field, name in _NUMBERS.items():
+        columns[field] = numbers(check, name, "body").tolist()
+    columns["branch"] = np.nan_to_num(columns["branch"]).astype(int).tolist()
+    columns["member"] = [member or name for member, name in zip(columns["member"], columns["name"], strict=True)]
+    rows = (dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True))
+    bodies = [Part(**row) for row in rows]
+    return [_toothed(body, gears[body.name]) if body.name in gears else body for body in bodies]
 
 
 def _gears(check: xr.Dataset) -> dict[str, dict[str, Any]]:
@@ -338,6 +368,40 @@ def _outer(form: ToothForm, given: float) -> float:
         return form.tip_radius
     rim = form.root_radius + 2 * abs(form.root_radius - form.tip_radius) / 2.25
     return given if given > 1.01 * form.root_radius else rim
+
+
+# Of the centre distance: pitch radii that miss it by more are not those of the teeth that mesh.
+_APART = 0.03
+
+
+def _fitted(found: list[Part], meshes: Sequence[Mating]) -> list[Part]:
+    """Gears whose pitch circles do not touch are drawn by their teeth and their centre distance.
+
+    A published train may give tooth counts and a centre distance beside radii that belong to neither.
+    """
+    place = {part.name: part for part in found}
+    factors: dict[str, float] = {}
+    for one in meshes:
+        a, b = place.get(one.a), place.get(one.b)
+        if a is None or b is None or a.form is None or b.form is None:
+            continue
+        sign = -1 if b.form.internal else 1
+        distance = math.hypot(a.x - b.x, a.y - b.y)
+        if abs(abs(pitch_radius(a, one) + sign * pitch_radius(b, one)) - distance) > _APART * distance > 0:
+            per_tooth = distance / abs(a.form.teeth + sign * b.form.teeth)
+            for part, form in ((a, a.form), (b, b.form)):
+                factors.setdefault(part.name, per_tooth * form.teeth / pitch_radius(part, one))
+    return [
+        replace(part, form=_scaled(part.form, factor), outer=factor * part.outer)
+        if part.form and (factor := factors.get(part.name))
+        else part
+        for part in found
+    ]
+
+
+def _scaled(form: ToothForm, factor: float) -> ToothForm:
+    radii = ("base_radius", "reference_radius", "tip_radius", "root_radius")
+    return replace(form, **{name: factor * getattr(form, name) for name in radii})
 
 
 def _resolved(found: list[Part]) -> list[Part]:

@@ -2,245 +2,236 @@
 
 from __future__ import annotations
 
+import cmath
 import math
-from collections import Counter
-from collections.abc import Collection, Mapping, Sequence
-from typing import Any
+from collections.abc import Collection, Iterable, Sequence
+from typing import TypedDict
 
 import numpy as np
-import plotly.graph_objects as go
-import xarray as xr
 
-from ..charts.style import INK, PALE, WARNING, figure, kind_colour, tint, wide_height
-from ..series import Array, compact, engineering, numbers, texts
-from .bodies import Mating, Part, matings, one_per_place, outline, parts, stages, turns
+from ..series import engineering
+from .bodies import DrawnTrain, Mating, Part, one_per_place, pitch_radius, stages, tooth_path, turns
+from .display import Area, Contour, DrawnShape, Stroke, Symbol, Text, circle, polygon
 
 _ORDER = {"carrier": 0, "ring": 1, "body": 2, "gear": 3, "planet": 4, "sun": 5}
 
 
-def train_front(check: xr.Dataset) -> go.Figure:
-    """Front view of every stage to scale [mm], seen from the right end (counter-clockwise positive), teeth in mesh.
+def front_parts(train: DrawnTrain, *, behind: bool = False) -> list[Part]:
+    """Bodies of the front view.
 
     Parameters
     ----------
-    check : Dataset of `check`: what `parts.parts` and `parts.matings` read (body), (gear), (mesh).
+    behind : also those behind an equal one, which a mode shape moves out from there.
     """
-    found = [part for part in one_per_place(parts(check)) if part.stage in stages(parts(check))]
-    turned = turns(check, found)
-    apart = "; stages side by side, not as they stand" if len(stages(found)) > 1 else ""
-    drawn = figure(f"Front view, to scale{apart}", x="x [mm]", y="y [mm]", height=620)
-    for part in sorted(found, key=lambda one: (_ORDER.get(one.kind, 2), -one.outer)):
-        for trace in _body(part, turned.get(part.name, 0.0), found):
-            drawn.add_trace(trace)
-    drawn.add_traces([_circles(check, found), *_hidden(found), *_actions(check, found)])
-    drawn.add_traces([*_held(check, found), *_senses(found), *_names(check, found)])
-    _frame(drawn, found)
-    return drawn
+    with_gears = stages(train.parts)
+    return [part for part in (train.parts if behind else one_per_place(train.parts)) if part.stage in with_gears]
 
 
-def _circle(x: float, y: float, radius: float, points: int = 121) -> tuple[Array, Array]:
-    angle = np.linspace(0, 2 * math.pi, points)
-    return x + radius * np.cos(angle), y + radius * np.sin(angle)
+def _back_to_front(found: Iterable[Part]) -> list[Part]:
+    return sorted(found, key=lambda one: (_ORDER.get(one.kind, 2), -one.outer))
 
 
-def _line(x: Array, y: Array, options: Mapping[str, Any]) -> go.Scatter:
-    """A line through x, y (k,) [m], drawn in [mm]."""
-    plain = {"mode": "lines", "hoverinfo": "skip", "showlegend": False}
-    return go.Scatter(x=compact(1e3 * x), y=compact(1e3 * y), **{**plain, **options})
+def front_shapes(train: DrawnTrain, found: Sequence[Part]) -> list[DrawnShape]:
+    """Bodies with their teeth in mesh, their circles, the pitch points, and the housing of what is held.
+
+    Parameters
+    ----------
+    found : bodies that are drawn, as `front_parts` gives them.
+    """
+    turned = turns(train.meshes, found)
+    shapes = [shape for part in _back_to_front(found) for shape in _body(part, turned.get(part.name, 0.0), found)]
+    carriers = [(part, pins) for part in found if (pins := _pins(part, found))]
+    hidden = [Stroke(**_of(part, "hidden edge"), contours=(_arms(part, pins),)) for part, pins in carriers]
+    return [*shapes, *hidden, *_circles(train, found), *_pitch_points(train, found), *_held(train, found)]
 
 
-def _describe(part: Part) -> str:
+def front_notes(train: DrawnTrain, found: Sequence[Part]) -> list[DrawnShape]:
+    """What a picture that stands still says besides: lines of action, senses of rotation, names."""
+    return [*_actions(train, found), *_senses(found), *_names(train, found)]
+
+
+def front_centres(found: Sequence[Part], floating: Collection[str]) -> list[DrawnShape]:
+    """What a picture that turns says in the gears: numbers of planets, names of other gears, and which of them float.
+
+    Of several on one axis the front one; a ring that floats has its marks on its rim, where they hide no teeth.
+    """
+    ring = [part for part in found if part.form and part.form.internal and part.name in floating]
+    shapes: list[DrawnShape] = []
+    for part in ring:
+        assert part.form is not None
+        rim = 1e3 * (part.outer - part.form.root_radius)
+        places = (cmath.rect(1e3 * part.outer - rim / 2, angle) for angle in (-0.25 * math.pi, 0.75 * math.pi))
+        shapes += [Symbol(**_of(part, "floats on the rim", at=part.centre + place), room=rim) for place in places]
+    within = {part.centre: part for part in _back_to_front(found) if part.form and not part.form.internal}
+    for part in within.values():
+        assert part.form is not None
+        room = 1e3 * part.form.root_radius
+        if part.branch:
+            shapes.append(Text(**_of(part, "number"), text=str(part.branch), room=room))
+        else:
+            shapes.append(Symbol(**_of(part, "floats" if part.name in floating else "centre"), room=room))
+            shapes.append(Text(**_of(part, "name"), text=part.short, room=room))
+    several = stages(found) if len(stages(found)) > 1 else []
+    for stage in several:
+        own = [part for part in found if part.stage == stage]
+        top = own[0].offset + 1j * max(part.y + part.outer for part in own)
+        shapes.append(Text(role="stage", text=stage, at=1e3 * top))
+    return shapes
+
+
+class _Placed(TypedDict):
+    """What a shape of a body says of it."""
+
+    role: str
+    kind: str
+    body: str
+    at: complex
+
+
+def _of(part: Part, role: str, *, at: complex | None = None) -> _Placed:
+    """A role of a body, at its centre where not said otherwise."""
+    return {"role": role, "kind": part.kind, "body": part.name, "at": part.centre if at is None else at}
+
+
+def _pins(part: Part, found: Iterable[Part]) -> list[Part]:
+    return [other for other in found if other.carried_by == part.name]
+
+
+def _body(part: Part, turn: float, found: Sequence[Part]) -> list[DrawnShape]:
+    """A body, and the stroke on one of its teeth by which its turning is seen; a ring lies between rim and teeth."""
     teeth = f"{part.form.teeth} teeth" if part.form else ""
     speed = f"{engineering(part.speed)} rpm" if np.isfinite(part.speed) else ""
     mass = f"{engineering(part.mass)} kg" if np.isfinite(part.mass) and part.mass > 0 else ""
-    return "<br>".join(text for text in (f"<b>{part.short}</b>", teeth, speed, mass) if text)
-
-
-def _body(part: Part, turn: float, found: Sequence[Part]) -> list[go.Scatter]:
-    """Opaque in a tint of its colour, the carrier behind the gears with its hidden edges dashed over them."""
-    colour, x, y = kind_colour(part.kind), part.x + part.offset, part.y
-    line = {"line": {"color": colour, "width": 1.2}}
-    filled = {"fillcolor": tint(colour, 0.78), "fill": "toself", "hoverinfo": "text", "text": _describe(part)}
-    look = {**line, **filled, "hoveron": "fills"}
+    hover = "<br>".join(text for text in (f"<b>{part.short}</b>", teeth, speed, mass) if text)
+    rim = circle(1e3 * part.outer)
     if part.form is None:
-        pins = [other for other in found if other.carried_by == part.name]
-        return [_line(*(_arms(part, pins) if pins else _circle(x, y, part.outer)), look)]
-    teeth = outline(part.form, turn)
-    edge = (teeth[0] + x, teeth[1] + y)
-    if not part.form.internal:
-        return [_line(*edge, look)]
-    rim = _circle(x, y, part.outer)
-    band = np.concatenate([rim[0], edge[0][::-1]]), np.concatenate([rim[1], edge[1][::-1]])
-    return [_line(*band, {**look, "line": {"width": 0, "color": colour}}), _line(*edge, line), _line(*rim, line)]
+        pins = _pins(part, found)
+        return [Area(**_of(part, "body"), contours=(_arms(part, pins) if pins else rim,), hover=hover)]
+    internal, root = part.form.internal, 1e3 * part.form.root_radius
+    contours = (rim, tooth_path(part.form)) if internal else (tooth_path(part.form),)
+    stroke = polygon(root, 1e3 * part.outer) if internal else polygon(0.74 * root, 0.93 * root)
+    area = Area(**_of(part, "body"), contours=contours, turn=turn, hover=hover)
+    return [area, Stroke(**_of(part, "turning"), contours=(stroke,), turn=turn)]
 
 
-def _hidden(found: Sequence[Part]) -> list[go.Scatter]:
-    carriers = [(part, [pin for pin in found if pin.carried_by == part.name]) for part in found]
-    pieces = [_arms(part, pins) for part, pins in carriers if pins]
-    look = {"line": {"color": tint(PALE, 0.45), "width": 1, "dash": "dash"}}  # faint: names stand over it
-    return [_line(*_joined(pieces), look)] if pieces else []
-
-
-def _arms(part: Part, pins: Sequence[Part]) -> tuple[Array, Array]:
+def _arms(part: Part, pins: Sequence[Part]) -> Contour:
     """Outline of a carrier: a plate whose lobes hold the pins."""
-    angle = np.linspace(0, 2 * math.pi, 361)
+    angle = np.linspace(0, 2 * math.pi, 121)
     reach = np.full(angle.shape, 0.62 * part.outer)
     for pin in pins:
         away = np.angle(np.exp(1j * (angle - math.atan2(pin.y, pin.x))))
         reach = np.maximum(reach, part.outer * (0.62 + 0.38 * np.exp(-((away / 0.42) ** 4))))
-    return part.x + part.offset + reach * np.cos(angle), part.y + reach * np.sin(angle)
+    return polygon(*(1e3 * reach * np.exp(1j * angle)))
 
 
-def _joined(pieces: Sequence[tuple[Array, Array]]) -> tuple[Array, Array]:
-    """Lines (k,) [m] as one, a gap after each."""
-    gap = np.array([np.nan])
-    empty = np.zeros(0)
-    return (
-        np.concatenate([part for x, _ in pieces for part in (x, gap)] or [empty]),
-        np.concatenate([part for _, y in pieces for part in (y, gap)] or [empty]),
-    )
-
-
-def _circles(check: xr.Dataset, found: Sequence[Part]) -> go.Scatter:
+def _circles(train: DrawnTrain, found: Sequence[Part]) -> list[Stroke]:
     """Pitch circles of every gear, one for each mesh that works at another angle; else its reference circle."""
-    angles: dict[str, set[float]] = {}
-    for one in matings(check):
-        for name in (one.a, one.b):
-            if np.isfinite(one.pressure_angle):
-                angles.setdefault(name, set()).add(round(one.pressure_angle, 6))
-    pieces = []
-    for part in found:
-        if part.form is not None:
-            radii = [part.form.base_radius / math.cos(angle) for angle in sorted(angles.get(part.name, ()))]
-            for radius in radii or [part.form.reference_radius]:
-                pieces.append(_circle(part.x + part.offset, part.y, radius, 73))
-    line = {"color": PALE, "width": 1, "dash": "dashdot"}
-    return _line(*_joined(pieces), {"name": "pitch circles", "showlegend": True, "line": line})
+    radii: dict[str, set[float]] = {}
+    gears = {part.name: part for part in found if part.form is not None}
+    for one in train.meshes:
+        for name in {one.a, one.b} & gears.keys():
+            radii.setdefault(name, set()).add(round(1e3 * pitch_radius(gears[name], one), 6))
+    own = {name: sorted(radii.get(name, ())) or [1e3 * pitch_radius(part)] for name, part in gears.items()}
+    return [Stroke(**_of(gears[name], "pitch circle"), contours=tuple(map(circle, each))) for name, each in own.items()]
 
 
-def _still(check: xr.Dataset) -> set[str]:
-    """Bodies that do not turn: without speed, or held by the housing about their axis."""
-    speed = numbers(check, "speed", "body")
-    found = {name for name, value in zip(texts(check, "body"), speed, strict=True) if value == 0}
-    if "link" in check.dims:
-        rigid = np.isinf(check["link_stiffness"].sel(direction="rz").values)
-        ends = zip(texts(check, "link_first"), texts(check, "link_second"), rigid, strict=True)
-        found |= {first for first, second, fixed in ends if fixed and not second}
-    return found
-
-
-def _held(check: xr.Dataset, found: Sequence[Part]) -> list[go.Scatter]:
-    """Strokes of the housing around a held ring, within another held gear."""
-    still, pieces = _still(check), []
-    for part in found:
-        if part.name in still and part.form is not None and not part.branch:
-            radius = part.outer if part.form.internal else 0.88 * part.form.root_radius
-            deep = 0.03 * part.outer
-            count = 48 if part.form.internal else 16
-            for angle in 2 * math.pi * np.arange(count) / count:
-                outwards = deep if part.form.internal else -deep
-                ends = np.array([radius, radius + outwards])
-                both = np.array([angle, angle + 1.6 * outwards / radius])
-                pieces.append((part.x + part.offset + ends * np.cos(both), part.y + ends * np.sin(both)))
-            pieces.append(_circle(part.x + part.offset, part.y, radius))
-    line = {"line": {"color": INK, "width": 1.2}, "name": "held", "showlegend": True}
-    return [_line(*_joined(pieces), line)] if pieces else []
-
-
-def _actions(check: xr.Dataset, found: Sequence[Part]) -> list[go.Scatter]:
-    """Line of action of every mesh through its pitch point, where the working angle is known."""
+def _pitch_points(train: DrawnTrain, found: Sequence[Part]) -> list[Symbol]:
+    """Where teeth meet, meshes at one place together; it goes around with the planet that stands in it."""
     place = {part.name: part for part in found}
-    pairs = [(mating, place.get(mating.a), place.get(mating.b)) for mating in matings(check)]
-    pieces = [_action(one, a, b) for one, a, b in pairs if a and b and np.isfinite(one.pressure_angle)]
-    if not pieces:
-        return []
-    x, y = (np.array([piece[axis].mean() for piece in pieces]) for axis in (0, 1))
-    group = {"legendgroup": "action"}
-    line = {"line": {"color": WARNING, "width": 1.6}, "name": "lines of action", "showlegend": True}
-    marks = {"mode": "markers", "marker": {"color": WARNING, "size": 5}}
-    return [_line(*_joined(pieces), {**group, **line}), _line(x, y, {**group, **marks})]
+    meshes: dict[tuple[str, complex], list[Mating]] = {}
+    for one in train.meshes:
+        if one.a in place and one.b in place:
+            at = _pitch_point(one, place[one.a])
+            meshes.setdefault((place[one.a].stage, complex(round(at.real, 3), round(at.imag, 3))), []).append(one)
+    marks = []
+    for (_, at), own in meshes.items():
+        pair = [place[own[0].b], place[own[0].a]]
+        carried = next((part for part in pair if part.branch), pair[1])
+        room = 5 * min(2e3 * pitch_radius(part) / part.form.teeth for part in pair if part.form)
+        names = tuple(one.name for one in own)
+        marks.append(Symbol(role="mesh", body=carried.name, meshes=names, at=at, room=room))
+    return marks
 
 
-def _action(mating: Mating, a: Part, b: Part) -> tuple[Array, Array]:
-    assert a.form is not None
-    assert b.form is not None
-    e = np.array([math.cos(mating.direction), math.sin(mating.direction)])
-    t = np.array([-e[1], e[0]])
-    pitch = np.array([a.x + a.offset, a.y]) + a.form.base_radius / math.cos(mating.pressure_angle) * e
-    normal = math.sin(mating.pressure_angle) * e + mating.flank * math.cos(mating.pressure_angle) * t
-    reach = 0.42 * min(a.form.reference_radius, b.form.reference_radius)
-    ends = np.stack([pitch - reach * normal, pitch + reach * normal])
-    return ends[:, 0], ends[:, 1]
+def _pitch_point(mating: Mating, a: Part) -> complex:
+    """Where the pitch circles of a mesh touch [mm]."""
+    return a.centre + cmath.rect(1e3 * pitch_radius(a, mating), mating.direction)
 
 
-def _senses(found: Sequence[Part]) -> list[go.Scatter]:
+def _held(train: DrawnTrain, found: Sequence[Part]) -> list[Stroke]:
+    """Strokes of the housing around a held ring, within another held gear, at the hub of a held carrier."""
+    shapes: list[Stroke] = []
+    for part in found:
+        if part.name not in train.still or part.branch or not (part.form or _pins(part, found)):
+            continue
+        ring = part.form is not None and part.form.internal
+        radius = part.outer if ring else 0.88 * part.form.root_radius if part.form else 0.16 * part.outer
+        deep = 0.03 * part.outer * (1 if ring else -1)
+        end = cmath.rect(radius + deep, 1.6 * deep / radius)
+        stroke = polygon(1e3 * radius, 1e3 * end, times=72 if ring else 16)
+        role = "held" if part.form else "held hub"
+        shapes.append(Stroke(**_of(part, role), contours=(stroke, circle(1e3 * radius))))
+    return shapes
+
+
+def _actions(train: DrawnTrain, found: Sequence[Part]) -> list[Stroke]:
+    """Stroke of action of every mesh through its pitch point, where the working angle is known."""
+    place, shapes = {part.name: part for part in found}, []
+    for one in train.meshes:
+        a, b = place.get(one.a), place.get(one.b)
+        if a and b and a.form and b.form and np.isfinite(one.pressure_angle):
+            normal = cmath.rect(1.0, one.direction + one.flank * (math.pi / 2 - one.pressure_angle))
+            reach = 420 * min(a.form.reference_radius, b.form.reference_radius) * normal
+            shapes.append(Stroke(role="line of action", at=_pitch_point(one, a), contours=(polygon(-reach, reach),)))
+    return shapes
+
+
+def _senses(found: Sequence[Part]) -> list[DrawnShape]:
     """Arc arrows of the absolute speeds, one for all gears that turn alike on one axis."""
-    arcs, heads = [], []
-    for part in {
-        (one.x + one.offset, one.y, one.speed, one.form is not None and one.form.internal): one for one in found
-    }.values():
+    arcs: list[DrawnShape] = []
+    heads: list[DrawnShape] = []
+    for part in {(one.centre, one.speed, one.form is not None and one.form.internal): one for one in found}.values():
         if part.form is None or not np.isfinite(part.speed) or part.speed == 0:
             continue
-        rim = (part.form.root_radius + part.outer) / 2
-        radius = rim if part.form.internal else 0.72 * part.form.root_radius
-        half = 16 if part.form.internal else 38
-        angles = np.radians(np.linspace(90 - half, 90 + half, 20))
-        path = angles if part.speed > 0 else angles[::-1]
-        x, y = part.x + part.offset + radius * np.cos(path), part.y + radius * np.sin(path)
-        arcs.append((x, y))
-        along = math.degrees(path[-1]) + (90 if part.speed > 0 else -90)
-        heads.append((x[-1], y[-1], 90 - along))
-    if not arcs:
-        return []
-    at = np.array(heads)
-    head = {"mode": "markers", "marker": {"symbol": "arrow", "size": 11, "color": INK, "angle": compact(at[:, 2])}}
-    arc = {"line": {"color": INK, "width": 1.8}, "name": "sense of rotation", "showlegend": True}
-    group = {"legendgroup": "sense"}
-    return [_line(*_joined(arcs), {**arc, **group}), _line(at[:, 0], at[:, 1], {**head, **group})]
+        rim, half = (part.form.root_radius + part.outer) / 2, 16 if part.form.internal else 38
+        radius = 1e3 * (rim if part.form.internal else 0.72 * part.form.root_radius)
+        sense = 1 if part.speed > 0 else -1
+        angles = np.radians(90 + sense * np.linspace(-half, half, 20))
+        arc = polygon(*(radius * np.exp(1j * angles)))
+        arcs.append(Stroke(role="sense of rotation", at=part.centre, contours=(arc,)))
+        heads.append(Symbol(role="arrow head", at=part.centre + arc.points[-1], turn=angles[-1] + sense * math.pi / 2))
+    return [*arcs, *heads]
 
 
-def _names(check: xr.Dataset, found: Sequence[Part]) -> list[go.Scatter]:
+def _names(train: DrawnTrain, found: Sequence[Part]) -> list[Text]:
     """Names in the gears, one for all on one axis; that of a ring above and that of a carrier below the stage.
 
     Where there are several stages each has its own name on top.
     """
-    several = len(stages(found)) > 1
-    still = _still(check)
-    low, high = _ends(found)
+    several, still = len(stages(found)) > 1, train.still
+    low, high = front_ends(found)
     shown = 780.0 / (1e-9 + 1.08 * (high - low))  # [px/m] of a figure of 900 px that its width limits
     shown = min(shown, 440.0 / (2.36 * max((part.radius + part.outer for part in found), default=1.0)))
-    rows: dict[tuple[int, str], list[tuple[float, float, str]]] = {}
-    outside: dict[tuple[str, str], list[Part]] = {(stage, "top"): [] for stage in stages(found)} if several else {}
-    axes: dict[tuple[float, float], list[Part]] = {}
+    shapes: list[Text] = []
+    outside: dict[tuple[str, str], list[Part]] = {(stage, "bottom"): [] for stage in stages(found)} if several else {}
+    axes: dict[complex, list[Part]] = {}
     for part in found:
         if part.form is None or part.form.internal:
-            outside.setdefault((part.stage, "top" if part.form else "bottom"), []).append(part)
+            outside.setdefault((part.stage, "bottom" if part.form else "top"), []).append(part)
         else:
-            axes.setdefault((round(part.x + part.offset, 9), round(part.y, 9)), []).append(part)
-    for (x, y), own in axes.items():
+            axes.setdefault(complex(round(part.centre.real, 6), round(part.centre.imag, 6)), []).append(part)
+    for centre, own in axes.items():
         room = 1.7 * max(part.form.root_radius for part in own if part.form) * shown
         text, size = _fitting(own, still, room)
-        rows.setdefault((size, "middle center"), []).append((x, y, text))
-    for (stage, side), own in outside.items():
+        shapes.append(Text(role="name", text=text, size=size, at=centre))
+    for (stage, anchor), own in outside.items():
         reach = max(other.radius + other.outer for other in found if other.stage == stage)
-        height = (1 if side == "top" else -1) * 1.05 * reach
-        head = [f"<b>{stage}</b>"] if several and side == "top" else []
+        height = (1 if anchor == "bottom" else -1) * 1.05 * reach
+        head = [f"<b>{stage}</b>"] if several and anchor == "bottom" else []
         text = "<br>".join([*head, *(_name(part, still) for part in own)])
-        middle = next(part.offset for part in found if part.stage == stage)
-        rows.setdefault((12, f"{side} center"), []).append((own[0].x + middle if own else middle, height, text))
-    return [
-        _line(
-            np.array([x for x, _, _ in own]),
-            np.array([y for _, y, _ in own]),
-            {
-                "mode": "text",
-                "text": [text for _, _, text in own],
-                "textposition": place,
-                "textfont": {"size": size, "color": INK},
-            },
-        )
-        for (size, place), own in rows.items()
-    ]
+        middle = next(part.offset for part in found if part.stage == stage) + (own[0].x if own else 0.0)
+        shapes.append(Text(role="name", text=text, at=1e3 * complex(middle, height), anchor=("center", anchor)))
+    return shapes
 
 
 def _fitting(own: Sequence[Part], still: Collection[str], room: float) -> tuple[str, int]:
@@ -270,20 +261,7 @@ def _name(part: Part, still: Collection[str]) -> str:
     return ", ".join(text for text in (part.short, teeth, speed) if text)
 
 
-def _ends(found: Sequence[Part]) -> tuple[float, float]:
-    """Of the drawing along x [m]."""
+def front_ends(found: Sequence[Part]) -> tuple[float, float]:
+    """Of the front view along x [m]."""
     low = min((part.offset - part.radius - part.outer for part in found), default=-1.0)
     return low, max((part.offset + part.radius + part.outer for part in found), default=1.0)
-
-
-def _frame(drawn: go.Figure, found: Sequence[Part]) -> None:
-    low, high = _ends(found)
-    tall = max((part.radius + part.outer for part in found), default=1.0)
-    drawn.update_xaxes(range=[1.04e3 * low, 1.04e3 * high], constrain="domain", showgrid=False)
-    rings = Counter(part.stage for part in found if part.form is not None and part.form.internal)
-    lines = max(rings.values(), default=1) + (len(stages(found)) > 1)
-    above = 1.18 + 0.09 * max(lines - 1, 0)  # a line of text for each further ring, and for the name of the stage
-    drawn.update_yaxes(range=[-1.18e3 * tall, above * 1e3 * tall], scaleanchor="x", constrain="domain", showgrid=False)
-    if len(stages(found)) > 1:
-        drawn.update_layout(height=wide_height(high - low, 2.36 * tall))
-    drawn.update_layout(legend={"orientation": "h", "x": 0.5, "xanchor": "center", "y": -0.13, "yanchor": "top"})

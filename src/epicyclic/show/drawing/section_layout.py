@@ -10,15 +10,13 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-import plotly.graph_objects as go
 import xarray as xr
 
-from ..charts.style import INK, kind_colour, tint
-from ..series import Array, compact, engineering, numbers, texts
-from .bodies import Part, faces, matings, parts
+from ..series import numbers, texts
+from .bodies import DrawnTrain, Part, faces, pitch_radius
 
 WIDE = 800.0  # of the drawing in a figure of 900 px [px]
 TALL = 400.0  # at most, of radii [px]
@@ -28,6 +26,7 @@ PLATE = 9.0  # thickness of a carrier's cheek, of the disc of a ring [px]
 BODY = 34.0  # width of a body without teeth [px]
 AIR = 8.0  # between things that do not touch [px]
 MARGIN = 26.0  # beside the drawing [px]
+Ends = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -125,7 +124,18 @@ class Column:
 
     def sides_of(self, group: Group) -> list[str]:
         """Sides on which the shaft of a group leaves."""
-        return [side for side, stack in (("left", self.left), ("right", self.right)) if group.key in stack]
+        return [side for side in ("left", "right") if group.key in self.stack(side)]
+
+    def edge(self, side: str) -> float:
+        """Axial end of its gears where it stands [m]."""
+        return (self.low if side == "left" else self.high) + self.shift
+
+    def stack(self, side: str) -> tuple[tuple[str, str, int], ...]:
+        return self.left if side == "left" else self.right
+
+    @property
+    def middle(self) -> float:
+        return (self.low + self.high) / 2 + self.shift
 
     @property
     def lone(self) -> bool:
@@ -152,22 +162,108 @@ class SectionLayout:
         """Pixels as a length [m]."""
         return pixels / self.scale
 
+    def lane(self, number: int) -> Ends:
+        """Radii of a shaft [m]; that in lane 0 is solid."""
+        return self.length(LANE * number + 1.0) if number else 0.0, self.length(LANE * (number + 1) - 1.0)
+
+    def beyond(self, column: Column, side: str, pixels: float) -> float:
+        """Place so many pixels beyond the gears [m]."""
+        return column.edge(side) + (-1 if side == "left" else 1) * self.length(pixels)
+
+    def cheek(self, column: Column, side: str) -> Ends:
+        """Axial ends of a carrier's cheek [m]."""
+        return self.beyond(column, side, 0.4 * PLATE), self.beyond(column, side, 1.4 * PLATE)
+
+    @property
+    def seats(self) -> list[Seat]:
+        return [Seat(group, column, self) for column in self.columns for group in column.groups]
+
+    @property
+    def seat_of(self) -> dict[str, Seat]:
+        """Body -> where its group stands."""
+        return {part.name: seat for seat in self.seats for part in seat.group.bodies}
+
+
+class Seat(NamedTuple):
+    """A group where it stands; lengths [m]."""
+
+    group: Group
+    column: Column
+    layout: SectionLayout
+
+    @property
+    def signs(self) -> tuple[int, ...]:
+        """1 where it is drawn above the axis, -1 below it; both where it turns about the axis of a whole section."""
+        if self.group.first.branch:
+            return (self.group.half,)
+        return (1, -1) if self.layout.both and self.central else (1,)
+
+    @property
+    def central(self) -> bool:
+        """Whether it stands on the axis of the section."""
+        return self.group.first.radius < 1e-9
+
+    @property
+    def sides(self) -> list[str]:
+        """Sides on which its shaft leaves."""
+        return self.column.sides_of(self.group)
+
+    def lane(self, side: str) -> int:
+        """Lane of its shaft on a side; a lone body stands on the shafts that pass under it."""
+        stack, key = self.column.stack(side), self.group.key
+        return self.column.passing + (stack.index(key) if key in stack and not self.column.lone else 0)
+
+    def shaft(self, side: str) -> Ends:
+        """Radii of its shaft on a side."""
+        return self.layout.lane(self.lane(side))
+
+    @property
+    def base(self) -> float:
+        """Inner radius of a member about the axis."""
+        return self.layout.lane(min((self.lane(side) for side in self.sides), default=self.column.passing))[0]
+
+    @property
+    def height(self) -> float:
+        """Radius of a lone body, which has none of its own."""
+        return max(0.3 * self.layout.top, self.layout.lane(self.column.passing + 2)[1])
+
+    @property
+    def carried(self) -> list[Group]:
+        """The planets of a carrier."""
+        names = {part.name for part in self.group.bodies}
+        return [other for other in self.column.groups if other.first.carried_by in names]
+
+    def beyond(self, side: str, pixels: float) -> float:
+        """Place so many pixels beyond the gears."""
+        return self.layout.beyond(self.column, side, pixels)
+
+    def end(self, side: str) -> float:
+        """End of its shaft: the nearer the axis, the further out."""
+        stack = self.column.stack(side)
+        out = BODY / 2 if self.column.lone else 4 * PLATE + SEGMENT * (len(stack) - stack.index(self.group.key))
+        return self.beyond(side, out)
+
+    def disc(self, side: str) -> Ends:
+        """Axial ends of the disc that carries a turning ring."""
+        return self.beyond(side, 2.2 * PLATE), self.beyond(side, 3.2 * PLATE)
+
 
 def text_width(text: str) -> float:
     """About what a text takes in 12 px [px]."""
     return 6.9 * max(len(line) for line in text.split("<br>"))
 
 
-def layout_of(check: xr.Dataset) -> SectionLayout:
+def layout_of(check: xr.Dataset, train: DrawnTrain) -> SectionLayout:
     """Stages in the order of the file or of their stations, lone bodies between what they couple.
 
     Parameters
     ----------
-    check : Dataset of `check`: what `parts.parts` and `parts.matings` read; link_first, link_second, link_kind,
-        link_station [m] (link), link_stiffness (link, direction) [N/m, N m/rad], power (body) [W].
+    check : Dataset of `check`: link_first, link_second, link_kind, link_station [m] (link), link_stiffness (link,
+        direction) [N/m, N m/rad], power (body) [W].
+    train : of the same.
     """
     links = _links(check)
-    groups = _groups(check, links)
+    groups = _groups(check, train)
     ends = {body.name: group for group in groups for body in group.bodies}
     coupled = _coupled(links, ends)
     columns = _sided(_ordered(groups, coupled), coupled)
@@ -208,14 +304,13 @@ def _links(check: xr.Dataset) -> tuple[SectionLink, ...]:
     )
 
 
-def _groups(check: xr.Dataset, links: Sequence[SectionLink]) -> list[Group]:
+def _groups(check: xr.Dataset, train: DrawnTrain) -> list[Group]:
     members: dict[tuple[str, str, int], list[Part]] = {}
-    for part in parts(check):
+    for part in train.parts:
         if part.branch in (0, 1):
             members.setdefault((part.place, part.member, part.branch), []).append(part)
     power = dict(zip(texts(check, "body"), np.nan_to_num(numbers(check, "power", "body")), strict=True))
-    still = {link.first for link in links if not link.second and math.isinf(link.stiffness[5])}
-    edges, halves = _edges(check), _halves(members)
+    edges, halves = _edges(train), _halves(members)
     return [
         Group(
             key=key,
@@ -223,7 +318,7 @@ def _groups(check: xr.Dataset, links: Sequence[SectionLink]) -> list[Group]:
             bodies=tuple(sorted(own, key=lambda part: part.station)),
             **_reach(own, edges),
             half=halves.get(key, 1),
-            held=own[0].speed == 0 or any(part.name in still for part in own),
+            held=any(part.name in train.still for part in own),
             power=float(sum(power[part.name] for part in own)),
         )
         for key, own in members.items()
@@ -244,22 +339,19 @@ def _halves(members: Mapping[tuple[str, str, int], Sequence[Part]]) -> dict[tupl
     return found
 
 
-def _edges(check: xr.Dataset) -> dict[str, list[float]]:
+def _edges(train: DrawnTrain) -> dict[str, list[float]]:
     """Distances of the pitch points of every gear from the axis [m], where both gears stand in one plane."""
-    place = {part.name: part for part in parts(check)}
+    place = {part.name: part for part in train.parts}
     found: dict[str, list[float]] = {}
-    for one in matings(check):
+    for one in train.meshes:
         a, b = place[one.a], place[one.b]
         if a.form is None or b.form is None or not _in_plane(a, b):
             continue
-        cosine = math.cos(one.pressure_angle) if np.isfinite(one.pressure_angle) else math.nan
         for part, other in ((a, b), (b, a)):
-            form = part.form
-            assert form is not None
-            radius = form.base_radius / cosine if np.isfinite(cosine) else form.reference_radius
+            assert part.form is not None
             outwards = other.form is not None and (other.form.internal or other.radius > part.radius)
-            sign = 1 if outwards or form.internal else -1
-            found.setdefault(part.name, []).append(part.radius + sign * radius)
+            sign = 1 if outwards or part.form.internal else -1
+            found.setdefault(part.name, []).append(part.radius + sign * pitch_radius(part, one))
     return found
 
 
@@ -371,7 +463,7 @@ def _room(column: Column, side: str) -> float:
     if column.lone:
         names = [f"{group.word}<br>{'9999 kW out' if group.power else ''}" for group in column.groups]
         return max(BODY, *map(text_width, names)) / 2 + AIR / 2
-    stack = column.left if side == "left" else column.right
+    stack = column.stack(side)
     shafts = 4 * PLATE + SEGMENT * len(stack)
     ports = [group for group in column.groups if group.key in stack and group.power]
     words = max((text_width("9999 kW out") + AIR for _ in ports), default=0.0)
@@ -399,214 +491,3 @@ def _shifted(columns: Sequence[Column], scale: float) -> list[Column]:
         result.append(replace(column, shift=shift))
         behind = column.high + shift + (column.room_right + AIR) / scale
     return result
-
-
-def where_of(layout: SectionLayout) -> dict[str, tuple[Group, Column]]:
-    """Body -> its group and column."""
-    return {part.name: (group, column) for column in layout.columns for group in column.groups for part in group.bodies}
-
-
-def trace(z: Sequence[float] | Array, r: Sequence[float] | Array, options: Mapping[str, Any]) -> go.Scatter:
-    """A line through z, r (k,) [m], drawn in [mm]."""
-    plain = {"mode": "lines", "hoverinfo": "skip", "showlegend": False}
-    return go.Scatter(x=compact(1e3 * np.asarray(z)), y=compact(1e3 * np.asarray(r)), **{**plain, **options})
-
-
-def box(along: tuple[float, float], radii: tuple[float, float], look: Mapping[str, Any]) -> go.Scatter:
-    (left, right), (low, high) = along, radii
-    return trace([left, right, right, left, left], [low, low, high, high, low], look)
-
-
-def boxes(
-    along: tuple[float, float], radii: tuple[float, float], group: Group, layout: SectionLayout, look: Mapping[str, Any]
-) -> list[go.Scatter]:
-    """A box above the axis, below it, or both where the group turns about the axis."""
-    return [box(along, (sign * radii[0], sign * radii[1]), look) for sign in signs(group, layout)]
-
-
-def signs(group: Group, layout: SectionLayout) -> tuple[int, ...]:
-    if group.first.branch:
-        return (group.half,)
-    return (1, -1) if layout.both and group.first.radius < 1e-9 else (1,)
-
-
-def appearance(group: Group, white: float = 0.62) -> dict[str, Any]:
-    """Opaque in a tint of its colour, and what a pointer over it says."""
-    colour, first = kind_colour(group.kind), group.first
-    teeth = f"<br>{first.form.teeth} teeth" if first.form else ""
-    wide = f"<br>face width {engineering(1e3 * first.width)} mm" if first.form else ""
-    mass = f"<br>{engineering(first.mass)} kg" if np.isfinite(first.mass) and first.mass > 0 else ""
-    held = "<br>held" if group.held else ""
-    return {
-        "line": {"color": colour, "width": 1.3},
-        "fill": "toself",
-        "fillcolor": tint(colour, white),
-        "hoverinfo": "text",
-        "hoveron": "fills",
-        "text": f"<b>{first.short}</b>{teeth}{wide}{mass}{held}",
-    }
-
-
-def lane_radii(number: int, layout: SectionLayout) -> tuple[float, float]:
-    """Radii of a shaft [m]; that in lane 0 is solid."""
-    return layout.length(LANE * number + 1.0) if number else 0.0, layout.length(LANE * (number + 1) - 1.0)
-
-
-def lane_of(group: Group, column: Column, side: str) -> int:
-    """Lane of its shaft on a side; a lone body stands on the shafts that pass under it."""
-    stack = column.left if side == "left" else column.right
-    return column.passing + (stack.index(group.key) if group.key in stack and not column.lone else 0)
-
-
-def base_of(group: Group, column: Column, layout: SectionLayout) -> float:
-    """Inner radius of a member about the axis [m]."""
-    number = min((lane_of(group, column, side) for side in column.sides_of(group)), default=column.passing)
-    return lane_radii(number, layout)[0]
-
-
-def edge_of(column: Column, side: str) -> float:
-    return (column.low if side == "left" else column.high) + column.shift
-
-
-def beyond(column: Column, side: str, pixels: float, layout: SectionLayout) -> float:
-    """Place so many pixels beyond the gears [m]."""
-    return edge_of(column, side) + (-1 if side == "left" else 1) * layout.length(pixels)
-
-
-def end_of(group: Group, column: Column, side: str, layout: SectionLayout) -> float:
-    """End of its shaft: the nearer the axis, the further out [m]."""
-    if column.lone:
-        return beyond(column, side, BODY / 2, layout)
-    stack = column.left if side == "left" else column.right
-    return beyond(column, side, 4 * PLATE + SEGMENT * (len(stack) - stack.index(group.key)), layout)
-
-
-def cheek(column: Column, side: str, layout: SectionLayout) -> tuple[float, float]:
-    """Axial ends of a carrier's cheek [m]."""
-    return beyond(column, side, 0.4 * PLATE, layout), beyond(column, side, 1.4 * PLATE, layout)
-
-
-def disc(column: Column, side: str, layout: SectionLayout) -> tuple[float, float]:
-    """Axial ends of the disc that carries a turning ring [m]."""
-    return beyond(column, side, 2.2 * PLATE, layout), beyond(column, side, 3.2 * PLATE, layout)
-
-
-_DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
-_UNITS = ("N/m", "N/m", "N/m", "N m/rad", "N m/rad", "N m/rad")
-_SYMBOLS = {
-    "elastic support or bearing": {"symbol": "square-x-open", "color": INK},
-    "rigid support or bearing": {"symbol": "square-x", "color": "#9AA5B1"},
-}
-
-
-def supports(layout: SectionLayout) -> list[go.Scatter]:
-    """Bearings and supports where they stand, and the housing that they, pins and held members stand in."""
-    where = where_of(layout)
-    marks: dict[tuple[float, float], list[SectionLink]] = {}
-    walls: set[tuple[float, float, str]] = set()
-    stems: list[tuple[float, float, float]] = []
-    for link in layout.links:
-        ends = [where[name] for name in (link.first, link.second) if name in where]
-        if link.kind not in ("support", "bearing") or not ends:
-            continue
-        group, column = next((one for one in ends if one[0].first.branch), ends[0])
-        if not (link.radial or link.axial or link.turning):
-            continue
-        for sign in signs(group, layout):
-            z, r = _seat(link, group, column, layout)
-            fixed = not link.second and (group.held or link.turning) and not group.first.branch
-            if group.internal:
-                top = group.high + layout.length(20)
-                walls.add((round(z, 9), sign * top, "up" if sign > 0 else "down"))
-                stems.append((z, sign * group.high, sign * top))
-                r = group.high + layout.length(10)
-            if fixed and not group.internal and column.sides_of(group) and not column.lone:
-                side = column.sides_of(group)[0]
-                end = end_of(group, column, side, layout)
-                walls.add((round(end, 9), sign * lane_radii(lane_of(group, column, side), layout)[1] / 2, side))
-            if not (fixed and group.internal) and (link.radial or link.axial):
-                marks.setdefault((round(z, 9), sign * r), []).append(link)
-    for column in layout.columns:  # pins of planets that no carrier holds stand in the housing
-        for group in column.groups:
-            if group.first.branch and not group.first.carried_by:
-                height = group.half * group.first.radius
-                walls |= {(round(cheek(column, side, layout)[1], 9), height, side) for side in ("left", "right")}
-    stem = {"line": {"color": INK, "width": 1.6}}
-    lines = [trace([z, z], [low, high], stem) for z, low, high in dict.fromkeys(stems)]
-    return [*lines, *_grounds(walls, layout), *_marked(marks, layout)]
-
-
-def _seat(link: SectionLink, group: Group, column: Column, layout: SectionLayout) -> tuple[float, float]:
-    """Place of a support or bearing [m]: its station; of one in the middle of its member, the shaft that shows."""
-    station = link.station if np.isfinite(link.station) else group.first.station
-    if group.first.branch:
-        return station + column.shift, group.first.radius
-    if group.internal:
-        return station + column.shift, group.high
-    if group.first.radius > 1e-9:
-        lumped = column.low <= station <= column.high
-        place = beyond(column, "left", 0.5 * SEGMENT, layout) if lumped else station + column.shift
-        return place, group.first.radius
-    if column.lone:
-        return station + column.shift, base_of(group, column, layout) + layout.length(LANE)
-    sides = column.sides_of(group)
-    if not sides:
-        return station + column.shift, base_of(group, column, layout) + layout.length(LANE / 2)
-    side = "right" if "right" in sides and station > (column.low + column.high) / 2 else sides[0]
-    low, high = lane_radii(lane_of(group, column, side), layout)
-    if column.low <= station <= column.high:
-        out = SEGMENT / 2 if not group.held else 0.7 * SEGMENT
-        inward = -1 if side == "right" else 1
-        return end_of(group, column, side, layout) + inward * layout.length(out), (low + high) / 2
-    return station + column.shift, (low + high) / 2
-
-
-def _marked(marks: Mapping[tuple[float, float], Sequence[SectionLink]], layout: SectionLayout) -> list[go.Scatter]:
-    """Symbols of supports and bearings: elastic or rigid; with bars on both sides where they hold axially."""
-    found: list[go.Scatter] = []
-    for name, look in _SYMBOLS.items():
-        rigid = name.startswith("rigid")
-        radial = {at: links for at, links in marks.items() if any(link.radial for link in links)}
-        own = {at: k for at, k in radial.items() if all(math.isinf(max(one.stiffness[:2])) for one in k) == rigid}
-        if own:
-            words = ["<br>".join(map(spring, links)) for links in own.values()]
-            marker = {**look, "size": 11, "line": {"width": 1.4, "color": INK}}
-            words_of = {"hoverinfo": "text", "text": words, "name": name, "showlegend": True}
-            found.append(
-                trace([z for z, _ in own], [r for _, r in own], {"mode": "markers", "marker": marker, **words_of})
-            )
-    axial = [at for at, links in marks.items() if any(link.axial for link in links)]
-    if axial:
-        z = [one[0] + way * layout.length(9) for one in axial for way in (-1, 1)]
-        bar = {"symbol": "line-ns-open", "size": 13, "color": INK, "line": {"width": 1.8, "color": INK}}
-        shown = {"mode": "markers", "marker": bar, "name": "holds axially", "showlegend": True}
-        found.append(trace(z, [one[1] for one in axial for _ in (0, 1)], shown))
-    return found
-
-
-def _grounds(walls: Iterable[tuple[float, float, str]], layout: SectionLayout) -> list[go.Scatter]:
-    """The housing: a line with oblique strokes behind it."""
-    z: list[float] = []
-    r: list[float] = []
-    half, deep = layout.length(10), layout.length(5)
-    for at, height, way in sorted(walls):
-        sign = 1 if way in ("up", "right") else -1
-        # of an upright wall; the others are these with their axes exchanged
-        strokes = [[(0.0, -half), (0.0, half)]]
-        strokes += [[(0.0, one), (sign * deep, one - deep)] for one in np.linspace(-half, half, 5)]
-        for stroke in strokes:
-            ends = stroke if way in ("left", "right") else [end[::-1] for end in stroke]
-            z += [*(at + dz for dz, _ in ends), math.nan]
-            r += [*(height + dr for _, dr in ends), math.nan]
-    look = {"line": {"color": INK, "width": 1.3}, "name": "housing", "showlegend": True}
-    return [trace(z, r, look)] if z else []
-
-
-def spring(link: SectionLink) -> str:
-    """The stiffness of a link (6,) [N/m, N m/rad] in words."""
-    rows = [
-        f"{direction}: {'rigid' if np.isinf(value) else f'{engineering(float(value))} {unit}'}"
-        for direction, unit, value in zip(_DIRECTIONS, _UNITS, link.stiffness, strict=True)
-        if value > 0
-    ]
-    return "<br>".join([f"<b>{link.name}</b>", *rows])

@@ -30,8 +30,7 @@ from epicyclic.show.charts.speed_maps import Ray, crests, label_places, rays, wa
 from epicyclic.show.charts.style import DASHES, PALETTE, branch_colour
 from epicyclic.show.charts.train import members, mesh_stiffness, orders, phases
 from epicyclic.show.drawing.bodies import faces, parts
-from epicyclic.show.drawing.front import train_front
-from epicyclic.show.drawing.section import train_section
+from epicyclic.show.drawing.painter import train_front, train_section
 from epicyclic.show.series import mode_groups, summed_shares
 
 Datasets = dict[str, xr.Dataset]
@@ -102,7 +101,7 @@ def test_branch_colours_differ() -> None:
 
 def test_the_front_view_has_the_teeth_of_every_gear(ren: Datasets) -> None:
     drawn = train_front(ren["check"])
-    text = [word for trace in drawn.data if trace.mode == "text" for word in trace.text]
+    text = [note.text for note in drawn.layout.annotations]
     assert sum("z = 17" in word for word in text) == 3
     assert "ring, z = 57, held" in text
     assert any(word.startswith("carrier, 28.75 rpm") for word in text)
@@ -502,4 +501,4 @@ def test_trains_without_speeds_or_widths_are_drawn(lin: Datasets) -> None:
     check["outer_radius"] = check["outer_radius"] * np.nan
     front, section = train_front(check), train_section(check)
     assert "not given" in section.layout.title.text
-    assert sum("z = 35" in word for trace in front.data if trace.mode == "text" for word in trace.text) == 4
+    assert sum("z = 35" in word for word in (note.text for note in front.layout.annotations)) == 4

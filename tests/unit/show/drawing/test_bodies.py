@@ -12,20 +12,29 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from epicyclic import check
 from epicyclic.show.drawing.bodies import (
     Mating,
     ToothForm,
     half_angle,
     matings,
     one_per_place,
-    outline,
     parts,
+    pitch_radius,
     rotations,
     tooth_form,
+    tooth_path,
     turns,
 )
+from epicyclic.show.drawing.display import Area, lines_of
 
 Array = NDArray[np.float64]
+
+
+def outline(form: ToothForm, turn: float, *, points: int = 4) -> tuple[Array, Array]:
+    """Outline of a whole gear about its axis, one tooth centred at an angle [mm]."""
+    (line,) = lines_of(Area(role="body", turn=turn, contours=(tooth_path(form, points=points),)))
+    return line.real, line.imag
 
 
 def gear(teeth: int, *, internal: bool = False, shift: float = 0.0, module: float = 1.0) -> ToothForm:
@@ -57,8 +66,11 @@ def test_an_outline_closes_and_stays_between_root_and_tip(teeth: int, internal: 
     radius = np.hypot(x, y)
     assert (x[0], y[0]) == (x[-1], y[-1])
     # the circles are hit by points of the outline, to rounding
-    assert radius.min() == pytest.approx(min(form.tip_radius, form.root_radius), rel=1e-12)
-    assert radius.max() == pytest.approx(max(form.tip_radius, form.root_radius), rel=1e-12)
+    assert radius.min() == pytest.approx(1e3 * min(form.tip_radius, form.root_radius), rel=1e-12)
+    assert radius.max() == pytest.approx(1e3 * max(form.tip_radius, form.root_radius), rel=1e-12)
+    # a tooth is what lies beyond the middle of its height
+    beyond = np.abs(radius - 1e3 * form.root_radius) > 1e3 * abs(form.tip_radius - form.root_radius) / 2
+    assert np.sum(np.diff(beyond.astype(int)) == 1) == teeth
 
 
 def depth(points: tuple[Array, Array], form: ToothForm, turn: float) -> float:
@@ -75,14 +87,14 @@ def depth(points: tuple[Array, Array], form: ToothForm, turn: float) -> float:
 
 def worst(check: xr.Dataset) -> dict[tuple[str, str], float]:
     found = {part.name: part for part in one_per_place(parts(check))}
-    turned = turns(check, list(found.values()))
+    turned = turns(matings(check), list(found.values()))
     result = {}
     for mating in matings(check):
         a, b = found.get(mating.a), found.get(mating.b)
         if a is None or b is None or a.form is None or b.form is None:
             continue
         x, y = outline(a.form, turned[a.name], points=25)
-        result[a.name, b.name] = depth((x + a.x - b.x, y + a.y - b.y), b.form, turned[b.name])
+        result[a.name, b.name] = depth((x / 1e3 + a.x - b.x, y / 1e3 + a.y - b.y), b.form, turned[b.name])
     return result
 
 
@@ -119,8 +131,27 @@ def test_a_gear_is_placed_alike_from_either_end_of_a_chain(start: float, flank: 
 def test_the_first_contact_moves_with_the_sense_of_driving(ren: dict[str, xr.Dataset]) -> None:
     check = ren["check"].copy(deep=True)
     check["phase_lead"][:] = 0.1
-    ahead = turns(check, parts(check))["main/sun"]
+    ahead = turns(matings(check), parts(check))["main/sun"]
     check["speed"] *= -1
-    behind = turns(check, parts(check))["main/sun"]
+    behind = turns(matings(check), parts(check))["main/sun"]
     # a lead of a tenth of a pitch, forward where the sun drives and back where it is driven; rounding
     assert ahead - behind == pytest.approx(2 * 0.1 * 2 * math.pi / 23, rel=1e-9)
+
+
+@pytest.mark.parametrize("drive", ["lin1999-n4", "dong2019", "ren2021", "yue2014-i"])
+def test_pitch_circles_touch_also_where_printed_radii_do_not(drive: str) -> None:
+    """Radii that belong to neither the teeth nor the centre distance give way to those."""
+    found = check(drive)
+    place = {part.name: part for part in parts(found)}
+    for one in matings(found):
+        a, b = place[one.a], place[one.b]
+        assert a.form is not None
+        assert b.form is not None
+        between = (
+            pitch_radius(b, one) - pitch_radius(a, one)
+            if b.form.internal
+            else pitch_radius(a, one) + pitch_radius(b, one)
+        )
+        assert between == pytest.approx(math.hypot(a.x - b.x, a.y - b.y), rel=1e-3)
+        # the gears keep their teeth, and the proportion of these
+        assert 2 < abs(a.form.tip_radius - a.form.root_radius) * a.form.teeth / (2 * a.form.reference_radius) < 2.6

@@ -14,8 +14,8 @@ import xarray as xr
 
 import epicyclic
 from epicyclic.document.document import ready_drives
-from epicyclic.show.drawing.front import train_front
-from epicyclic.show.drawing.section import train_section
+from epicyclic.show.drawing.bodies import drawn_train
+from epicyclic.show.drawing.painter import train_front, train_section
 from epicyclic.show.drawing.section_layout import layout_of, text_width
 from epicyclic.show.elements import Drawing
 from epicyclic.show.views import sections_of
@@ -97,7 +97,8 @@ def test_bearings_stand_where_the_file_has_them(one_stage: dict[str, Any]) -> No
 
 
 def test_bodies_without_teeth_stand_between_what_they_couple() -> None:
-    layout = layout_of(checked("encased-differential"))
+    differential = checked("encased-differential")
+    layout = layout_of(differential, drawn_train(differential))
     assert [column.place for column in layout.columns] == [
         "differential", "g1", "f1", "encased", "g2", "f2", "output",
     ]  # fmt: skip
@@ -131,8 +132,7 @@ def test_what_is_held_is_said_and_stands_in_the_housing(drive: str, held: str) -
     assert [word.split(" (")[0] for word in said] == [held]
     assert named(section(drive), "housing")
     front = train_front(checked(drive))
-    names = [word for trace in front.data if trace.mode == "text" for word in trace.text]
-    assert [word.split(",")[0].split("<br>")[0] for word in names if "held" in word] == [held]
+    assert [word.split(",")[0].split("<br>")[0] for word in words(front) if "held" in word] == [held]
 
 
 def label_boxes(drawn: go.Figure) -> list[tuple[str, float, float, float, float]]:
@@ -171,16 +171,10 @@ def test_names_have_room(drive: str) -> None:
 
 def test_gears_on_one_axis_have_one_name_each_in_the_front_view() -> None:
     front = train_front(checked("dong2019"))
-    places = [
-        (round(x, 3), round(y, 3))
-        for trace in front.data
-        if trace.mode == "text"
-        for x, y in zip(trace.x, trace.y, strict=True)
-    ]
+    places = [(round(note.x, 3), round(note.y, 3)) for note in front.layout.annotations]
     assert len(places) == len(set(places)) == 7
-    texts = [word for trace in front.data if trace.mode == "text" for word in trace.text]
     # with the teeth where there is room
-    assert any({line.split(",")[0] for line in text.split("<br>")} == {"star1 1", "star2 1"} for text in texts)
+    assert any({line.split(",")[0] for line in text.split("<br>")} == {"star1 1", "star2 1"} for text in words(front))
 
 
 def test_results_that_say_nothing_of_kind_and_place_of_links_are_drawn() -> None:
@@ -197,5 +191,4 @@ def test_stages_side_by_side_are_said_to_be() -> None:
         parts = [part for one in sections_of({"check": checked(name)}) for part in one.parts]
         (caption,) = [part.caption for part in parts if isinstance(part, Drawing) and part.anchor == "front"]
         assert ("how they lie to each other is not in the model" in caption) is several
-        written = [text for trace in front.data if trace.mode == "text" for text in trace.text]
-        assert sum("<b>" in text for text in written) == (2 if several else 0)
+        assert sum("<b>" in text for text in words(front)) == (2 if several else 0)

@@ -45,6 +45,10 @@ export class Hub {
   frame(packed) {
     const arrived = performance.now();
     const frame = decode(packed);
+    // the server sends a drawing once; that of a frame which comes late is kept too
+    const drawing = frame.head.train?.drawing;
+    if (drawing?.front) this.drawing = drawing;
+    else if (drawing) frame.head.train.drawing = this.drawing;
     const changed = this.forget(frame);
     for (const [name, part] of Object.entries(partsOf(frame))) {
       if (this.parts[name] && this.parts[name].rev > part.rev) {

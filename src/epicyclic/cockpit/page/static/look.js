@@ -60,6 +60,11 @@ export function translucent(colour, alpha) {
   return `color-mix(in srgb, ${colour} ${Math.round(100 * alpha)}%, transparent)`;
 }
 
+/** A colour as it looks with an opacity over the surface, as CSS. */
+export function tinted(colour, alpha) {
+  return `color-mix(in srgb, ${colour} ${Math.round(100 * alpha)}%, ${look().surface})`;
+}
+
 /** A number with so many significant digits, without an exponent; a thin space between thousands. */
 export function written(value, digits = 3) {
   if (!Number.isFinite(value)) return "n/a";

@@ -1,9 +1,7 @@
 // The drawing of the train: front view and axial section, turning, or a mode shape in the same drawing.
 import { calm, loadColour, look, roundUp, written } from "./look.js";
 import { make, Pane, Sheet } from "./pane.js";
-import { drawFront, drawFrontMode, drawLoadKey, fitted, underFront } from "./train_front.js";
-import { frontView, isGear, slowing } from "./train_geometry.js";
-import { drawLinks, drawSection, sectionView, underSection } from "./train_section.js";
+import { drawLoadKey, fitted, paint, paintMode, placeAt, prepared, slowing, under } from "./train_paint.js";
 
 const FRONT_SHARE = 0.75; // of the height: front view 330 of 440 px, the section the rest
 const KEY = 22; // [px] strip between them: colours of the loads, how much the turning is slowed
@@ -54,7 +52,7 @@ export class TrainPane extends Pane {
     this.advance(time);
     this.sheet.fit(this.width, this.height);
     const context = this.sheet.begin();
-    if (!this.front.stages.length) return;
+    if (!this.front.shapes.length) return;
     this.fit ??= this.views();
     const shape = this.shape();
     const muted = stale ? 0.4 : 1;
@@ -65,19 +63,17 @@ export class TrainPane extends Pane {
     if (this.moves()) this.schedule();
   }
 
-  /** A new part: geometry again only where the drawing has changed, so that a drag of a load costs nothing here. */
+  /** A new part: outlines again only where the drawing has changed, so that a drag of a load costs nothing here. */
   take(part) {
-    const isNew = this.part_?.head.title !== part.head.title || this.part_?.head.bodies.length !== part.head.bodies.length;
+    const { title, bodies, drawing } = part.head;
+    const isNew = this.part_?.head.title !== title || this.part_?.head.bodies.length !== bodies.length;
     if (isNew) Object.assign(this, { seconds: 0, spread: 0 });
     this.part_ = part;
-    const drawing = JSON.stringify([part.head.bodies, part.head.meshes]);
-    if (drawing !== this.drawing) {
-      this.drawing = drawing;
-      this.front = frontView(part.head);
-      this.section = this.front.stages.length ? sectionView(this.front) : null;
-      this.slow = slowing(this.front.bodies);
-      this.fit = null;
+    if (drawing.key !== this.key) {
+      const [front, section] = [drawing.front, drawing.section].map((text) => prepared(JSON.parse(text)));
+      Object.assign(this, { key: drawing.key, front, section, fit: null });
     }
+    this.slow = slowing(bodies.filter((_, index) => this.front.shapes.some((shape) => shape.body === index)));
     this.loads = this.scaleOf(part);
     this.describe(part);
   }
@@ -106,15 +102,14 @@ export class TrainPane extends Pane {
 
   views() {
     const tall = Math.round(this.height * FRONT_SHARE);
-    const head = this.front.stages.length > 1 ? 22 : 8;
-    const ringHeld = this.front.bodies.some((body) => body.held && body.drawn) ? 7 : 0;
-    const front = { x: 10 + ringHeld, y: head + ringHeld, width: this.width - 20 - 2 * ringHeld, height: tall - KEY - head - 2 * ringHeld };
+    const head = this.front.shapes.some((shape) => shape.role === "stage") ? 22 : 8;
+    const front = { x: 10, y: head, width: this.width - 20, height: tall - KEY - head };
     const section = { x: 24, y: tall + 8, width: this.width - 48, height: this.height - tall - 26 };
-    return { front: fitted(this.front.bounds, front), section: this.section && fitted(this.section.bounds, section), key: tall - KEY / 2 };
+    return { front: fitted(this.front.bounds, front), section: fitted(this.section.bounds, section), key: tall - KEY / 2 };
   }
 
   moves() {
-    return this.hub.playing && !document.hidden && !calm() && this.front?.stages.length > 0;
+    return this.hub.playing && !document.hidden && !calm() && this.front?.shapes.length > 0;
   }
 
   advance(time) {
@@ -146,20 +141,22 @@ export class TrainPane extends Pane {
     if (this.hub.mode === null || !modes?.arrays.shape) return null;
     const row = modes.head.findIndex((mode) => mode.index === this.hub.mode);
     const { shape: [, bodies], data } = modes.arrays.shape;
-    if (row < 0 || bodies !== this.front.bodies.length) return null;
+    if (row < 0 || bodies !== this.part_.head.bodies.length) return null;
     this.mode = modes.head[row];
     const of = (body) => Array.from(data.subarray(6 * (row * bodies + body), 6 * (row * bodies + body) + 6));
-    return this.front.bodies.map((_, body) => of(body));
+    return this.part_.head.bodies.map((_, body) => of(body));
+  }
+
+  /** Where a shape of the front view is now; the section stands still. */
+  placed(shape) {
+    return placeAt(shape, this.part_.head.bodies[shape.body], this.shape() ? 0 : this.seconds / this.slow);
   }
 
   drawTurning(context, part) {
     const { front, section, key } = this.fit;
-    const seconds = this.seconds / this.slow;
-    drawFront(context, this.front, front, seconds, this.loads);
-    if (section) {
-      drawSection(context, this.section, section, this.loads, null);
-      drawLinks(context, this.section, section, part.head.links ?? [], this.front.bodies);
-    }
+    const scene = { loads: this.loads, meshes: part.head.meshes };
+    paint(context, this.front, front, { ...scene, place: (shape) => this.placed(shape) });
+    paint(context, this.section, section, { ...scene, place: (shape) => shape.at });
     const known = [...this.loads.values].some(Number.isFinite);
     if (known) drawLoadKey(context, 62, key, this.loads);
     context.font = `10.5px ${look().font}`;
@@ -168,11 +165,31 @@ export class TrainPane extends Pane {
     if (this.slow > 1 && this.width > 330) context.fillText(`turning 1 : ${written(this.slow, 1)}`, this.width - 8, key + 0.5);
   }
 
-  drawMode(context, shape) {
+  /** Where shapes of both views are in a mode, `swing` -1..1: displaced and turned; moved in the plane, and tilted. */
+  movedBy(motion, swing) {
+    const { front, section } = this.fit;
+    const { bodies } = this.part_.head;
+    const [wide, narrow] = [(NUDGE / front.scale) * swing, ((0.6 * NUDGE) / section.scale) * swing];
+    const turned = ({ at: [x, y, turn], body }) => {
+      const [dx, dy, , , , rz] = motion[body];
+      return [x + wide * dx, y + wide * dy, turn + (wide * rz) / bodies[body].arc];
+    };
+    // the plane of the section goes through the axis and the planet that is drawn in it
+    const tilted = ({ at: [z, r, turn], body }) => {
+      const [[dx, dy, dz, rx, ry], { plane, arc }] = [motion[body], bodies[body]];
+      const [c, s] = [Math.cos(plane), Math.sin(plane)];
+      return [z + narrow * dz, r + narrow * (dx * c + dy * s), turn + (narrow * (ry * c - rx * s)) / arc];
+    };
+    return [turned, tilted];
+  }
+
+  drawMode(context, motion) {
     const { front, section, key } = this.fit;
     const swing = calm() ? 1 : Math.sin((2 * Math.PI * this.seconds) / SWING);
-    drawFrontMode(context, this.front, front, shape, NUDGE / front.scale, swing);
-    if (section) drawSection(context, this.section, section, null, { shape, size: (0.6 * NUDGE) / section.scale, swing });
+    const amount = (index) => Math.min(1, Math.hypot(...motion[index]));
+    const [turned, tilted] = this.movedBy(motion, swing);
+    paintMode(context, this.front, front, turned, amount);
+    paintMode(context, this.section, section, tilted, amount);
     context.font = `600 12px ${look().font}`;
     context.fillStyle = look().ink;
     context.textAlign = "left";
@@ -220,25 +237,24 @@ export class TrainPane extends Pane {
     if (!this.fit || !this.part_ || event.target === this.button) return this.hideTip();
     const edge = this.root.getBoundingClientRect();
     const [x, y] = [event.clientX - edge.left, event.clientY - edge.top];
-    const seconds = this.shape() ? 0 : this.seconds / this.slow;
     const found = y < this.fit.key - KEY / 2
-      ? underFront(this.front, this.fit.front, seconds, this.loads, x, y)
-      : this.fit.section && underSection(this.section, this.fit.section, this.loads, x, y);
+      ? under(this.front, this.fit.front, (shape) => this.placed(shape), x, y)
+      : under(this.section, this.fit.section, (shape) => shape.at, x, y);
     if (!found) return this.hideTip();
-    if (found.body) return this.showTip(x, y, this.bodyRows(found.body));
-    const indices = found.mesh ? found.mesh.all : [found.mark.index];
-    this.showTip(x, y, this.meshRows(indices));
+    this.showTip(x, y, found.meshes ? this.meshRows(found.meshes) : this.bodyRows(found.body));
   }
 
-  bodyRows(body) {
+  bodyRows(index) {
+    const { bodies, meshes } = this.part_.head;
+    const body = bodies[index];
     const rows = [[body.label || body.name, null]];
-    if (isGear(body)) rows.push(["teeth", String(body.teeth)], ["pitch diameter", `${written(2 * body.pitch, 4)} mm`]);
+    if (body.teeth) rows.push(["teeth", String(body.teeth)], ["pitch diameter", `${written(2 * body.pitch, 4)} mm`]);
     if (body.held) rows.push(["held", ""]);
     else if (Number.isFinite(body.speed)) rows.push(["speed", `${written((30 * body.speed) / Math.PI, 4)} rpm`]);
     if (body.floating) rows.push(["floats", ""]);
-    this.front.meshes.forEach((mesh, index) => {
-      const load = this.loads.values[index];
-      if (rows.length < 9 && mesh.bodies.includes(body.index) && Number.isFinite(load)) rows.push([mesh.label, written(load), this.loads.edge(load)]);
+    meshes.forEach((mesh, number) => {
+      const load = this.loads.values[number];
+      if (rows.length < 9 && mesh.bodies.includes(index) && Number.isFinite(load)) rows.push([mesh.label, written(load), this.loads.edge(load)]);
     });
     return rows;
   }
@@ -247,7 +263,7 @@ export class TrainPane extends Pane {
     const rows = [];
     for (const index of indices) {
       const load = this.loads.values[index];
-      const mesh = this.front.meshes[index];
+      const mesh = this.part_.head.meshes[index];
       rows.push([mesh.label, null], ["force over the fair share", written(load), Number.isFinite(load) ? this.loads.edge(load) : null]);
     }
     return rows.slice(0, 10);
