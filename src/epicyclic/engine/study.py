@@ -23,8 +23,8 @@ from ..errors import ConvergenceError, ModelError
 from ..results.dataset import dataset
 from ..warning_codes import coded, placed
 from .block_store import BlockJob, hash_of, machine, run_blocks
+from .plain_data import plain_bytes, plain_value
 from .plan import MOST_NUMBERS, Counted
-from .run_folder import plain_bytes, plain_value
 from .source import OPTIONS, StudyJob, read_job
 
 Evaluate = Callable[[Mapping[str, Any], Mapping[str, Any], Mapping[str, Any]], xr.Dataset]

@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 
 import epicyclic
 from epicyclic.cli.main import app
-from epicyclic.engine.run_folder import plain_bytes, plain_value
+from epicyclic.engine.plain_data import plain_bytes, plain_value
 from epicyclic.engine.study import run_study, stacked
 from epicyclic.errors import ModelError
 

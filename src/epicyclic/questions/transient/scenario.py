@@ -20,15 +20,14 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ...engine.plain_data import read_plain, write_plain
 from ...engine.run_folder import (
     MODEL_FILE,
     open_folder,
     read_numbers,
-    read_plain,
     segment_path,
     with_numbers,
     write_numbers,
-    write_plain,
 )
 from ...errors import ModelError
 from ...statics.tangent import linear
