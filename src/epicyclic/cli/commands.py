@@ -21,7 +21,6 @@ from .command import (
     explained_names,
     file_option,
     kept,
-    kept_store,
     model_names,
     source_names,
 )
@@ -235,7 +234,7 @@ def report(
 ) -> None:
     """What passes and what to change, and everything the model allows, in one HTML file that opens offline."""
     several = len(models) > 1
-    with reported(), kept(output, keeps=not several) as folder:
+    with reported(), kept(None if several else output, keeps="" if several else "-o FILE") as folder:
         target_of(output, (".html",))
         require_stdout()
         if len(models) > _MOST:
@@ -403,7 +402,7 @@ def study(
     ] = None,
 ) -> None:
     """A verb over a grid, a list or a sample of values in the model file and of options, as one labelled Dataset."""
-    with reported(), _flagged(), kept_store(store):
+    with reported(), _flagged(), kept(None, keeps="--store DIR", named=store):
         require_output(output, figure, ["study"], as_json=as_json)
         import_model_rooms()
         from ..questions.studies.verbs import study as run

@@ -2,7 +2,7 @@
 
 A file is a line of JSON, which says how the parts hang together, the numbers of all arrays behind it, and at the end
 the SHA-256 of all bytes before.  Dataclasses of this package are known by their names; an object that stands in several
-places is one object again.
+places is one object again.  A Dataset is its variables and attributes.
 """
 
 from __future__ import annotations
@@ -61,6 +61,12 @@ class _Writer:
             return {"dict": [[self.tree(key), self.tree(entry)] for key, entry in value.items()]}
         if isinstance(value, tuple) and not hasattr(value, "_fields"):
             return {"tuple": [self.tree(entry) for entry in value]}
+        if type(value).__module__.partition(".")[0] == "xarray":  # not imported here: half a second
+            variables = {
+                name: (name in value.coords, one.dims, one.values, dict(one.attrs))
+                for name, one in value.variables.items()
+            }
+            return {"dataset": self.tree((variables, dict(value.attrs)))}
         return self._object(value)
 
     def _array(self, value: Any) -> dict[str, Any]:
@@ -126,6 +132,12 @@ class _Reader:
             return {self.value(key): self.value(entry) for key, entry in tree["dict"]}
         if "complex" in tree:
             return complex(*tree["complex"])
+        if "dataset" in tree:
+            import xarray as xr
+
+            variables, attrs = self.value(tree["dataset"])
+            labels = {name: one[1:] for name, one in variables.items() if one[0]}
+            return xr.Dataset({name: one[1:] for name, one in variables.items() if not one[0]}, labels, attrs)
         return Fraction(*tree["fraction"])
 
     def _array(self, tree: dict[str, Any]) -> Any:

@@ -1,7 +1,6 @@
 """The verbs stiffness, contact, relief and efficiency."""
 
 from collections.abc import Mapping, Sequence
-from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -170,10 +169,6 @@ def contact(
     return pair_contact(train, mesh, options)
 
 
-RECORD = "search.json"
-"""Record of a search in the folder that keeps it."""
-
-
 @bounded
 def relief(
     source: "Source",
@@ -219,8 +214,8 @@ def relief(
     resume: Annotated[
         str | Path | None,
         Option(
-            "Record of the search, written as it goes; gone on with if there. With -o there is one beside it.",
-            metavar="FILE",
+            "Folder that keeps the search as it goes; gone on with if there. With -o there is one beside it.",
+            metavar="DIR",
         ),
     ] = None,
     folder: Folder = None,
@@ -243,44 +238,38 @@ def relief(
 
     Parameters
     ----------
-    folder : keeps the record of the search where `resume` names no other.
+    folder : keeps the search where `resume` names no other.
 
     Raises
     ------
-    ModelError : the model, a name, bounds or a record is wrong; a relief that does not fit its flank; no pymoo.
+    ModelError : the model, a name, bounds or a folder is wrong; a relief that does not fit its flank; no pymoo.
     """
     from .relief import relief as run
 
-    keeping: AbstractContextManager[None] = nullcontext()
-    if folder is not None:
-        from ...engine.run_folder import open_folder
-
-        keeping = open_folder(Path(folder), verb="relief", model=(), options={}, resume=resume is not None)
-        resume = Path(folder) / RECORD if resume is None else resume
     factors = loads_of(loads, load_points, 4) or ()
-    with keeping:
-        return run(
-            source,
-            overrides=overrides,
-            vary=settings(vary, "vary"),
-            mesh=mesh,
-            torque=torque,
-            objectives=objectives,
-            factors=factors,
-            speeds=ends(start, stop),
-            speed_points=points,
-            population=population,
-            generations=generations,
-            seed=seed,
-            resume=resume,
-            pick=pick,
-            samples=samples,
-            slices=slices,
-            tolerance=tolerance,
-            corner=corner,
-            misalignment=misalignment,
-            progress=progress,
-        )
+    return run(
+        source,
+        overrides=overrides,
+        vary=settings(vary, "vary"),
+        mesh=mesh,
+        torque=torque,
+        objectives=objectives,
+        factors=factors,
+        speeds=ends(start, stop),
+        speed_points=points,
+        population=population,
+        generations=generations,
+        seed=seed,
+        folder=folder if resume is None else resume,
+        resume=resume is not None,
+        pick=pick,
+        samples=samples,
+        slices=slices,
+        tolerance=tolerance,
+        corner=corner,
+        misalignment=misalignment,
+        progress=progress,
+    )
 
 
 def _model_text(result: "xr.Dataset") -> str:
