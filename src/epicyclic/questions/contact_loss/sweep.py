@@ -83,7 +83,7 @@ def contact_sweep(
     ----------
     progress : called with (steps done, steps) once branches are followed: a step is a point reached, or its shaft
         orders; an exception in it ends the sweep.
-    kept : keeps the branch set once it is whole, then stability, points reached and shaft orders as they come.
+    kept : keeps the branch set as it is followed, then stability, points reached and shaft orders as they come.
 
     Returns
     -------
@@ -178,9 +178,9 @@ def contact_sweep(
 
 
 def _branch_set(refinement: Refinement, rising: Array, harmonics: int | None, kept: RunFolder) -> BranchSet:
-    """The branch set of rising speeds (P,), kept once it is whole."""
+    """The branch set of rising speeds (P,), kept as it is followed and once it is whole."""
     kept.refer, kept.restore = refinement.size_of, lambda size: refinement.lattice(*size)
-    return kept.made("branches", partial(branch_set, refinement, rising, harmonics=harmonics))
+    return kept.made("branches", partial(branch_set, refinement, rising, harmonics=harmonics, kept=kept))
 
 
 def _judge(refinement: Refinement, branches: BranchSet, kept: RunFolder) -> None:

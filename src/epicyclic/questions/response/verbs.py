@@ -112,7 +112,8 @@ def sweep(
 
     Parameters
     ----------
-    folder : keeps the points that are done, so that a run that was stopped goes on with `resume`, to the same bits.
+    folder : keeps the points that are done, so that a run that was stopped goes on with `resume`, to the same bits;
+        inside a branch with contact loss to the tolerance of a step.
     progress : called with (points done, points); an exception in it ends the sweep.
 
     Raises
