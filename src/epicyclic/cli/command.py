@@ -282,9 +282,9 @@ def kept(
         raise
     finally:
         if parts is not None:
-            from ..engine.run_folder import remove_without_results
+            from ..engine.run_folder import remove_folder
 
-            remove_without_results(parts)
+            remove_folder(parts, with_results=False)
 
 
 def _tell(error: KeyboardInterrupt | ModelError, folder: Path | None, keeps: str, takes_folder: bool) -> None:

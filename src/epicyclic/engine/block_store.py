@@ -70,7 +70,8 @@ class BlockJob:
 
 def hash_of(job: BlockJob) -> str:
     """SHA-256 that names a job: two stores of one hash, made on one kind of CPU, are equal bit for bit."""
-    return job_hash({**job.whole_identity, "blocks": job.count})
+    identity = plain_identity({**job.whole_identity, "blocks": job.count})
+    return hashlib.sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()
 
 
 def run_blocks(
@@ -148,11 +149,6 @@ def _computed(
 
 
 # --- which job it is -------------------------------------------------------------------------------------------------
-
-
-def job_hash(identity: Mapping[str, Any]) -> str:
-    """SHA-256 of an identity, whatever the order of its keys."""
-    return hashlib.sha256(json.dumps(plain_identity(identity), sort_keys=True).encode()).hexdigest()
 
 
 def machine() -> str:

@@ -485,44 +485,28 @@ def run_folder(
             results.write()
 
 
-def remove_folder(folder: Path) -> None:
+def remove_folder(folder: Path, *, with_results: bool = True) -> None:
     """Delete the folder of a run that is whole, and those of its parts.
 
     Any other folder stays, and so does one that another run has, or in which something else lies.
+
+    Parameters
+    ----------
+    with_results : else only what has nothing to go on from goes, also where it is not said yet which run it is.
     """
-    if not (folder / _RECORD).is_file():
+    if not folder.is_dir():
         return
     with suppress(ModelError, OSError), locked_folder(folder):
-        for part in _parts(folder):
-            remove_folder(part)
-        # the last first: a kill between leaves segments without a gap
-        _remove(folder, sorted(folder.glob(_SEGMENTS), reverse=True))
-
-
-def remove_without_results(folder: Path) -> None:
-    """Delete the folder of a run, and those of its parts, that have nothing to go on from; any other stays."""
-    if not (folder / _RECORD).is_file():
-        if folder.is_dir():  # stopped before it was said which run it is
-            with suppress(ModelError, OSError), locked_folder(folder):
-                for path in filter(is_left_over, folder.iterdir()):
-                    path.unlink()
-                folder.rmdir()
-        return
-    with suppress(ModelError, OSError), locked_folder(folder):
-        if not begun(folder):
-            for part in _parts(folder):
-                remove_without_results(part)
-            _remove(folder, [])
-
-
-def _parts(folder: Path) -> list[Path]:
-    """Folders of the parts of a run."""
-    return [path for path in folder.iterdir() if path.is_dir() and not path.is_symlink()]
-
-
-def _remove(folder: Path, results: Sequence[Path]) -> None:
-    """Delete files of a locked folder, then what says which run it is, and the folder where nothing else lies in it."""
-    left = [path for path in folder.iterdir() if is_left_over(path)]
-    for path in (*results, *left, folder / _NUMBERS, folder / _RECORD):
-        path.unlink(missing_ok=True)
-    folder.rmdir()
+        known = (folder / _RECORD).is_file()
+        if (with_results and not known) or (not with_results and begun(folder)):
+            return
+        if known:
+            for part in folder.iterdir():
+                if not part.is_symlink():
+                    remove_folder(part, with_results=with_results)
+        # the last first: a kill between leaves segments without a gap; the record at last
+        results = sorted(folder.glob(_SEGMENTS), reverse=True)
+        own = [folder / _NUMBERS, folder / _RECORD] if known else []
+        for path in (*results, *filter(is_left_over, folder.iterdir()), *own):
+            path.unlink(missing_ok=True)
+        folder.rmdir()

@@ -226,7 +226,7 @@ def test_only_files_of_a_run_are_deleted(tmp_path: Path, runs: dict[str, Run]) -
     (folder / "notes").mkdir()
     with locked_folder(folder):  # another run has it
         run_folder.remove_folder(folder)
-        run_folder.remove_without_results(folder)
+        run_folder.remove_folder(folder, with_results=False)
     assert sorted(path.name for path in folder.iterdir()) == [
         "000000.kept",
         "mine.nc",
@@ -336,7 +336,7 @@ def test_a_folder_of_a_run_that_had_not_begun_goes(tmp_path: Path) -> None:
         (folder / ".run.json.0123.part").write_text("")
     (other / "letter.txt").write_text("")
     for folder in (empty, other):
-        run_folder.remove_without_results(folder)
+        run_folder.remove_folder(folder, with_results=False)
     assert not empty.exists()
     assert [path.name for path in other.iterdir()] == ["letter.txt"]
 
@@ -348,7 +348,7 @@ def test_a_folder_that_another_run_has_just_made_stays(files: tuple[str, ...], t
     for name in files:
         (folder / name).touch()
     with locked_folder(folder):
-        run_folder.remove_without_results(folder)
+        run_folder.remove_folder(folder, with_results=False)
         assert sorted(path.name for path in folder.iterdir()) == sorted(files)
-    run_folder.remove_without_results(folder)
+    run_folder.remove_folder(folder, with_results=False)
     assert not folder.exists()
