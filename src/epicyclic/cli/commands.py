@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -249,20 +250,20 @@ def report(
             for model in models:
                 train_of(model, overrides=parsed_overrides(sets))
         names = None if sections is None else sections.split(",")
-        each = len(names) + 1 if names else len(report_verbs()) + len(STUDIES) + 1
+        steps = len(names) + 1 if names else len(report_verbs()) + len(STUDIES) + 1
         results: dict[str, dict[str, Any]] = {}
-        with progress_bar(f"report {' '.join(models)}", each * len(models) + 1) as step:
+        with progress_bar(f"report {' '.join(models)}", steps * len(models) + 1) as step:
             for name, model in _named(models).items():
                 more = {} if several else {"folder": folder, "resume": resume}
                 results[name] = _run(model, sets, names, step, more)
             step("figures")
+            from ..engine.workers import each
             from ..show.report import write_report, write_variants_report
-            from ..verbs.record import side_by_side
 
             if several:
                 write_variants_report(output, results, compared=_compared(models, sets))
             else:
-                write_report(output, next(iter(results.values())), each=side_by_side)
+                write_report(output, next(iter(results.values())), each=partial(each, pickled=False))
         with on_stdout():
             _print(results, output)
 

@@ -460,8 +460,11 @@ def run_folder(
 
     Raises
     ------
-    ModelError : as of `open_folder`; a number of the model is another one; a file cannot be read or written.
+    ModelError : a run is to go on without a folder; as of `open_folder`; a number of the model is another one; a file
+        cannot be read or written.
     """
+    if folder is None and resume:
+        raise ModelError("needs the file of the run that was stopped", path="resume", allowed="-o FILE.nc, or folder")
     if folder is None:
         yield model, RunFolder()
         return

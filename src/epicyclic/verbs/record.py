@@ -33,7 +33,7 @@ from ..warning_codes import CodedText, coded, placed
 if TYPE_CHECKING:
     import xarray as xr
 
-    from ..engine.run_folder import KeptPart, RunFolder
+    from ..engine.run_folder import RunFolder
     from ..engine.source import Overrides, Source
     from ..system.system import System
     from ..train.train import Train
@@ -176,17 +176,6 @@ def refuse_without(condition: bool, words: str, **options: object) -> None:
     if not condition:
         for name, value in given(**options).items():
             raise ModelError(f"goes with {words}", path=name, given=value)
-
-
-def require_folder(resume: bool, folder: object) -> None:
-    """Refuse to go on from nowhere.
-
-    Raises
-    ------
-    ModelError : a run is to go on, and no folder is given.
-    """
-    if resume and folder is None:
-        raise ModelError("needs the file of the run that was stopped", path="resume", allowed="-o FILE.nc, or folder")
 
 
 # --- what help says --------------------------------------------------------------------------------------------------
@@ -354,7 +343,6 @@ def run_report(
     from ..engine.run_folder import run_folder
     from ..engine.source import train_of
 
-    require_folder(resume, folder)
     chosen = None if sections is None else _chosen(sections)
     results: dict[str, xr.Dataset] = {}
     left_out: list[CodedText] = []
@@ -383,6 +371,8 @@ def _run_steps(
     steps: Mapping[str, Callable[[], xr.Dataset]], kept: RunFolder, progress: Callable[[str], None] | None
 ) -> list[xr.Dataset | str]:
     """The result of every section, or why it has none; where forked on several cores."""
+    from ..engine.workers import each
+
     names = list(steps)
     # what takes longest begins first, after the one that says what the train is: no core waits for it at the end
     order = sorted(range(len(names)), key=lambda at: (at > 0, names[at] not in STUDIES))
@@ -409,21 +399,8 @@ def _run_steps(
                 progress(name)
 
     ordered = [names[at] for at in order]
-    found = side_by_side(made, ordered, arrived=arrived, kept=kept.part("sections", ordered))
+    found = each(made, ordered, arrived=arrived, kept=kept.part("sections", ordered), pickled=False)
     return [one for _, one in sorted(zip(order, found, strict=True), key=lambda pair: pair[0])]
-
-
-def side_by_side(
-    work: Callable[[Item], Result],
-    items: Sequence[Item],
-    *,
-    arrived: Callable[[int, Result], None] | None = None,
-    kept: KeptPart | None = None,
-) -> list[Result]:
-    """work(item) of every item, as of `each`, also of a function that cannot be pickled."""
-    from ..engine.workers import each
-
-    return each(work, items, arrived=arrived, kept=kept, pickled=False)
 
 
 def _chosen(sections: Sequence[str]) -> set[str]:

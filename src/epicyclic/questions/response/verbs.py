@@ -18,7 +18,7 @@ from ...verbs.options import (
     relative,
     train_and_system,
 )
-from ...verbs.record import Option, Verb, bounded, given, refuse_without, require_folder
+from ...verbs.record import Option, Verb, bounded, given, refuse_without
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -124,7 +124,6 @@ def sweep(
     refuse_without(not contact_loss, "linear contact", orders=orders, tolerance=tolerance)
     from ...engine.run_folder import run_folder
 
-    require_folder(resume, folder)
     train, system = train_and_system(source, overrides)
     if start is not None or stop is not None:
         refuse_without(start is None or stop is None, "at most one end of its own", range=range)

@@ -17,7 +17,7 @@ from ...verbs.options import (
     spread,
     train_and_system,
 )
-from ...verbs.record import Option, Verb, bounded, given, refuse_without, require_folder
+from ...verbs.record import Option, Verb, bounded, given, refuse_without
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -80,7 +80,6 @@ def stability(
         raise ModelError("go together", path="over, values", allowed="a path and its values, damping.modal 0.01..0.05")
     from ...engine.run_folder import run_folder
 
-    require_folder(resume, folder)
     train, system = train_and_system(source, overrides)
     refuse_without(start is None or stop is None, "at most one end of its own", range=range)
     ranged = any(one is not None for one in (start, stop, points, range))

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from ...errors import ModelError
 from ...verbs.options import Folder, Resume, frequency, seconds
 from ...verbs.options import torque_step as step_of
-from ...verbs.record import Option, Progress, Verb, bounded, require_folder
+from ...verbs.record import Option, Progress, Verb, bounded
 
 if TYPE_CHECKING:
     import numpy as np
@@ -73,7 +73,6 @@ def transient(
     from ...engine.source import system_of
     from .transient import transient as run
 
-    require_folder(resume, folder)
     return run(
         system_of(source, overrides=overrides),
         duration=None if duration is None else seconds(duration, "duration"),
