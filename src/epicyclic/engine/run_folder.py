@@ -54,8 +54,8 @@ _MAX_RECORD = 50_000_000
 _MAX_TEXT = 200
 # Options that a refusal names with their values.
 _NAMED = 4
-# Seconds between two segments: what a kill takes at most, beside the points at work.  Segments from one to the next
-# that holds what replaces itself, which may be larger than the results: what a direction of a sweep goes on from.
+# Seconds between two segments: what a kill takes at most, beside the points at work.  So many times that between two
+# that hold what replaces itself, which may be larger than the results: what a direction of a sweep goes on from.
 _EVERY, _LATEST = 1.0, 20
 # A folder that another run removes between making and locking is made again.
 _TRIES = 5
@@ -342,6 +342,7 @@ class RunFolder:
     latest : what replaces itself, by name, not yet written.
     refer, restore : as of `write_plain`, set before the first use.
     segments : number of segments, -1 before they are read.  written : when the last one was [s].
+    replaced : when the last one with what replaces itself was [s].
     """
 
     folder: Path | None = None
@@ -352,6 +353,7 @@ class RunFolder:
     restore: Restore | None = None
     segments: int = -1
     written: float = field(default_factory=time.monotonic)
+    replaced: float = field(default_factory=time.monotonic)
 
     def read(self) -> None:
         """Read all segments, once.
@@ -390,16 +392,17 @@ class RunFolder:
         return self.part(name).known.get(0)
 
     def keep_value(self, name: str, value: object) -> None:
-        """Keep a value in place of the one before; written now and then, after all results that came before it."""
+        """Keep a value in place of the one before; written now and then with a result that comes after it."""
         if self.folder is not None:
             self.latest[name] = value
-            self._write_in_time()
 
     def add(self, name: str, place: int | str, result: object) -> None:
         """Keep the result of a place or key of a part."""
         if self.folder is not None:
             self.pending.append((name, place, result))
-            self._write_in_time()
+            now = time.monotonic()
+            if now - self.written >= _EVERY:
+                self.write(latest=now - self.replaced >= _LATEST * _EVERY)
 
     def write(self, *, latest: bool = True) -> None:
         """Write what is pending; latest : with what replaces itself."""
@@ -409,10 +412,7 @@ class RunFolder:
             write_plain(segment_path(self.folder, self.segments), entries, refer=self.refer)
             self.segments, self.pending, self.latest = self.segments + 1, [], {} if latest else self.latest
         self.written = time.monotonic()
-
-    def _write_in_time(self) -> None:
-        if time.monotonic() - self.written >= _EVERY:
-            self.write(latest=self.segments % _LATEST == 0)
+        self.replaced = self.written if latest else self.replaced
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -61,6 +61,19 @@ def test_a_value_is_made_once_and_the_latest_stands(tmp_path: Path) -> None:
         kept.write()
 
 
+@pytest.mark.parametrize(("every", "begin"), [(0, 1), (1e18, None)])
+def test_what_replaces_itself_is_written_with_a_result_now_and_then(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, every: float, begin: int | None
+) -> None:
+    monkeypatch.setattr(room, "_EVERY", 1e-9)  # s
+    monkeypatch.setattr(room, "_LATEST", every)
+    kept = RunFolder(folder=tmp_path)
+    kept.keep_value("begin", 1)
+    kept.add("points", 0, 2.0)
+    killed = RunFolder(folder=tmp_path)
+    assert (dict(killed.part("points").known), killed.value("begin")) == ({0: 2.0}, begin)
+
+
 def test_without_a_folder_nothing_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(room, "_EVERY", 0.0)

@@ -263,9 +263,9 @@ def _fill_directions(
     def enter_new(number: int, point: _Point) -> None:
         """Enter a point that a direction has reached now, and keep it."""
         direction = left[number].direction
-        kept.part(_DIRECTIONS[direction]).add(point.index, replace(point, begin=None))
         if point.begin is not None:
             kept.keep_value(f"begin {_DIRECTIONS[direction]}", point.begin)
+        kept.part(_DIRECTIONS[direction]).add(point.index, replace(point, begin=None))
         enter(direction, point)
 
     left = list[_Left]()
