@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import random
+import shutil
 import signal
 import subprocess
 import sys
@@ -285,7 +286,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "relief --resume": (
         *("relief", "ren2021", "--mesh", "sun-planet", "--vary", "tip_relief.amount=0..40 um"),
         *("--vary", "tip_relief.length=1..3 mm", "--population", "4", "--generations", "2", "--samples", "4"),
-        *("--slices", "2", "--resume", "record.json", "-o", "out.toml"),
+        *("--slices", "2", "--resume", "record", "-o", "out.toml"),
     ),
 }
 _BEFORE = b"what was there before"
@@ -343,7 +344,7 @@ def kills(count: int, seed: int = 1) -> Counter[str]:
                 _start(arguments, folder).communicate()
                 lasts[name] = time.perf_counter() - began
                 target.write_bytes(_BEFORE)
-                (folder / "record.json").unlink(missing_ok=True)
+                shutil.rmtree(folder / "record", ignore_errors=True)
             running = _start(arguments, folder)
             try:  # most of what can be damaged is written near the end
                 running.communicate(timeout=lasts[name] * rng.uniform(0.3, 1.1))
@@ -353,7 +354,7 @@ def kills(count: int, seed: int = 1) -> Counter[str]:
                 running.communicate()
                 found["killed"] += 1
             mine = (folder / f"{target.name}.part").read_bytes() == b"mine"
-            records = [path for path in folder.glob("record.json") if not _whole(path)]
+            records = [path for path in folder.glob("record/run.json") if not _whole(path)]
             found["damaged"] += not (_whole(target) and mine and not records)
             found["temporary files left"] += len([path for path in folder.rglob("*.part") if path.name.startswith(".")])
             again = _start(_again(arguments, folder), folder)

@@ -12,7 +12,7 @@ import re
 import shlex
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager
 from enum import StrEnum
 from inspect import Parameter, Signature, signature
 from pathlib import Path
@@ -23,7 +23,6 @@ from typer.core import TyperGroup
 
 from ..errors import ModelError
 from ..options import Option, shape_of
-from ..questions.flanks.verbs import RECORD
 from ..results.files import write_text
 from ..verbs.record import Verb, help_of, keywords, verbs
 from .output import (
@@ -256,68 +255,57 @@ def _plain_name(name: str) -> str:
 
 
 @contextmanager
-def kept(output: Path | None, *, keeps: bool, record: str = "") -> Iterator[Path | None]:
+def kept(
+    output: Path | None, *, keeps: str = "-o FILE", named: Path | None = None, takes_folder: bool = False
+) -> Iterator[Path | None]:
     """The folder beside the output that keeps what is done until the run is whole; None without one.
 
-    On Ctrl-C and on a full disk, says what is kept and names the command that goes on.  A folder with nothing to go on
-    from is deleted.
+    Where a command is stopped or can write no more, says what is kept and names the command that goes on.  A folder
+    beside the output with nothing to go on from is deleted.
 
     Parameters
     ----------
-    keeps : whether the command keeps anything at all.  record : file of the folder that ``--resume`` takes, if any.
+    keeps : option that has the command keep what is done; nothing of a command that keeps nothing.
+    named : folder that keeps it instead.  takes_folder : whether ``--resume`` names the folder.
     """
-    folder = None if output is None or not output.name else output.with_name(output.name + ".parts")
-    if folder is not None and not folder.absolute().parent.is_dir():
-        folder = None
-    if folder is None:
-        try:
-            yield None
-        except KeyboardInterrupt:
-            if keeps and "--resume" in sys.argv:
-                complain(f"this command continues it:\n  {_command()}")
-            elif keeps:
-                complain("nothing is kept without -o FILE; with it, --resume goes on from where a run was stopped")
-            raise
-        return
-    from ..engine.run_folder import begun, remove_folder, remove_without_results
-
+    parts = output.with_name(output.name + ".parts") if output is not None and output.name else None
+    if parts is not None and not parts.absolute().parent.is_dir():
+        parts = None
     try:
-        yield folder
+        yield parts
+        if parts is not None:
+            from ..engine.run_folder import remove_folder
+
+            remove_folder(parts)
     except (KeyboardInterrupt, ModelError) as error:
-        if begun(folder) and (isinstance(error, KeyboardInterrupt) or error.problem.startswith("cannot be written")):
-            command = _command(str(folder / record)) if record else _command()
-            complain(f"what is done is kept in {folder}; this command continues it:\n  {command}")
-        elif keeps and isinstance(error, KeyboardInterrupt):
-            complain("nothing was done yet that could be kept")
+        _tell(error, parts if named is None else named, keeps, takes_folder)
         raise
-    else:
-        remove_folder(folder)
     finally:
-        remove_without_results(folder)
+        if parts is not None:
+            from ..engine.run_folder import remove_folder
+
+            remove_folder(parts, with_results=False)
 
 
-@contextmanager
-def kept_store(store: Path | None) -> Iterator[None]:
-    """Say, where a command with blocks is stopped, what its store keeps and how it goes on."""
-    try:
-        yield
-    except (KeyboardInterrupt, ModelError) as error:
-        stopped = isinstance(error, KeyboardInterrupt)
-        broken = isinstance(error, ModelError) and error.problem.startswith(("cannot be written", "the connection"))
-        if store is not None and any((store / "done").glob("c.*")):
-            if stopped or broken:
-                complain(f"what is done is kept in {store}; this command continues it:\n  {_command()}")
-        elif stopped and store is not None:
-            complain("nothing was done yet that could be kept")
-        elif stopped:
-            complain("nothing is kept without --store DIR; with it, --resume goes on from where a run was stopped")
-        raise
+def _tell(error: KeyboardInterrupt | ModelError, folder: Path | None, keeps: str, takes_folder: bool) -> None:
+    """Say what a command that ends with an error has kept; parameters as of `kept`."""
+    from ..engine.run_folder import begun
+
+    stopped = isinstance(error, KeyboardInterrupt)
+    broken = isinstance(error, ModelError) and error.problem.startswith(("cannot be written", "the connection"))
+    if folder is not None and (stopped or broken) and begun(folder):
+        command = _command(*([str(folder)] if takes_folder else []))
+        complain(f"what is done is kept in {folder}; this command continues it:\n  {command}")
+    elif stopped and keeps and folder is not None:
+        complain("nothing was done yet that could be kept")
+    elif stopped and keeps:
+        complain(f"nothing is kept without {keeps}; with it, --resume goes on from where a run was stopped")
 
 
-def _command(*file: str) -> str:
-    """The command that goes on; file : that ``--resume`` takes."""
+def _command(*folder: str) -> str:
+    """The command that goes on; folder : that ``--resume`` takes."""
     words = sys.argv[1:]
-    return shlex.join(["epicyclic", *words, *([] if "--resume" in words else ["--resume", *file])])
+    return shlex.join(["epicyclic", *words, *([] if "--resume" in words else ["--resume", *folder])])
 
 
 def run_verb(
@@ -345,15 +333,16 @@ def run_verb(
     typer.Exit : 2 wrong input, 3 no convergence, 130 stopped, 1 a fault of the program.
     """
     options = {name: plain(value) for name, value in given.items() if value not in (None, [])}
-    keeps = "folder" in signature(verb.run).parameters
-    record = RECORD if keeps and keywords(verb.run)["resume"][1] is not bool else ""
-    store = kept_store(Path(options["store"]) if options.get("store") else None) if "store" in flags else nullcontext()
-    with (
-        reported(),
-        _flagged(flags),
-        store,
-        kept(output if keeps else None, keeps=keeps, record=record) as folder,
-    ):
+    in_folder = "folder" in signature(verb.run).parameters
+    takes_folder = in_folder and keywords(verb.run)["resume"][1] is not bool
+    named = options.get("resume" if takes_folder else "store")
+    keeping = kept(
+        output if in_folder else None,
+        keeps="-o FILE" if in_folder else "--store DIR" if "store" in flags else "",
+        named=Path(named) if named else None,
+        takes_folder=takes_folder,
+    )
+    with reported(), _flagged(flags), keeping as folder:
         further = (*verb.writers, *((".toml",) if verb.model_text else ()))
         require_output(output, figure, verb.gives, as_json=as_json, further=further)
         import_model_rooms()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -21,7 +22,6 @@ from .command import (
     explained_names,
     file_option,
     kept,
-    kept_store,
     model_names,
     source_names,
 )
@@ -235,7 +235,7 @@ def report(
 ) -> None:
     """What passes and what to change, and everything the model allows, in one HTML file that opens offline."""
     several = len(models) > 1
-    with reported(), kept(output, keeps=not several) as folder:
+    with reported(), kept(None if several else output, keeps="" if several else "-o FILE") as folder:
         target_of(output, (".html",))
         require_stdout()
         if len(models) > _MOST:
@@ -250,20 +250,20 @@ def report(
             for model in models:
                 train_of(model, overrides=parsed_overrides(sets))
         names = None if sections is None else sections.split(",")
-        each = len(names) + 1 if names else len(report_verbs()) + len(STUDIES) + 1
+        steps = len(names) + 1 if names else len(report_verbs()) + len(STUDIES) + 1
         results: dict[str, dict[str, Any]] = {}
-        with progress_bar(f"report {' '.join(models)}", each * len(models) + 1) as step:
+        with progress_bar(f"report {' '.join(models)}", steps * len(models) + 1) as step:
             for name, model in _named(models).items():
                 more = {} if several else {"folder": folder, "resume": resume}
                 results[name] = _run(model, sets, names, step, more)
             step("figures")
+            from ..engine.workers import each
             from ..show.report import write_report, write_variants_report
-            from ..verbs.record import side_by_side
 
             if several:
                 write_variants_report(output, results, compared=_compared(models, sets))
             else:
-                write_report(output, next(iter(results.values())), each=side_by_side)
+                write_report(output, next(iter(results.values())), each=partial(each, pickled=False))
         with on_stdout():
             _print(results, output)
 
@@ -398,7 +398,7 @@ def study(
     ] = None,
 ) -> None:
     """A verb over a grid, a list or a sample of values in the model file and of options, as one labelled Dataset."""
-    with reported(), _flagged(), kept_store(store):
+    with reported(), _flagged(), kept(None, keeps="--store DIR", named=store):
         require_output(output, figure, ["study"], as_json=as_json)
         import_model_rooms()
         from ..questions.studies.verbs import study as run

@@ -3,10 +3,11 @@
 A job says what its blocks are; `run_blocks` gives them in their order, computed wherever there is a worker, those of a
 store only once.
 
-A store is a folder: a group whose attributes say which job it is, an array a result with one block a chunk, and the
-array `done`.  Atomic is each file, not a block of several arrays, so the chunk of `done`, written last, is the commit:
-a block without it counts for nothing.  Every chunk bears a crc32c.  Nothing is synchronised to disk: after a power cut
-a block may be damaged, which its checksum tells, and is computed again.
+A store is the folder of a run (`run_folder`: its record, its lock, its refusals) whose parts are those of a Zarr group:
+an array a result with one block a chunk, and the array `done`.  Atomic is each file, not a block of several arrays, so
+the chunk of `done`, written last, is the commit: a block without it counts for nothing.  Every chunk bears a crc32c.
+Nothing is synchronised to disk: after a power cut a block may be damaged, which its checksum tells, and is computed
+again.
 
 Bytes depend on the results alone, not on the order or the number of attempts, so two stores of one job are equal.
 """
@@ -15,9 +16,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 import platform
-import re
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass, field
@@ -25,13 +24,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from ..errors import ModelError
-from ..results.files import package_version
 from .plan import Counted
-from .run_folder import locked_folder
+from .run_folder import BLOCKS, is_left_over, open_folder, plain_identity, versions
 
 Arrays = dict[str, NDArray[Any]]
 
@@ -43,8 +40,6 @@ _PIECE = 65536
 _ENDLESS = 2**40
 # A chunk of zeros is a file like any other, so that one that is missing is seen.  Not part of the store: said anew.
 _EVERY_CHUNK = {"write_empty_chunks": True}
-# Texts and lists of an identity that stand in the attributes as they are; longer ones by their digest.
-_MAX_TEXT = 200
 
 
 # --- the job ---------------------------------------------------------------------------------------------------------
@@ -75,7 +70,8 @@ class BlockJob:
 
 def hash_of(job: BlockJob) -> str:
     """SHA-256 that names a job: two stores of one hash, made on one kind of CPU, are equal bit for bit."""
-    return job_hash({**job.whole_identity, "blocks": job.count})
+    identity = plain_identity({**job.whole_identity, "blocks": job.count})
+    return hashlib.sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()
 
 
 def run_blocks(
@@ -153,45 +149,6 @@ def _computed(
 
 
 # --- which job it is -------------------------------------------------------------------------------------------------
-
-
-def plain_identity(value: Any) -> Any:
-    """What says which job it is, as JSON: long texts and arrays by their digest.
-
-    Parameters
-    ----------
-    value : mappings, sequences, texts, numbers, arrays.
-    """
-    if isinstance(value, np.ndarray):
-        array = np.ascontiguousarray(value)
-        return "sha256 " + hashlib.sha256(f"{array.dtype}{array.shape}".encode() + array.tobytes()).hexdigest()
-    if isinstance(value, Mapping):
-        return {str(key): plain_identity(entry) for key, entry in value.items()}
-    if isinstance(value, list | tuple):
-        plain = [plain_identity(entry) for entry in value]
-        return plain if len(json.dumps(plain)) <= _MAX_TEXT else _digest(json.dumps(plain, sort_keys=True))
-    if isinstance(value, np.generic):
-        return plain_identity(value.item())
-    if isinstance(value, float) and not np.isfinite(value):
-        return str(value)
-    if value is None or isinstance(value, bool | int | float):
-        return value
-    text = str(value)
-    return text if len(text) <= _MAX_TEXT else _digest(text)
-
-
-def _digest(text: str) -> str:
-    return "sha256 " + hashlib.sha256(text.encode()).hexdigest()
-
-
-def job_hash(identity: Mapping[str, Any]) -> str:
-    """SHA-256 of an identity, whatever the order of its keys."""
-    return hashlib.sha256(json.dumps(plain_identity(identity), sort_keys=True).encode()).hexdigest()
-
-
-def versions() -> dict[str, str]:
-    """Versions of the packages that the bits of a result depend on."""
-    return {"epicyclic": package_version(), "numpy": np.__version__, "scipy": scipy.__version__}
 
 
 def machine() -> str:
@@ -352,24 +309,22 @@ def block_store(
     """
     _require_zarr(folder)
     path = Path(folder)
-    with locked_folder(path):
+    with open_folder(path, {**identity, "blocks": count}, resume=resume):
         try:
-            group = _group(path, {**plain_identity(identity), "blocks": count})
             # no writer of Zarr is alive in a locked folder: what lies there is of one that was killed
-            for partial in filter(_is_partial, path.rglob("*.partial")):
+            for partial in filter(is_left_over, path.rglob("*.partial")):
                 partial.unlink()
             # committed is a block with a chunk of `done`, whose only value is not its fill value; names are listed,
             # since reading a hundred thousand chunks takes a minute
             done = np.zeros(count, dtype=bool)
-            for name in os.listdir(path / _DONE) if (path / _DONE).is_dir() else ():
-                kind, _, number = name.partition(".")
-                if kind == "c" and number.isdigit() and int(number) < count:
+            for committed in path.glob(BLOCKS):
+                number = committed.name.partition(".")[2]
+                if number.isdigit() and int(number) < count:
                     done[int(number)] = True
-            store = BlockStore(folder=path, count=count, done=done, ragged=tuple(ragged), group=group)
-            if done.any() and not resume:
-                problem = f"{int(done.sum())} of {count} blocks of an interrupted job lie there"
-                raise ModelError(problem, path=str(path), allowed="resume, or delete the folder")
-            store.open_arrays(group.attrs.get("layout", {}))
+            store = BlockStore(
+                folder=path, count=count, done=done, ragged=tuple(ragged), group=_group(path, anew=not done.any())
+            )
+            store.open_arrays(store.group.attrs.get("layout", {}))
         except OSError as error:
             raise ModelError(f"cannot be written: {error.strerror or error}", path=str(path)) from error
         yield store
@@ -396,55 +351,23 @@ def _require_zarr(folder: object) -> None:
         )
 
 
-def _group(path: Path, question: dict[str, Any]) -> Any:
-    """The group of the store in a locked folder, made where the folder is empty.
+def _group(path: Path, *, anew: bool) -> Any:
+    """The group of a store; anew : without the arrays of a job that had come to no block.
 
     Raises
     ------
-    ModelError : what lies there is no store, or that of another job.
+    ModelError : what lies there is no group of a store.
     """
     import zarr
 
-    no_store = ModelError("is no store of a job", path=str(path), allowed="a new or empty folder")
-    if not (path / "zarr.json").is_file():
-        if not all(map(_is_partial, path.iterdir())):
-            raise no_store
-        attributes = {"package": "epicyclic", "job": job_hash(question), "identity": question}
-        return zarr.create_group(path, attributes=attributes)
     try:
-        group = zarr.open_group(path, mode="r+")
+        group = zarr.open_group(path, mode="a" if anew else "r+")
+        if anew:
+            for array in path.glob("*/zarr.json"):
+                del group[array.parent.name]
+            group.attrs.put({})
+    except OSError:
+        raise
     except Exception as error:  # whatever zarr meets in a file that is no group's
-        raise no_store from error
-    known = group.attrs.get("identity")
-    if group.attrs.get("package") != "epicyclic" or not isinstance(known, dict):
-        raise no_store
-    if group.attrs.get("job") != job_hash(question) or known != question:
-        wanted, there = dict(_flat(question)), dict(_flat(known))
-        names = [name for name in {**wanted, **there} if wanted.get(name) != there.get(name)][:4]
-        shown = ", ".join(f"{name} = {_short(wanted.get(name))}" for name in names)
-        allowed = ", ".join(f"{name} = {_short(there.get(name))}" for name in names) or "the job it was begun with"
-        raise ModelError(
-            "the store holds another job",
-            path=str(path),
-            given=shown or "another job",
-            allowed=f"{allowed}, or another folder",
-        )
+        raise ModelError("not a run that can be continued", path=str(path)) from error
     return group
-
-
-def _is_partial(path: Path) -> bool:
-    """Whether a file is the temporary one of a writer of Zarr."""
-    return re.search(r"\.[0-9a-f]{32}\.partial$", path.name) is not None
-
-
-def _flat(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
-    if isinstance(value, Mapping) and value:
-        for name, entry in value.items():
-            yield from _flat(entry, f"{path}.{name}" if path else str(name))
-    else:
-        yield path, value
-
-
-def _short(value: object) -> str:
-    text = "(nothing)" if value is None else str(value)
-    return text if len(text) <= 24 else text[:21] + "..."

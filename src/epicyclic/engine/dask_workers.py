@@ -27,7 +27,7 @@ from typing import Any, cast
 
 from ..errors import ModelError
 from .block_store import Arrays
-from .block_store import versions as installed_versions
+from .run_folder import versions as installed_versions
 
 _START = f"import sys; from {__name__} import serve; serve(int(sys.argv[1]))"
 # Seconds in which the processes of a cluster end by themselves; then they are killed.

@@ -1,16 +1,9 @@
-"""What a run keeps in its folder, and its numbers in plain files.
+"""What a run has done so far, in a folder: whatever stops it, the same command goes on from there to the same bits.
 
-Frozen data as plain numbers in one file, and back to the same bits: no pickle, nothing that runs when it is read.
-
-A file is a line of JSON, which says how the parts hang together, the numbers of all arrays behind it, and at the end
-the SHA-256 of all bytes before.  Dataclasses of this package are known by their names; an object that stands in several
-places is one object again.
-
-What a run has done so far, in a folder: whatever stops it, the same command goes on from there to the same bits.
-
-`run.json` says which run it is.  Results of independent points stand in numbered segments, `000000.kept`, ..., and what
-replaces itself in files of its own.  Every file is written aside and renamed, so that none is ever partly there, and
-bears a digest.  One run at a time has the folder.
+`run.json` is the record of the run: verb, versions, model, options.  Results stand in numbered segments, `000000.kept`,
+..., which hold whatever is plain data (`plain_data`).  Every file is written aside and renamed, so that none is ever
+partly there, and bears a digest.  One run at a time has the folder.  A store of blocks (`block_store`) is such a folder
+whose parts are those of Zarr.
 
 Numbers of a model, modes and projected rows among them, are rounded as BLAS and its number of threads have it.  A run
 that is taken up again has them from its folder; those it is asked for must agree up to such rounding.
@@ -21,257 +14,139 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import re
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, fields, is_dataclass, replace
-from fractions import Fraction
-from importlib import import_module
+from operator import attrgetter
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from ..errors import ModelError
-from ..results.files import package_version, whole_file, write_text
-from ..user_input import read_bytes, read_text
+from ..results.files import package_version, write_text
+from ..user_input import read_text
+from .plain_data import Refer, Restore, read_plain, write_plain
 
 try:
     import fcntl
 except ImportError:  # not on Windows: there two runs of one folder are not kept apart
     fcntl = None  # type: ignore[assignment]
 
-Refer = Callable[[object], Any]
-"""Says of an object how it is to be found again, in plain data, or None where it is to be written."""
-Restore = Callable[[Any], object]
-"""The object of which `Refer` has said so."""
-
-_PACKAGE = __name__.partition(".")[0]
-# Kinds of arrays whose bytes are numbers or texts.
-_KINDS = "fciubU"
-_DIGEST = hashlib.sha256().digest_size
-# bytes: a run may hold 1.6 GB of numbers
-_MAX_BYTES = 4_000_000_000
-
-
-class _Writer:
-    """What is written so far: objects, once each, and bytes of arrays."""
-
-    def __init__(self, refer: Refer | None) -> None:
-        self.refer = refer
-        self.objects = list[Any]()
-        self.numbers = dict[int, int]()  # id -> number of an object
-        self.alive = list[object]()
-        self.blobs, self.size = list[bytes](), 0
-
-    def tree(self, value: Any) -> Any:
-        """A value as JSON has it."""
-        if isinstance(value, np.ndarray | np.generic):
-            return self._array(value)
-        if value is None or isinstance(value, bool | int | float | str):
-            return value
-        if isinstance(value, complex):
-            return {"complex": [value.real, value.imag]}
-        if isinstance(value, Fraction):
-            return {"fraction": [value.numerator, value.denominator]}
-        if isinstance(value, list):
-            return [self.tree(entry) for entry in value]
-        if isinstance(value, dict):
-            return {"dict": [[self.tree(key), self.tree(entry)] for key, entry in value.items()]}
-        if isinstance(value, tuple) and not hasattr(value, "_fields"):
-            return {"tuple": [self.tree(entry) for entry in value]}
-        return self._object(value)
-
-    def _array(self, value: Any) -> dict[str, Any]:
-        array = np.asarray(value)
-        if array.dtype.kind == "O":
-            texts = array.ravel().tolist()
-            if not all(isinstance(text, str) for text in texts):
-                raise TypeError(f"an array of {array.dtype} that holds more than texts")
-            return {"texts": texts, "shape": array.shape}
-        if array.dtype.kind not in _KINDS:
-            raise TypeError(f"an array of {array.dtype}")
-        # sums depend on how the axes lie in memory
-        axes = sorted(range(array.ndim), key=lambda axis: -abs(array.strides[axis]))
-        data = np.ascontiguousarray(array.transpose(axes)).tobytes()
-        tree = {"array": array.dtype.str, "shape": array.shape, "axes": axes, "at": self.size}
-        if not isinstance(value, np.ndarray):
-            tree["scalar"] = True
-        self.blobs.append(data)
-        self.size += len(data)
-        return tree
-
-    def _object(self, value: Any) -> dict[str, Any]:
-        if id(value) in self.numbers:
-            return {"object": self.numbers[id(value)]}
-        known = None if self.refer is None else self.refer(value)
-        kind = type(value)
-        names = [field.name for field in fields(kind)] if is_dataclass(kind) else list(getattr(kind, "_fields", ()))
-        if known is None and (not names or kind.__module__.partition(".")[0] != _PACKAGE):
-            raise TypeError(f"{kind.__module__}.{kind.__qualname__} is no plain data")
-        number = self.numbers[id(value)] = len(self.objects)
-        self.alive.append(value)  # so that no other object gets its id
-        self.objects.append(None)
-        if known is not None:
-            self.objects[number] = {"known": self.tree(known)}
-        else:
-            tree = {name: self.tree(getattr(value, name)) for name in names}
-            self.objects[number] = {"class": [kind.__module__, kind.__qualname__], "fields": tree}
-        return {"object": number}
-
-
-class _Reader:
-    """Objects read so far."""
-
-    def __init__(self, objects: list[Any], blob: bytes, restore: Restore | None) -> None:
-        self.objects, self.blob, self.restore = objects, blob, restore
-        self.made = dict[int, Any]()
-
-    def value(self, tree: Any) -> Any:
-        """What `_Writer.tree` has been given."""
-        if isinstance(tree, list):
-            return [self.value(entry) for entry in tree]
-        if not isinstance(tree, dict):
-            return tree
-        if "array" in tree:
-            return self._array(tree)
-        if "texts" in tree:
-            return np.array(tree["texts"], dtype=object).reshape(tree["shape"])
-        if "object" in tree:
-            return self._object(tree["object"])
-        if "tuple" in tree:
-            return tuple(self.value(entry) for entry in tree["tuple"])
-        if "dict" in tree:
-            return {self.value(key): self.value(entry) for key, entry in tree["dict"]}
-        if "complex" in tree:
-            return complex(*tree["complex"])
-        return Fraction(*tree["fraction"])
-
-    def _array(self, tree: dict[str, Any]) -> Any:
-        kind, axes = np.dtype(tree["array"]), tree["axes"]
-        if kind.kind not in _KINDS:
-            raise ValueError(f"an array of {kind}")
-        shape = [tree["shape"][axis] for axis in axes]
-        flat = np.frombuffer(self.blob, kind, int(np.prod(shape, dtype=np.int64)), tree["at"])
-        array = flat.reshape(shape).copy().transpose(np.argsort(axes).astype(int))
-        return array[()] if tree.get("scalar") else array
-
-    def _object(self, number: int) -> Any:
-        if number in self.made:
-            return self.made[number]
-        tree = self.objects[number]
-        if "known" in tree:
-            if self.restore is None:
-                raise ValueError("an object that is not here")
-            self.made[number] = self.restore(self.value(tree["known"]))
-            return self.made[number]
-        module, name = tree["class"]
-        if module.partition(".")[0] != _PACKAGE:
-            raise ValueError(f"{module}.{name} is no data of {_PACKAGE}")
-        kind = getattr(import_module(module), name)
-        if not (is_dataclass(kind) or hasattr(kind, "_fields")):
-            raise ValueError(f"{module}.{name} is no data")
-        self.made[number] = kind(**{field: self.value(entry) for field, entry in tree["fields"].items()})
-        return self.made[number]
-
-
-def plain_bytes(value: object) -> bytes:
-    """Numbers, texts, arrays, and lists, tuples, dicts and dataclasses of them in bytes; the same for the same value.
-
-    Raises
-    ------
-    TypeError : a value is none of these.
-    """
-    return b"".join(_pieces(value, None))
-
-
-def plain_value(raw: bytes) -> Any:
-    """What `plain_bytes` has been given.
-
-    Raises
-    ------
-    ValueError, KeyError, TypeError : other bytes.
-    """
-    return _value_of(raw, None)
-
-
-def _pieces(value: object, refer: Refer | None) -> Iterator[bytes]:
-    """The bytes of a value: a line of JSON, then its arrays."""
-    writer = _Writer(refer)
-    tree = writer.tree(value)
-    yield json.dumps({"value": tree, "objects": writer.objects}).encode("utf-8")
-    yield b"\n"
-    yield from writer.blobs
-
-
-def _value_of(raw: bytes, restore: Restore | None) -> Any:
-    """The value of such bytes."""
-    head, _, blob = raw.partition(b"\n")
-    parts = json.loads(head)
-    return _Reader(parts["objects"], blob, restore).value(parts["value"])
-
-
-def write_plain(path: Path, value: object, *, refer: Refer | None = None) -> None:
-    """Write numbers, texts, arrays, and lists, tuples, dicts and dataclasses of them; whole or not at all.
-
-    Parameters
-    ----------
-    refer : of objects that are found again elsewhere.
-
-    Raises
-    ------
-    TypeError : a value is none of these.  ModelError : the file cannot be written.
-    """
-    digest = hashlib.sha256()
-    with whole_file(path) as file:
-        for piece in _pieces(value, refer):
-            digest.update(piece)
-            file.write(piece)
-        file.write(digest.digest())
-
-
-def read_plain(path: Path, *, restore: Restore | None = None, what: str = "a segment") -> Any:
-    """What `write_plain` has written, to the same bits and the same layout of every array.
-
-    Parameters
-    ----------
-    restore : gives the objects that the writer has referred to.  what : of a run the file holds, for an error.
-
-    Raises
-    ------
-    ModelError : the file cannot be read, or its bytes are others than were written.
-    """
-    raw = memoryview(read_bytes(path, most=_MAX_BYTES))
-    written, digest = raw[:-_DIGEST], raw[-_DIGEST:]
-    if hashlib.sha256(written).digest() != digest:
-        raise ModelError(f"not {what} of a run: damaged, its bytes are others than were written", path=str(path))
-    try:
-        return _value_of(bytes(written), restore)
-    except Exception as error:  # whole, but written by another program
-        raise ModelError(f"not {what} of a run: {error}", path=str(path)) from error
-
-
 Model = TypeVar("Model")
+Value = TypeVar("Value")
 Values = NDArray[Any]
 
-MODEL_FILE = "model.numbers"
-"""Numbers that a run has begun with."""
-_ABOUT = "run.json"
-# Endings of files with results.
-_RESULTS = (".kept", ".latest", ".nc", ".json")
-# Names of all files a run writes, with those of its sections and of a search; others in the folder are the user's.
-_RUN_FILES = ("*.latest", "*.kept.nc", "search.json", "[0-9][0-9][0-9][0-9][0-9][0-9].kept")
-# Bytes of run.json, which says every option in a few letters.
-_MAX_ABOUT = 1_000_000
-# Seconds between two segments: what a power cut takes at most, beside the points at work.
-_EVERY = 1.0
+BLOCKS = "done/c.*"
+"""Files of a store of blocks that say which are done."""
+_RECORD, _NUMBERS = "run.json", "model.numbers"
+# Names of the segments; other files in the folder are the user's.
+_SEGMENTS = "[0-9][0-9][0-9][0-9][0-9][0-9].kept"
+# Temporary files of a writer of ours, and of one of Zarr.
+_LEFT_OVER = re.compile(r"\..*\.part|.*\.[0-9a-f]{32}\.partial")
+# Bytes of the record: of a store it holds the model.
+_MAX_RECORD = 50_000_000
+# Texts and lists of a record that stand in it as they are; longer ones by their digest.
+_MAX_TEXT = 200
+# Options that a refusal names with their values.
+_NAMED = 4
+# Seconds between two segments: what a kill takes at most, beside the points at work.  So many times that between two
+# that hold what replaces itself, which may be larger than the results: what a direction of a sweep goes on from.
+_EVERY, _LATEST = 1.0, 20
 # A folder that another run removes between making and locking is made again.
 _TRIES = 5
 # Numbers of one System made twice differ by rounding, 1e-13 of the largest of their array; other models differ by more.
 _SAME = 1e-9
 # What a result says about its model, and no number of the equation.
 _TEXTS = ("provenance", "warnings", "causes")
+
+
+# --- which run it is -------------------------------------------------------------------------------------------------
+
+
+def versions() -> dict[str, str]:
+    """Versions of the packages that the bits of a result depend on."""
+    return {"epicyclic": package_version(), "numpy": np.__version__, "scipy": scipy.__version__}
+
+
+def plain_identity(value: Any) -> Any:
+    """What says which run it is, as JSON: long texts and arrays by their digest.
+
+    Parameters
+    ----------
+    value : mappings, sequences, texts, numbers, arrays.
+    """
+    if isinstance(value, np.ndarray):
+        array = np.ascontiguousarray(value)
+        return "sha256 " + hashlib.sha256(f"{array.dtype}{array.shape}".encode() + array.tobytes()).hexdigest()
+    if isinstance(value, Mapping):
+        return {str(key): plain_identity(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        plain = [plain_identity(entry) for entry in value]
+        return plain if len(json.dumps(plain)) <= _MAX_TEXT else _digest(json.dumps(plain, sort_keys=True))
+    if isinstance(value, np.generic):
+        return plain_identity(value.item())
+    if isinstance(value, float) and not np.isfinite(value):
+        return str(value)
+    if value is None or isinstance(value, bool | int | float):
+        return value
+    text = str(value)
+    return text if len(text) <= _MAX_TEXT else _digest(text)
+
+
+def _digest(text: str) -> str:
+    return "sha256 " + hashlib.sha256(text.encode()).hexdigest()
+
+
+def _require_same(folder: Path, record: Mapping[str, Any]) -> None:
+    """Refuse the folder of another run.
+
+    Raises
+    ------
+    ModelError : the record there is that of another verb, version, model or of other options, which are named.
+    """
+    try:
+        known = dict(_flat(json.loads(read_text(folder / _RECORD, most=_MAX_RECORD))))
+        known["verb"]
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
+        raise ModelError("not a run that can be continued", path=str(folder / _RECORD)) from error
+    wanted = dict(_flat(record))
+    names = [name for name in {**wanted, **known} if wanted.get(name) != known.get(name)]
+    parts = [part for part in ("verb", "version", "model") if any(name.startswith(part) for name in names)]
+    options = [name for name in names if not name.startswith(("verb", "version", "model"))]
+    words = [f"another {part}" for part in parts] + ([f"other options ({', '.join(options)})"] if options else [])
+    if words:
+        raise _another_run(folder, words, given=_shown(wanted, names), known=_shown(known, names))
+
+
+def _flat(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
+    """Path and value of every entry of a record, of options without this word."""
+    if isinstance(value, Mapping) and value:
+        for name, entry in value.items():
+            yield from _flat(entry, f"{path}.{name}" if path not in ("", "options") else str(name))
+    else:
+        yield path, value
+
+
+def _shown(values: Mapping[str, Any], names: Sequence[str]) -> str:
+    """Names and values of the first of them, but for digests, which say nothing."""
+    texts = {name: str(values.get(name, "(nothing)")) for name in names[:_NAMED]}
+    short = {name: text if len(text) <= 24 else f"{text[:21]}..." for name, text in texts.items()}
+    return ", ".join(f"{name} = {text}" for name, text in short.items() if not text.startswith("sha256 "))
+
+
+def _another_run(folder: Path, words: Sequence[str], *, given: str = "", known: str = "") -> ModelError:
+    """The refusal of another run's folder; given, known : what differs, as it is asked for and as it lies there."""
+    return ModelError(
+        f"the run that lies there has {' and '.join(words)}",
+        path=str(folder),
+        allowed=f"{known or 'the command it was begun with'}, or delete the folder",
+        **({"given": given} if given else {}),
+    )
 
 
 # --- a folder of one run at a time -----------------------------------------------------------------------------------
@@ -321,9 +196,9 @@ def _locked(folder: Path) -> int | None:
     raise ModelError("another run writes there", path=str(folder), allowed="another output, or wait for its end")
 
 
-def _is_left_over(path: Path) -> bool:
+def is_left_over(path: Path) -> bool:
     """Whether a file is the temporary one of a killed writer; asked of a locked folder, where no writer is alive."""
-    return path.name.startswith(".") and path.name.endswith(".part")
+    return _LEFT_OVER.fullmatch(path.name) is not None
 
 
 # --- numbers of a model ----------------------------------------------------------------------------------------------
@@ -375,37 +250,15 @@ def structure(model: object) -> str:
     for path, number, other in _leaves(model):
         shape = np.shape(number) if number is not None else other
         digest.update(f"{path} {shape}\n".encode())
-    return digest.hexdigest()
+    return f"sha256 {digest.hexdigest()}"
 
 
-def write_numbers(path: Path, model: object) -> None:
-    """Write all numbers of frozen data, the file whole or not at all.
-
-    Raises
-    ------
-    ModelError : the file cannot be written.
-    """
-    write_plain(path, {name: np.asarray(number) for name, number, _ in _leaves(model) if number is not None})
-
-
-def read_numbers(path: Path) -> dict[str, Values]:
-    """The numbers of a file that `write_numbers` has written.
-
-    Raises
-    ------
-    ModelError : it cannot be read, or is damaged.
-    """
-    numbers: dict[str, Values] = read_plain(path, what="the numbers")
-    return numbers
-
-
-def with_numbers(model: Model, kept: Mapping[str, Values], *, compared: str, path: Path) -> Model:
+def with_numbers(model: Model, kept: Mapping[str, Values], *, compared: str, folder: Path) -> Model:
     """Frozen data with kept numbers in place of its own; itself where all are the same, bit by bit.
 
     Parameters
     ----------
     compared : path of the part whose numbers must agree up to rounding; of the others the shapes must.
-    path : the file, for messages.
 
     Raises
     ------
@@ -417,14 +270,10 @@ def with_numbers(model: Model, kept: Mapping[str, Values], *, compared: str, pat
             continue
         number, other = np.asarray(leaf), kept.get(name)
         same = other is not None and other.shape == number.shape and other.dtype == number.dtype
-        if same and other is not None and name.startswith(compared):
+        if same and other is not None and name.startswith(f".{compared}"):
             same = _alike(number, other)
         if not same:
-            raise ModelError(
-                f"the run that lies there has another model: {name.lstrip('.')} differs",
-                path=str(path.parent),
-                allowed="the command it was begun with, or delete the folder",
-            )
+            raise _another_run(folder, [f"another model: {name.lstrip('.')} differs"])
         bits = bits and other is not None and number.tobytes() == other.tobytes()
     result: Model = model if bits else _with_leaves(model, kept)
     return result
@@ -450,93 +299,53 @@ def segment_path(folder: Path, number: int) -> Path:
 
 def begun(folder: Path) -> bool:
     """Whether a run has left anything in a folder or in those of its parts."""
-    return any(path.suffix in _RESULTS and path.name != _ABOUT for path in folder.rglob("*.*"))
+    return any(folder.glob(BLOCKS)) or any(folder.rglob(_SEGMENTS))
 
 
 @contextmanager
-def open_folder(
-    folder: Path, *, verb: str, model: object, options: Mapping[str, object], resume: bool
-) -> Iterator[None]:
+def open_folder(folder: Path, record: Mapping[str, object], *, resume: bool) -> Iterator[None]:
     """The folder of a run, made or taken up again, which no other run may have while the block runs.
 
     Parameters
     ----------
-    model : texts, numbers and frozen data of them that say which model it is, compared without rounded numbers.
-    options : those of the run: texts, numbers, arrays.  resume : whether what lies there is wanted.
+    record : says which run it is, with its verb: mappings, texts, numbers, arrays.
+    resume : whether what lies there is wanted.
 
     Raises
     ------
     ModelError : another run has it; what lies there is not asked for, or is of another run; or the folder cannot be
         written.
     """
-    about = folder / _ABOUT
-    question = {
-        "verb": verb,
-        "version": package_version(),
-        "model": structure(model),
-        "options": {name: _digest(value) for name, value in options.items()},
-    }
+    about, question = folder / _RECORD, plain_identity(record)
     with locked_folder(folder):
         if about.is_file() and (resume or begun(folder)):
             if not resume:
                 problem = "an interrupted run lies there"
                 raise ModelError(problem, path=str(folder), allowed="resume, or delete the folder")
-            _require_same(about, question)
-        elif not about.is_file() and not all(map(_is_left_over, folder.iterdir())):
+            _require_same(folder, question)
+        elif not about.is_file() and not all(map(is_left_over, folder.iterdir())):
             raise ModelError("is no folder of a run", path=str(folder), allowed="a new or empty folder")
         else:
             try:
-                (folder / MODEL_FILE).unlink(missing_ok=True)  # of a run that has not come to its first segment
+                (folder / _NUMBERS).unlink(missing_ok=True)  # of a run that has not come to its first segment
                 write_text(about, json.dumps(question))
             except OSError as error:
                 raise ModelError(f"cannot be written: {error.strerror or error}", path=str(folder)) from error
         yield
 
 
-def _require_same(about: Path, question: Mapping[str, Any]) -> None:
-    """Refuse the folder of another run.
-
-    Raises
-    ------
-    ModelError : it is that of another verb, version, model or of other options, which are named.
-    """
-    try:
-        known = json.loads(read_text(about, most=_MAX_ABOUT))
-        options = dict(known["options"])
-        differs = [name for name in ("verb", "version", "model") if known[name] != question[name]]
-    except (ValueError, KeyError, TypeError, RecursionError) as error:
-        raise ModelError("not a run that can be continued", path=str(about)) from error
-    wanted = question["options"]
-    others = [name for name in {**wanted, **options} if wanted.get(name) != options.get(name)]
-    words = [f"another {name}" for name in differs] + ([f"other options ({', '.join(others)})"] if others else [])
-    if words:
-        raise ModelError(
-            f"the run that lies there has {' and '.join(words)}",
-            path=str(about.parent),
-            allowed="the command it was begun with, or delete the folder",
-        )
-
-
-def _digest(value: object) -> str:
-    """A value of an option in few letters."""
-    if isinstance(value, np.ndarray):
-        values = np.ascontiguousarray(value)
-        return hashlib.sha256(f"{values.dtype}{values.shape}".encode() + values.tobytes()).hexdigest()
-    text = json.dumps(value, default=str)
-    return text if len(text) <= 80 else hashlib.sha256(text.encode()).hexdigest()
-
-
 @dataclass(slots=True, kw_only=True, eq=False)
 class RunFolder:
-    """Results kept in an open folder.
+    """Results kept in an open folder; without one nothing is.
 
     known : results that lay there, by part and place.  pending : new ones, (part, place, result).
     latest : what replaces itself, by name, not yet written.
     refer, restore : as of `write_plain`, set before the first use.
     segments : number of segments, -1 before they are read.  written : when the last one was [s].
+    replaced : when the last one with what replaces itself was [s].
     """
 
-    folder: Path
+    folder: Path | None = None
     known: dict[str, dict[Any, Any]] = field(default_factory=dict)
     pending: list[tuple[str, int | str, Any]] = field(default_factory=list)
     latest: dict[str, Any] = field(default_factory=dict)
@@ -544,66 +353,71 @@ class RunFolder:
     restore: Restore | None = None
     segments: int = -1
     written: float = field(default_factory=time.monotonic)
+    replaced: float = field(default_factory=time.monotonic)
 
     def read(self) -> None:
         """Read all segments, once.
 
         Raises
         ------
-        ModelError : one cannot be read.
+        ModelError : one is missing, or cannot be read.
         """
-        if self.segments >= 0:
+        if self.segments >= 0 or self.folder is None:
             return
-        number = 0
-        while (path := segment_path(self.folder, number)).is_file():
+        number = len(list(self.folder.glob(_SEGMENTS)))
+        for path in (segment_path(self.folder, i) for i in range(number)):
+            if not path.is_file():
+                raise ModelError("not a run that can be continued: a segment is missing", path=str(path))
             for name, place, result in read_plain(path, restore=self.restore):
                 self.known.setdefault(name, {})[place] = result
-            number += 1
         self.segments = number  # only now: a segment that cannot be read must not be written over
 
     def part(self, name: str, keys: Sequence[str] | None = None) -> KeptPart:
         """The results of one part of the run."""
         return KeptPart(of=self, name=name, keys=keys)
 
-    def value(self, name: str) -> Any:
-        """What has been kept under a name, None where nothing has.
+    def made(self, name: str, make: Callable[[], Value]) -> Value:
+        """The value that has been kept under a name; where none has, it is made, and kept at once."""
+        part = self.part(name)
+        if 0 not in part.known:
+            value = make()
+            part.add(0, value)
+            self.write()
+            return value
+        value = part.known[0]
+        return value
 
-        Raises
-        ------
-        ModelError : it cannot be read.
-        """
-        path = self.folder / f"{name}.latest"
-        return read_plain(path, restore=self.restore) if path.is_file() else None
+    def value(self, name: str) -> Any:
+        """What has been kept by `keep_value`, None where nothing has."""
+        return self.part(name).known.get(0)
 
     def keep_value(self, name: str, value: object) -> None:
-        """Keep a value in place of the one before; written after all results that came before it."""
-        self.latest[name] = value
-        self._write_in_time()
+        """Keep a value in place of the one before; written now and then with a result that comes after it."""
+        if self.folder is not None:
+            self.latest[name] = value
 
     def add(self, name: str, place: int | str, result: object) -> None:
         """Keep the result of a place or key of a part."""
-        self.pending.append((name, place, result))
-        self._write_in_time()
+        if self.folder is not None:
+            self.pending.append((name, place, result))
+            now = time.monotonic()
+            if now - self.written >= _EVERY:
+                self.write(latest=now - self.replaced >= _LATEST * _EVERY)
 
-    def write(self) -> None:
-        """Write what is pending."""
+    def write(self, *, latest: bool = True) -> None:
+        """Write what is pending; latest : with what replaces itself."""
         self.read()
-        if self.pending:
-            write_plain(segment_path(self.folder, self.segments), self.pending, refer=self.refer)
-            self.segments, self.pending = self.segments + 1, []
-        for name in list(self.latest):
-            write_plain(self.folder / f"{name}.latest", self.latest[name], refer=self.refer)
-            del self.latest[name]
+        entries = [*self.pending, *((name, 0, value) for name, value in self.latest.items() if latest)]
+        if self.folder is not None and entries:
+            write_plain(segment_path(self.folder, self.segments), entries, refer=self.refer)
+            self.segments, self.pending, self.latest = self.segments + 1, [], {} if latest else self.latest
         self.written = time.monotonic()
-
-    def _write_in_time(self) -> None:
-        if time.monotonic() - self.written >= _EVERY:
-            self.write()
+        self.replaced = self.written if latest else self.replaced
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class KeptPart:
-    """The results of one part of a run by place, or by key where places are not the same in every run.
+    """The results of one part of the run by place, or by key where places are not the same in every run.
 
     keys : of the places, None where each is its own.
     """
@@ -634,72 +448,68 @@ def run_folder(
     verb: str,
     options: Mapping[str, object],
     resume: bool,
-) -> Iterator[tuple[Model, RunFolder | None]]:
-    """The model a run works with, and where it keeps its results: None without a folder.  All is written at the end.
+    compared: str = "",
+) -> Iterator[tuple[Model, RunFolder]]:
+    """The model a run works with, and what keeps its results: nothing without a folder.  All is written at the end.
 
     Parameters
     ----------
-    model : frozen data, such as a System.  Others as of `open_folder`.
+    model : frozen data, such as a System, or a text.  options : those of the run: texts, numbers, arrays.
+    compared : dotted path of the part of the model that says which it is; all of it where empty.
+    resume : whether what lies there is wanted.
 
     Raises
     ------
-    ModelError : as of `open_folder`; a number of the model is another one; a file cannot be read or written.
+    ModelError : a run is to go on without a folder; as of `open_folder`; a number of the model is another one; a file
+        cannot be read or written.
     """
+    if folder is None and resume:
+        raise ModelError("needs the file of the run that was stopped", path="resume", allowed="-o FILE.nc, or folder")
     if folder is None:
-        yield model, None
+        yield model, RunFolder()
         return
     path = Path(folder)
-    with open_folder(path, verb=verb, model=model, options=options, resume=resume):
-        numbers = path / MODEL_FILE
+    part = attrgetter(compared)(model) if compared else model
+    record = {"verb": verb, "versions": versions(), "model": structure(part), "options": options}
+    with open_folder(path, record, resume=resume):
+        numbers = path / _NUMBERS
         if numbers.is_file():
-            model = with_numbers(model, read_numbers(numbers), compared="", path=numbers)
+            kept = read_plain(numbers, what="the numbers")
+            model = with_numbers(model, kept, compared=compared, folder=path)
+        elif begun(path):
+            raise ModelError("not a run that can be continued", path=str(numbers))
         else:
-            write_numbers(numbers, model)
-        kept = RunFolder(folder=path)
+            numbered = {name: np.asarray(number) for name, number, _ in _leaves(model) if number is not None}
+            write_plain(numbers, numbered)
+        results = RunFolder(folder=path)
         try:
-            yield model, kept
+            yield model, results
         finally:
-            kept.write()
+            results.write()
 
 
-def remove_folder(folder: Path) -> None:
+def remove_folder(folder: Path, *, with_results: bool = True) -> None:
     """Delete the folder of a run that is whole, and those of its parts.
 
     Any other folder stays, and so does one that another run has, or in which something else lies.
+
+    Parameters
+    ----------
+    with_results : else only what has nothing to go on from goes, also where it is not said yet which run it is.
     """
-    if not (folder / _ABOUT).is_file():
+    if not folder.is_dir():
         return
     with suppress(ModelError, OSError), locked_folder(folder):
-        for part in _parts(folder):
-            remove_folder(part)
-        # the last first: a kill between leaves segments without a gap
-        _remove(folder, [path for pattern in _RUN_FILES for path in sorted(folder.glob(pattern), reverse=True)])
-
-
-def remove_without_results(folder: Path) -> None:
-    """Delete the folder of a run, and those of its parts, that have nothing to go on from; any other stays."""
-    if not (folder / _ABOUT).is_file():
-        if folder.is_dir():  # stopped before it was said which run it is
-            with suppress(ModelError, OSError), locked_folder(folder):
-                for path in filter(_is_left_over, folder.iterdir()):
-                    path.unlink()
-                folder.rmdir()
-        return
-    with suppress(ModelError, OSError), locked_folder(folder):
-        if not begun(folder):
-            for part in _parts(folder):
-                remove_without_results(part)
-            _remove(folder, [])
-
-
-def _parts(folder: Path) -> list[Path]:
-    """Folders of the parts of a run."""
-    return [path for path in folder.iterdir() if path.is_dir() and not path.is_symlink()]
-
-
-def _remove(folder: Path, results: Sequence[Path]) -> None:
-    """Delete files of a locked folder, then what says which run it is, and the folder where nothing else lies in it."""
-    left = [path for path in folder.iterdir() if _is_left_over(path)]
-    for path in (*results, *left, folder / MODEL_FILE, folder / _ABOUT):
-        path.unlink(missing_ok=True)
-    folder.rmdir()
+        known = (folder / _RECORD).is_file()
+        if (with_results and not known) or (not with_results and begun(folder)):
+            return
+        if known:
+            for part in folder.iterdir():
+                if not part.is_symlink():
+                    remove_folder(part, with_results=with_results)
+        # the last first: a kill between leaves segments without a gap; the record at last
+        results = sorted(folder.glob(_SEGMENTS), reverse=True)
+        own = [folder / _NUMBERS, folder / _RECORD] if known else []
+        for path in (*results, *filter(is_left_over, folder.iterdir()), *own):
+            path.unlink(missing_ok=True)
+        folder.rmdir()

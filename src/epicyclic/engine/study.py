@@ -20,9 +20,9 @@ from ..errors import ModelError
 from ..results.dataset import dataset
 from ..warning_codes import coded, placed
 from .block_store import BlockJob, hash_of, machine, run_blocks
+from .plain_data import plain_bytes, plain_value
 from .plan import Counted
 from .points import along, attempt, crossed, failures
-from .run_folder import plain_bytes, plain_value
 from .source import OPTIONS, StudyJob, read_job
 
 Evaluate = Callable[[Mapping[str, Any], Mapping[str, Any], Mapping[str, Any]], xr.Dataset]
@@ -61,8 +61,8 @@ def computed_block(
 
 def points_of(block: Mapping[str, np.ndarray]) -> list[dict[str, Any]]:
     """Points of a block: status, reason, warnings and result (None of a point that failed), names of all variables."""
-    points = plain_value(block["points"].tobytes())
-    return [{**point, "result": _dataset(point["result"])} for point in points]
+    points: list[dict[str, Any]] = plain_value(block["points"].tobytes())
+    return points
 
 
 def _point(evaluate: Evaluate, model: Mapping[str, Any], options: Row, row: Row, keep: Sequence[str]) -> dict[str, Any]:
@@ -81,34 +81,19 @@ def _point(evaluate: Evaluate, model: Mapping[str, Any], options: Row, row: Row,
         "warnings": json.loads(result.attrs.get("warnings", "[]")),
         "names": [str(name) for name in result.data_vars],
         "kind": str(result.attrs.get("verb", "")),
-        "result": _plain(result, keep),
+        "result": _as_kept(result, keep),
     }
 
 
-def _plain(result: xr.Dataset, keep: Sequence[str]) -> dict[str, Any]:
-    """A result as plain data: name -> dims, values, attributes, whether it is a coordinate."""
+def _as_kept(result: xr.Dataset, keep: Sequence[str]) -> xr.Dataset:
+    """The variables of a result that are kept, with units and long names alone of what is said of them."""
     if keep:
         result = result[[name for name in keep if name in result.data_vars]]
-    return {
-        str(name): [
-            [str(dim) for dim in variable.dims],
-            np.asarray(variable.values),
-            {key: str(variable.attrs[key]) for key in ("units", "long_name") if key in variable.attrs},
-            name in result.coords,
-        ]
-        for name, variable in result.variables.items()
-    }
-
-
-def _dataset(plain: Mapping[str, Any] | None) -> xr.Dataset | None:
-    """The result of such data."""
-    if plain is None:
-        return None
-    variables = {name: (dims, values, attrs) for name, (dims, values, attrs, _) in plain.items()}
-    return xr.Dataset(
-        {name: variable for name, variable in variables.items() if not plain[name][3]},
-        coords={name: variable for name, variable in variables.items() if plain[name][3]},
-    )
+    trimmed = result.drop_attrs()
+    for name, variable in trimmed.variables.items():
+        said = result[name].attrs
+        variable.attrs = {key: str(said[key]) for key in ("units", "long_name") if key in said}
+    return trimmed
 
 
 # --- the study -------------------------------------------------------------------------------------------------------

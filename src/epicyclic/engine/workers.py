@@ -27,7 +27,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from ..errors import ModelError
 
 if TYPE_CHECKING:
-    from .run_folder import KeptPart
+    from .run_folder import KeptPart, RunFolder
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -38,6 +38,8 @@ _WORTH = {"fork": 0.3, "spawn": 5.0}
 _MOST = 60
 # Places that a worker has at a time: one at work and the next, so that it need not wait for this process.
 _AHEAD = 2
+# Seconds without a result of a worker after which those that have come are written.
+_IDLE = 1.0
 BLAS_THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS", "OMP_NUM_THREADS")
 """Variables that set the threads of the libraries of linear algebra, which read them when they are loaded."""
 
@@ -83,6 +85,7 @@ def each(
     kept: KeptPart | None = None,
     meanwhile: Callable[[], object] | None = None,
     workers: bool = True,
+    pickled: bool = True,
 ) -> list[Result]:
     """work(item) of every item, in the order of the items.
 
@@ -94,7 +97,7 @@ def each(
         and always the results.  arrived : called here with the place and the result of every item, as they arrive.
     kept : takes every new result; those that a run before has left there arrive first and are not computed again.
     meanwhile : called once here while workers compute, such as an import that the results need; never without workers.
-    workers : whether there may be any.
+    workers : whether there may be any.  pickled : whether `work` can be; else there are some where they are forked.
 
     Raises
     ------
@@ -115,14 +118,16 @@ def each(
     if kept is not None:
         for place, result in sorted(kept.known.items()):
             enter(place, result)
-    most, method = processes() if workers else 1, "fork" if sys.platform == "linux" else "spawn"
+    method = "fork" if sys.platform == "linux" else "spawn"
+    most = processes() if workers and (pickled or method == "fork") else 1
     start, places = time.perf_counter(), [place for place in range(len(items)) if place not in results]
     for done, place in enumerate(places):
         left = len(places) - done
         spent = time.perf_counter() - start
         if done and most > 1 and left > 1 and spent / done * left > _WORTH[method]:
             count = min(most, left)
-            _by_workers(work, items, places[done:], keep, count=count, method=method, meanwhile=meanwhile)
+            folder = None if kept is None else kept.of
+            _by_workers(work, items, places[done:], keep, folder, count=count, method=method, meanwhile=meanwhile)
             # none may be started here, or one may have been killed: this process does what is left
             for missing in sorted(set(range(len(items))) - results.keys()):
                 keep(missing, work(items[missing]))
@@ -136,6 +141,7 @@ def _by_workers(
     items: Sequence[Item],
     places: Sequence[int],
     keep: Callable[[int, Result], None],
+    folder: RunFolder | None,
     *,
     count: int,
     method: str,
@@ -143,7 +149,7 @@ def _by_workers(
 ) -> None:
     """Compute the items at `places` by `count` workers; `keep` takes place and result of each as it arrives.
 
-    meanwhile : called once here while they compute.
+    folder : in which `keep` keeps them.  meanwhile : called once here while they compute.
 
     Places of a worker that was killed are left out.  Workers hold nothing that this process waits for, so that they
     can be ended at any instant.
@@ -183,7 +189,7 @@ def _by_workers(
             beside = threading.Thread(target=at_ease, daemon=True)
             beside.start()
         while any(open_):
-            number, more, message = inbox.get()
+            number, more, message = _received(inbox, folder)
             if not more:
                 open_[number] = 0
                 continue
@@ -220,6 +226,7 @@ def runs(
     *,
     arrived: Callable[[int, Result], None],
     long: bool = False,
+    kept: RunFolder | None = None,
 ) -> None:
     """Results of runs, each of which computes its points in turn: a run in one process, several at once.
 
@@ -230,6 +237,7 @@ def runs(
     work : as of `each`, gives the results of a run in turn; in a worker it does not see what other runs have changed.
     arrived : called here with the place of the run and a result, as they arrive; those of one run in their order.
     long : whether every run is known to take so long that workers pay from the start.
+    kept : in which `arrived` keeps the results.
 
     Raises
     ------
@@ -257,7 +265,7 @@ def runs(
     def take(wait: bool) -> None:
         """Take what the workers have sent, all of it where this process has nothing else to do."""
         while len(ended) < len(workers) and (wait or not inbox.empty()):
-            place, more, result = inbox.get()
+            place, more, result = _received(inbox, kept)
             if more:
                 keep(place, result)
             elif isinstance(result, BaseException):
@@ -309,6 +317,16 @@ def _receive_run(place: int, receiver: Connection, inbox: queue.SimpleQueue[tupl
             inbox.put((place, *receiver.recv()))
     except (EOFError, OSError):
         inbox.put((place, False, False))
+
+
+def _received(inbox: queue.SimpleQueue[tuple[int, bool, Any]], kept: RunFolder | None) -> tuple[int, bool, Any]:
+    """The next message of a worker; while none comes, what has come is written."""
+    while True:
+        try:
+            return inbox.get(timeout=_IDLE)
+        except queue.Empty:
+            if kept is not None:
+                kept.write()
 
 
 def _send_run(work: Callable[[Any], Iterable[Any]], item: Any, sender: Connection) -> None:

@@ -18,7 +18,6 @@ from __future__ import annotations
 
 import json
 import re
-import sys
 import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, field, fields
@@ -41,6 +40,7 @@ from ..warning_codes import CodedText, coded, placed
 if TYPE_CHECKING:
     import xarray as xr
 
+    from ..engine.run_folder import RunFolder
     from ..engine.source import Overrides, Source
     from ..system.system import System
     from ..train.train import Train
@@ -199,17 +199,6 @@ def refuse_without(condition: bool, words: str, **options: object) -> None:
     if not condition:
         for name, value in given(**options).items():
             raise ModelError(f"goes with {words}", path=name, given=value)
-
-
-def require_folder(resume: bool, folder: object) -> None:
-    """Refuse to go on from nowhere.
-
-    Raises
-    ------
-    ModelError : a run is to go on, and no folder is given.
-    """
-    if resume and folder is None:
-        raise ModelError("needs the file of the run that was stopped", path="resume", allowed="-o FILE.nc, or folder")
 
 
 # --- what help says --------------------------------------------------------------------------------------------------
@@ -377,15 +366,13 @@ def run_report(
     from ..engine.run_folder import run_folder
     from ..engine.source import train_of
 
-    require_folder(resume, folder)
     chosen = None if sections is None else _chosen(sections)
     results: dict[str, xr.Dataset] = {}
     left_out: list[CodedText] = []
     train = train_of(source, overrides=overrides)
     options = {} if chosen is None else {"sections": sorted(chosen)}  # what tells one report from another in its folder
     with run_folder(folder, train, verb="report", options=options, resume=resume) as (train, kept):
-        place = None if kept is None else kept.folder
-        steps = _steps(train, place)
+        steps = _steps(train, kept.folder)
         if chosen is not None:
             steps = {name: step for name, step in steps.items() if _section(name) in chosen}
         # with several mesh frequencies a worst case is one over their phases too
@@ -393,7 +380,7 @@ def run_report(
             words = "takes long with several mesh frequencies; it runs where --sections names it,"
             left_out += [coded("section-left-out", f"{name} {words} {_section(name)}") for name in STUDIES]
             steps = {name: step for name, step in steps.items() if name not in STUDIES}
-        for name, found in zip(steps, _run_steps(steps, place, progress), strict=True):
+        for name, found in zip(steps, _run_steps(steps, kept, progress), strict=True):
             if isinstance(found, str):
                 left_out.append(coded("section-left-out", f"{name}, as {found}"))
             else:
@@ -404,9 +391,11 @@ def run_report(
 
 
 def _run_steps(
-    steps: Mapping[str, Callable[[], xr.Dataset]], place: Path | None, progress: Callable[[str], None] | None
+    steps: Mapping[str, Callable[[], xr.Dataset]], kept: RunFolder, progress: Callable[[str], None] | None
 ) -> list[xr.Dataset | str]:
     """The result of every section, or why it has none; where forked on several cores."""
+    from ..engine.workers import each
+
     names = list(steps)
     # what takes longest begins first, after the one that says what the train is: no core waits for it at the end
     order = sorted(range(len(names)), key=lambda at: (at > 0, names[at] not in STUDIES))
@@ -414,9 +403,9 @@ def _run_steps(
 
     def made(name: str) -> xr.Dataset | str:
         try:
-            return steps[name]() if place is None else _kept(place, name, steps[name])
+            return steps[name]()
         except ModelError as error:
-            if place is not None and Path(error.path).is_relative_to(place):
+            if kept.folder is not None and Path(error.path).is_relative_to(kept.folder):
                 raise  # a folder that takes nothing is no property of the model
             # a sentence, where nothing wrong was given
             plain = error.path and error.allowed and f"{error.path} = " not in str(error)
@@ -432,20 +421,9 @@ def _run_steps(
             if progress is not None:
                 progress(name)
 
-    found = side_by_side(made, [names[at] for at in order], arrived=arrived)
+    ordered = [names[at] for at in order]
+    found = each(made, ordered, arrived=arrived, kept=kept.part("sections", ordered), pickled=False)
     return [one for _, one in sorted(zip(order, found, strict=True), key=lambda pair: pair[0])]
-
-
-def side_by_side(
-    work: Callable[[Item], Result], items: Sequence[Item], *, arrived: Callable[[int, Result], None] | None = None
-) -> list[Result]:
-    """work(item) of every item, in order; on several cores where workers are forked, so that nothing is pickled.
-
-    arrived : called here with the place and the result of every item, as they arrive.
-    """
-    from ..engine.workers import each
-
-    return each(work, items, arrived=arrived, workers=sys.platform == "linux")
 
 
 def _chosen(sections: Sequence[str]) -> set[str]:
@@ -460,20 +438,6 @@ def _chosen(sections: Sequence[str]) -> set[str]:
     if wrong or not names:
         raise ModelError("no such section", path="sections", given=", ".join(wrong), allowed=", ".join(known))
     return {"check", *names}
-
-
-def _kept(folder: Path, name: str, step: Callable[[], xr.Dataset]) -> xr.Dataset:
-    """The result of a section, from the folder where a report before has left it; else made and written there."""
-    from ..engine.run_folder import remove_folder
-    from ..results.dataset import load_result, save_result
-
-    path = folder / f"{name}.kept.nc"
-    if path.is_file():
-        return load_result(path)
-    result = step()
-    save_result(result, path)
-    remove_folder(folder / name)
-    return result
 
 
 def _steps(train: Train, folder: Path | None) -> dict[str, Callable[[], xr.Dataset]]:

@@ -170,18 +170,18 @@ def test_the_store_of_another_job_is_refused(tmp_path: Path) -> None:
     folder = tmp_path / "store"
     results(job(), store=folder)
     before = files(folder)
-    with pytest.raises(ModelError, match=r"seed = 2.*another job; allowed: seed = 1") as caught:
+    with pytest.raises(ModelError, match=r"seed = 2: .* has other options \(seed\); allowed: seed = 1") as caught:
         results(job(seed=2), store=folder, resume=True)
     assert caught.value.path == str(folder)
-    with pytest.raises(ModelError, match=r"blocks = 13.*another job; allowed: blocks = 12"):
+    with pytest.raises(ModelError, match=r"blocks = 13: .*has other options \(blocks\); allowed: blocks = 12"):
         results(job(13), store=folder, resume=True)
-    with pytest.raises(ModelError, match=r"12 of 12 blocks .* lie there; allowed: resume"):
+    with pytest.raises(ModelError, match="an interrupted run lies there; allowed: resume"):
         results(job(), store=folder)
     assert files(folder) == before
     other = tmp_path / "pictures"
     other.mkdir()
     (other / "cat.partial").write_bytes(b"cat")
-    with pytest.raises(ModelError, match="no store of a job; allowed: a new or empty folder"):
+    with pytest.raises(ModelError, match="is no folder of a run; allowed: a new or empty folder"):
         results(job(), store=other)
     assert (other / "cat.partial").is_file()
     with pytest.raises(ModelError, match="needs the store"):

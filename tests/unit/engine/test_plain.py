@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from epicyclic.engine.run_folder import read_plain, write_plain
+from epicyclic.engine.plain_data import read_plain, write_plain
 from epicyclic.errors import ModelError
 from epicyclic.questions.contact_loss.branch_set import Measures
 from epicyclic.questions.contact_loss.solutions import Stability

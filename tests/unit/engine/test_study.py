@@ -15,8 +15,8 @@ from typer.testing import CliRunner
 
 import epicyclic
 from epicyclic.cli.main import app
+from epicyclic.engine.plain_data import plain_bytes, plain_value
 from epicyclic.engine.points import stacked
-from epicyclic.engine.run_folder import plain_bytes, plain_value
 from epicyclic.engine.study import run_study
 from epicyclic.errors import ModelError
 
@@ -161,7 +161,7 @@ def test_one_process_workers_and_a_resumed_run_agree(folder: Path) -> None:
     files = {path.relative_to(folder / "store") for path in (folder / "store").rglob("*") if path.is_file()}
     assert all((folder / "store" / name).read_bytes() == (folder / "other" / name).read_bytes() for name in files)
     (folder / "short.toml").write_text(SHORT.replace("3, 4", "3, 5"))
-    with pytest.raises(ModelError, match="another job"):
+    with pytest.raises(ModelError, match=r"other options \(points\)"):
         epicyclic.study(folder / "short.toml", store=folder / "store", resume=True)
 
 
@@ -352,7 +352,7 @@ def test_the_command(folder: Path) -> None:
     assert epicyclic.load_result("out.nc").attrs["studied"] == "modes"
     again = run.invoke(app, ["study", str(folder / "short.toml"), "--store", "kept", "--json"])
     assert again.exit_code == 2
-    assert "6 of 6 blocks of an interrupted job lie there; allowed: resume" in again.stderr
+    assert "an interrupted run lies there; allowed: resume" in again.stderr
     shown = run.invoke(app, ["study", str(folder / "short.toml"), "--store", "kept", "--resume"])
     assert shown.exit_code == 0
     assert "frequency" in shown.stdout

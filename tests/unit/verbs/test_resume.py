@@ -21,6 +21,7 @@ from epicyclic.engine import run_folder
 from epicyclic.engine.run_folder import locked_folder
 from epicyclic.errors import ModelError
 from epicyclic.questions.contact_loss import sweep as contact_module
+from epicyclic.questions.response import steady
 from epicyclic.show.report import report
 from epicyclic.verbs.record import run_report
 
@@ -138,7 +139,6 @@ def test_the_runs_have_what_can_go_wrong(whole: Whole) -> None:
 def test_what_is_done_is_not_computed_again(
     name: str, tmp_path: Path, whole: Whole, monkeypatch: pytest.MonkeyPatch, runs: dict[str, Run]
 ) -> None:
-    from epicyclic.questions.response import steady
     from epicyclic.questions.stability import stability
 
     expected, _ = whole(name)
@@ -205,7 +205,10 @@ def test_another_run_is_refused(tmp_path: Path, document: dict[str, Any]) -> Non
 def test_one_run_at_a_time_has_a_folder(
     name: str, tmp_path: Path, runs: dict[str, Run], document: dict[str, Any]
 ) -> None:
-    relief: dict[str, Any] = {"mesh": "sun-planet", "vary": {"tip_relief.amount": "0..40 um"}}
+    relief: dict[str, Any] = {
+        "mesh": "sun-planet",
+        "vary": {"tip_relief.amount": "0..40 um", "tip_relief.length": "3 mm"},
+    }
     begin = runs | {
         "relief": lambda **more: epicyclic.relief("ren2021", **relief, **more),
         "report": lambda **more: run_report(document, **more),
@@ -223,7 +226,7 @@ def test_only_files_of_a_run_are_deleted(tmp_path: Path, runs: dict[str, Run]) -
     (folder / "notes").mkdir()
     with locked_folder(folder):  # another run has it
         run_folder.remove_folder(folder)
-        run_folder.remove_without_results(folder)
+        run_folder.remove_folder(folder, with_results=False)
     assert sorted(path.name for path in folder.iterdir()) == [
         "000000.kept",
         "mine.nc",
@@ -235,7 +238,9 @@ def test_only_files_of_a_run_are_deleted(tmp_path: Path, runs: dict[str, Run]) -
     assert sorted(path.name for path in folder.iterdir()) == ["mine.nc", "notes"]
 
 
-def test_a_report_goes_on_to_the_same_page(tmp_path: Path, document: dict[str, Any]) -> None:
+def test_a_report_goes_on_to_the_same_page(
+    tmp_path: Path, document: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
     def stop(name: str) -> None:
         if name == "support stiffness":
             raise KeyboardInterrupt
@@ -243,9 +248,13 @@ def test_a_report_goes_on_to_the_same_page(tmp_path: Path, document: dict[str, A
     folder, some = tmp_path / "run", ("modes", "sweep", "support-stiffness", "run-out")
     with pytest.raises(KeyboardInterrupt):
         run_report(document, sections=some, folder=folder, progress=stop)
-    assert (folder / "sweep.kept.nc").is_file()
-    again = run_report(document, sections=some, folder=folder, resume=True)
-    assert report(again) == report(run_report(document, sections=some))
+    expected = report(run_report(document, sections=some))
+
+    def refused(*_: object, **__: object) -> None:
+        raise AssertionError("computed again")
+
+    monkeypatch.setattr(steady, "sweep", refused)  # a section that is whole
+    assert report(run_report(document, sections=some, folder=folder, resume=True)) == expected
 
 
 def run(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str]:
@@ -257,8 +266,6 @@ def run(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str]:
 def test_the_command_line_names_what_goes_on(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from epicyclic.questions.response import steady
-
     target = tmp_path / "a b.nc"
     words = ["sweep", "ren2021", "--points", "40", "-o", str(target)]
     monkeypatch.setattr(sys, "argv", ["epicyclic", *words])
@@ -329,7 +336,7 @@ def test_a_folder_of_a_run_that_had_not_begun_goes(tmp_path: Path) -> None:
         (folder / ".run.json.0123.part").write_text("")
     (other / "letter.txt").write_text("")
     for folder in (empty, other):
-        run_folder.remove_without_results(folder)
+        run_folder.remove_folder(folder, with_results=False)
     assert not empty.exists()
     assert [path.name for path in other.iterdir()] == ["letter.txt"]
 
@@ -341,7 +348,7 @@ def test_a_folder_that_another_run_has_just_made_stays(files: tuple[str, ...], t
     for name in files:
         (folder / name).touch()
     with locked_folder(folder):
-        run_folder.remove_without_results(folder)
+        run_folder.remove_folder(folder, with_results=False)
         assert sorted(path.name for path in folder.iterdir()) == sorted(files)
-    run_folder.remove_without_results(folder)
+    run_folder.remove_folder(folder, with_results=False)
     assert not folder.exists()

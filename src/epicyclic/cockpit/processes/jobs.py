@@ -86,8 +86,9 @@ def _job(
 
 def _report(model: Loadable, target: Path, *, progress: Progress) -> Result:
     """The report of everything as a file."""
+    from ...engine.workers import each
     from ...show.report import write_report
-    from ...verbs.record import report_sections, run_report, side_by_side
+    from ...verbs.record import report_sections, run_report
 
     steps, done = len(report_sections()) + 2, 0
 
@@ -99,7 +100,7 @@ def _report(model: Loadable, target: Path, *, progress: Progress) -> Result:
     source, overrides = model
     results = run_report(source, overrides=dict(overrides), progress=tell)
     tell("figures")
-    write_report(target, results, each=side_by_side)
+    write_report(target, results, each=partial(each, pickled=False))
     return None, target, None
 
 

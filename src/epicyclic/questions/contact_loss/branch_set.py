@@ -17,7 +17,7 @@ n coordinates, N samples.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import pairwise
 from typing import Literal, TypeVar
@@ -25,6 +25,7 @@ from typing import Literal, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ...engine.run_folder import RunFolder
 from ...system.gaps import net_force
 from ...system.system import Array, System, faces
 from ..response.response import Response, Truncation, respond
@@ -226,7 +227,7 @@ class _Trace:
     """The branch set as far as it has been followed, `branches`.
 
     fixed : number of harmonics, None for as many as needed.  part : number of the part at hand.
-    winding : whether the branch before was cut.
+    winding : whether the branch before was cut.  kept : keeps the points of every branch.
     """
 
     refinement: Refinement
@@ -236,30 +237,53 @@ class _Trace:
     branches: BranchSet
     part: int = 0
     winding: bool = False
+    kept: RunFolder = field(default_factory=RunFolder)
 
 
 def branch_set(
-    refinement: Refinement, speeds: Array, *, harmonics: int | None = None, stepping: Stepping | None = None
+    refinement: Refinement,
+    speeds: Array,
+    *,
+    harmonics: int | None = None,
+    stepping: Stepping | None = None,
+    kept: RunFolder | None = None,
 ) -> BranchSet:
     """Follow the branches from the lowest to the highest of distinct rising relative speeds (P,).
 
     Parameters
     ----------
     harmonics : of every point with contact loss; None: as many as each needs.  stepping : of branches.
+    kept : keeps closed teeth, the points of a branch, and the branches that have been followed.
     """
+    kept = kept or RunFolder()
     trace = _Trace(
         refinement=refinement,
-        scan=scan_closed_teeth(refinement, speeds),
+        scan=kept.made("closed teeth", partial(scan_closed_teeth, refinement, speeds)),
         fixed=harmonics,
         stepping=stepping or Stepping(),
         branches=BranchSet(speeds=speeds, segments=[], crossings=[[] for _ in speeds], ended=[]),
+        kept=kept,
     )
     index = 0
+    if (followed := kept.value("followed")) is not None:
+        index, trace.branches, trace.part, trace.winding = followed
     while index < trace.scan.speeds.size:
         index = _closed_segment(trace, index)
         if index < trace.scan.speeds.size:
             index = _branch_segment(trace, index)
+            kept.keep_value("followed", (index, _as_it_is(trace.branches), trace.part, trace.winding))
     return trace.branches
+
+
+def _as_it_is(branches: BranchSet) -> BranchSet:
+    """The branch set as it is now, which what is entered later does not change."""
+    return replace(
+        branches,
+        segments=list(branches.segments),
+        crossings=[list(crossings) for crossings in branches.crossings],
+        ended=list(branches.ended),
+        cut=list(branches.cut),
+    )
 
 
 def _closed_segment(trace: _Trace, index: int) -> int:
@@ -364,6 +388,7 @@ def _followed(trace: _Trace, balance: Problem, harmonics: int, start: State) -> 
         stepping=trace.stepping,
         score=lambda state, problem: float(force_level(system, problem, state).max()),
         stop=lambda point: back(point) or returned(point) or winding.unstable(point),
+        kept=trace.kept.part(f"branch {len(trace.branches.segments)}"),
     )
     last = points[-1]
     if last.state.unchanging or back(last) or (last.tangent.speed > 0 and last.state.speed > scan.speeds[-1]):

@@ -39,6 +39,7 @@ from numpy.typing import NDArray
 from scipy import fft
 from scipy.linalg.lapack import dgetrf, dgetrs
 
+from ...engine.run_folder import KeptPart, RunFolder
 from ...system.system import Array, ComplexArray
 from ..response.balance import gmres_of_one
 from .problem import Problem, State, balanced_forces, dynamic_size, evaluate, jacobian, speed_derivative, unknowns
@@ -485,12 +486,26 @@ def start_of_path(balance: Problem, state: State, unit: ArclengthUnit, *, upward
     return PathPoint(path=path, state=state, tangent=tangent, length=0.0, steps=0, calls=calls)
 
 
-def follow(start: PathPoint, low: float, high: float, *, stepping: Stepping) -> Iterator[PathPoint]:
-    """Points of a branch from its start until it leaves [low, high] (the last may lie outside) or no step succeeds."""
+def follow(
+    start: PathPoint, low: float, high: float, *, stepping: Stepping, kept: KeptPart | None = None
+) -> Iterator[PathPoint]:
+    """Points of a branch from its start until it leaves [low, high] (the last may lie outside) or no step succeeds.
+
+    kept : keeps the points, and has those from which a branch that was stopped goes on: with a preconditioner of its
+        own, so that what follows agrees to the tolerance of a step.
+    """
     at, size = start, stepping.first
+    kept = kept or RunFolder().part("")
     yield at
-    for _ in range(stepping.points):
-        after, size = _advance(at, size, stepping)
+    for number in range(stepping.points):
+        if number in kept.known:
+            y, speed, own, size = kept.known[number]
+            after: PathPoint | None = PathPoint(path=at.path, state=evaluate(at.path.balance, y, speed), **own)
+        else:
+            after, size = _advance(at, size, stepping)
+            if after is not None:
+                own = {name: getattr(after, name) for name in ("tangent", "length", "steps", "calls")}
+                kept.add(number, (after.state.y, after.state.speed, own, size))
         if after is None:
             return
         at = after
@@ -606,15 +621,17 @@ def branch(
     stepping: Stepping,
     score: Score,
     stop: Stop | None = None,
+    kept: KeptPart | None = None,
 ) -> list[PathPoint]:
     """Points of the branch through a solved state, up in speed, with its folds and its highest score among them.
 
     Parameters
     ----------
     score : what has a peak that must not be missed.  stop : ends the branch at a point before it leaves [low, high].
+    kept : as of `follow`.
     """
     points = list[PathPoint]()
-    for point in follow(start_of_path(balance, start, unit), low, high, stepping=stepping):
+    for point in follow(start_of_path(balance, start, unit), low, high, stepping=stepping, kept=kept):
         points.append(point)
         if stop is not None and stop(point):
             break

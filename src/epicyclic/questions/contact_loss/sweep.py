@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from ...engine.run_folder import RunFolder
 from ...engine.workers import each, import_results, runs
 from ...errors import ModelError
 from ...machine_code import numba_available
@@ -37,8 +38,6 @@ from .torus import TRUNCATION_NOTED, Torus, torus_of
 if TYPE_CHECKING:
     import xarray as xr
 
-    from ...engine.run_folder import RunFolder
-
 _DIRECTIONS = ("up", "down")
 _NO_SPEED = "speed is not a number above zero"
 # States of a point that holds numbers, or had lost them before shaft orders came.
@@ -64,7 +63,7 @@ def contact_sweep(
     ----------
     progress : called with (steps done, steps) once branches are followed: a step is a point reached, or its shaft
         orders; an exception in it ends the sweep.
-    kept : keeps the branch set once it is whole, then stability, points reached and shaft orders as they come.
+    kept : keeps the branch set as it is followed, then stability, points reached and shaft orders as they come.
 
     Returns
     -------
@@ -74,7 +73,7 @@ def contact_sweep(
     ------
     ModelError : no damping, no or more than two mesh frequencies, torques out of balance, or an option out of range.
     """
-    harmonics, unstable = options.harmonics, options.unstable
+    harmonics, unstable, kept = options.harmonics, options.unstable, kept or RunFolder()
     shaft_tones = 1 if options.shaft_tones is None else options.shaft_tones
     if harmonics is not None and not 1 <= harmonics <= 4 * HARMONICS[-1]:
         raise ModelError("out of range", path="harmonics", given=harmonics, allowed=f"1 to {4 * HARMONICS[-1]}")
@@ -159,27 +158,19 @@ def contact_sweep(
 # --- the branch set, and what both directions reach -------------------------------------------------------------------
 
 
-def _branch_set(refinement: Refinement, rising: Array, harmonics: int | None, kept: RunFolder | None) -> BranchSet:
-    """The branch set of rising speeds (P,), kept once it is whole."""
-    if kept is None:
-        return branch_set(refinement, rising, harmonics=harmonics)
+def _branch_set(refinement: Refinement, rising: Array, harmonics: int | None, kept: RunFolder) -> BranchSet:
+    """The branch set of rising speeds (P,), kept as it is followed and once it is whole."""
     kept.refer, kept.restore = refinement.size_of, lambda size: refinement.lattice(*size)
-    branches: BranchSet | None = kept.value("branches")
-    if branches is None:
-        branches = branch_set(refinement, rising, harmonics=harmonics)
-        kept.keep_value("branches", branches)
-        kept.write()
-    return branches
+    return kept.made("branches", partial(branch_set, refinement, rising, harmonics=harmonics, kept=kept))
 
 
-def _judge(refinement: Refinement, branches: BranchSet, kept: RunFolder | None) -> None:
+def _judge(refinement: Refinement, branches: BranchSet, kept: RunFolder) -> None:
     """Enter the stability of all solutions of the branch set, on several cores."""
     crossed = [crossing.solution for crossings in branches.crossings for crossing in crossings]
     followed = [at for segment in branches.segments for at in segment.solutions]
     every = {(at.state, at.backward): at for at in (*crossed, *followed)}
-    part = None if kept is None else kept.part("stability")
     work = partial(_stability, refinement, list(every.values()))
-    judged = each(work, range(len(every)), kept=part, meanwhile=_import_ahead)
+    judged = each(work, range(len(every)), kept=kept.part("stability"), meanwhile=_import_ahead)
     refinement.stability.update(zip(every, judged, strict=True))
 
 
@@ -218,7 +209,7 @@ def _fill_directions(
     unstable: Unstable,
     shaft: Torus | None,
     progress: Callable[[int, int], None] | None,
-    kept: RunFolder | None,
+    kept: RunFolder,
 ) -> list[Array]:
     """Fill the curves (.., P) of both sweep directions; largest forces (F,) of the flanks of every motion [N].
 
@@ -253,16 +244,15 @@ def _fill_directions(
     def enter_new(number: int, point: _Point) -> None:
         """Enter a point that a direction has reached now, and keep it."""
         direction = left[number].direction
-        if kept is not None:
-            kept.part(_DIRECTIONS[direction]).add(point.index, replace(point, begin=None))
-            if point.begin is not None:
-                kept.keep_value(_DIRECTIONS[direction], point.begin)
+        if point.begin is not None:
+            kept.keep_value(f"begin {_DIRECTIONS[direction]}", point.begin)
+        kept.part(_DIRECTIONS[direction]).add(point.index, replace(point, begin=None))
         enter(direction, point)
 
     left = list[_Left]()
     for direction, name in enumerate(_DIRECTIONS):
-        known, begin = ({}, None) if kept is None else (kept.part(name).known, kept.value(name))
-        rest = _left(direction, len(branches.crossings), known, begin)
+        known = kept.part(name).known
+        rest = _left(direction, len(branches.crossings), known, kept.value(f"begin {name}"))
         for index in sorted(known.keys() - set(rest.indices)):
             enter(direction, known[index])
         if rest.indices:
@@ -272,10 +262,10 @@ def _fill_directions(
     # what replaces a motion that is unstable at a speed asked for takes seconds to find
     crossed = (crossing.solution for crossings in branches.crossings for crossing in crossings)
     long = unstable == "replace" and not all(with_stability(refinement, at).stable for at in crossed)
-    runs(work, left, arrived=enter_new, long=long)
+    runs(work, left, arrived=enter_new, long=long, kept=kept)
     motions, reached = [motion for motion, _ in waiting.values()], [indices for _, indices in waiting.values()]
     if shaft is not None:
-        part = None if kept is None else kept.part("shaft orders", [motion.digest for motion in motions])
+        part = kept.part("shaft orders", [motion.digest for motion in motions])
         each(partial(shaft_response, shaft), motions, arrived=enter_shaft_orders, kept=part)
     return largest
 

@@ -171,8 +171,8 @@ class ReliefOptions:
     resume: Annotated[
         str | Path | None,
         Option(
-            "Record of the search, written as it goes; gone on with if there. With -o there is one beside it.",
-            metavar="FILE",
+            "Folder that keeps the search as it goes; gone on with if there. With -o there is one beside it.",
+            metavar="DIR",
         ),
     ] = None
     folder: Folder = None

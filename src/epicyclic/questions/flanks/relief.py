@@ -1,33 +1,31 @@
 """Optimisation of tip, root and end relief, crown and slope of one mesh of a train or of several, and its Dataset.
 
-Genetic search over the unit cube with a record on disk, and its finalists solved again.
+Genetic search over the unit cube whose generations are kept, and its finalists solved again.
 
 One objective is minimised by a genetic algorithm, several by NSGA-II [deb2002], both those of pymoo [blank2020].  The
-search follows from its seed alone, so the record holds evaluations and not the state of the algorithm.  A resumed
-search is repeated from its seed with the recorded objectives, which takes no evaluation, and continues to the bits of
-an uninterrupted search.
+search follows from its seed alone, so its folder holds evaluations and not the state of the algorithm.  A resumed
+search is repeated from its seed with the objectives kept, which takes no evaluation, and continues to the bits of an
+uninterrupted search.
 
 The search is on few phases and slices; its finalists are solved again with those that hold within a tolerance.
 """
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from ...engine.run_folder import KeptPart, RunFolder, run_folder
 from ...engine.source import Drive
 from ...errors import ModelError
 from ...results.dataset import dataset
-from ...results.files import require_writable, write_text
 from ...system.assembly import assemble, train_provenance
 from ...system.system import System
 from ...teeth.form import Flank
@@ -35,7 +33,6 @@ from ...teeth.gear_pair import check_pair
 from ...teeth.segments import ContactSegments
 from ...train.resolution import load
 from ...train.train import Mesh, Train
-from ...user_input import read_text
 from ...warning_codes import CodedText, coded
 from . import ContactOptions, ReliefOptions
 from .contact_resolution import Resolution, check_tolerance, resolution, sigma_at
@@ -90,7 +87,7 @@ def relief(drive: Drive, options: ReliefOptions, *, progress: Callable[[float], 
 
     Raises
     ------
-    ModelError : wrong model, name, bounds or record; a relief that does not fit its flank; pymoo not installed.
+    ModelError : wrong model, name, bounds or folder; a relief that does not fit its flank; pymoo not installed.
     """
     train, objectives, torque = drive.train, options.objectives, options.torque
     loads = [float(load) for load in options.loads]
@@ -132,20 +129,22 @@ def relief(drive: Drive, options: ReliefOptions, *, progress: Callable[[float], 
         **({"speeds": speeds, "speed_points": options.points} if dynamic else {}),
     }
     drawn = _drawn_candidate(problem, flanks)
-    # by the hash of model and options a record knows its search
-    fingerprint = json.dumps([dict(train.document), recorded], sort_keys=True, default=str)
-    result = genetic_search(
-        problem,
-        len(variables),
-        len(objectives),
-        population=options.population,
-        generations=options.generations,
-        seed=options.seed,
-        start=drawn,
-        record=None if options.resume is None else Path(options.resume),
-        problem=hashlib.sha256(fingerprint.encode()).hexdigest(),
-        progress=progress,
-    )
+    # the record of the search; more generations are the same one gone on with
+    record = recorded | {"seed": options.seed, "population": options.population}
+    model = json.dumps(dict(train.document), sort_keys=True, default=str)
+    folder, resume = options.folder if options.resume is None else options.resume, options.resume is not None
+    with run_folder(folder, model, verb="relief", options=record, resume=resume) as (_, kept):
+        result = genetic_search(
+            problem,
+            len(variables),
+            len(objectives),
+            population=options.population,
+            generations=options.generations,
+            seed=options.seed,
+            start=drawn,
+            kept=kept.part("generations"),
+            progress=progress,
+        )
     if not result.best.size:
         raise ModelError("no candidate could be computed", path="vary", given=dict(options.vary))
     solved = verified(problem, result, pick=options.pick, drawn=drawn)
@@ -413,9 +412,6 @@ def _warnings(train: Train, after: Train, solved: Finalists, result: SearchResul
     return messages
 
 
-_FORMAT = 1
-# 100 bytes of each of a million candidates with ten variables are 1 GB
-_MAX_BYTES = 1_000_000_000
 # objective of a candidate that could not be computed: worse than any that could, and finite, as pymoo needs
 _PENALTY = 1e30
 # Best candidates of a search with one objective that are solved again, each at the cost of a coarse generation.
@@ -452,8 +448,7 @@ def genetic_search(
     generations: int,
     seed: int,
     start: Array | None = None,
-    record: Path | None = None,
-    problem: str = "",
+    kept: KeptPart | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> SearchResult:
     """Minimise one objective, or find the Pareto set of several [deb2002].
@@ -466,17 +461,14 @@ def genetic_search(
     variables, objectives : v and o.  population, generations : P and their number.
     seed : equal seeds give equal searches.
     start : (k, v) candidates of the first generation; a Latin hypercube gives the others.
-    record : file of the evaluations, written after every generation; an existing one is resumed.
-    problem : fingerprint that a record must bear.  progress : called with the share done, 0..1.
+    kept : keeps the evaluations of every generation; those that lie there are not made again.
+    progress : called with the share done, 0..1.
 
     Raises
     ------
-    ModelError : a record of another search; pymoo not installed.
+    ModelError : generations that are kept and do not follow from the seed; pymoo not installed.
     """
-    identity = {"format": _FORMAT, "problem": problem, "seed": seed, "population": population}
-    recorded = [] if record is None else _read_record(record, identity)
-    if record is not None:
-        require_writable(record)
+    kept = kept or RunFolder().part("generations")
     evaluated: list[tuple[Array, Array]] = []
     # a Latin hypercube [mckay1979] whose first candidates are replaced by the given ones
     random = np.random.default_rng(seed)
@@ -492,22 +484,18 @@ def genetic_search(
             if offspring is None or not len(offspring):
                 break  # no candidate left that is not a duplicate
             candidates = np.array(offspring.get("X"), dtype=float)
-            if generation < len(recorded):
-                follows, values = recorded[generation]
+            if generation in kept.known:
+                follows, values = kept.known[generation]
                 if not np.array_equal(candidates, follows):
                     raise ModelError(
-                        "the record does not follow from its seed: made by another version of pymoo?",
-                        path=str(record),
-                        allowed="a new record",
+                        "the run that lies there does not follow from its seed: made by another version of pymoo?",
+                        path=str(kept.of.folder),
+                        allowed="another folder",
                     )
-                if values.shape != (len(candidates), objectives):
-                    raise ModelError("not the record of a search: other objectives", path=str(record))
             else:
                 values = np.asarray(evaluate(candidates), dtype=float).reshape(len(candidates), objectives)
+                kept.add(generation, (candidates, values))
             evaluated.append((candidates, values))
-            if record is not None and generation >= len(recorded):
-                rows = [{"place": place.tolist(), "objective": objective.tolist()} for place, objective in evaluated]
-                write_text(record, json.dumps({**identity, "generations": rows}))  # numbers are read back exactly
             _assign(algorithm, offspring, values)
             if progress is not None:
                 progress((generation + 1) / generations)
@@ -568,31 +556,6 @@ def non_dominated(values: Array) -> NDArray[np.int64]:
         if not dominating.any():
             kept.append(i)
     return rows[kept]
-
-
-def _read_record(record: Path, identity: dict[str, Any]) -> list[tuple[Array, Array]]:
-    """Candidates (P, v) and objectives (P, o) of every recorded generation; none where there is no file.
-
-    Raises
-    ------
-    ModelError : not a record, or that of another search.
-    """
-    if not record.exists():
-        return []
-    try:
-        data = json.loads(read_text(record, most=_MAX_BYTES))
-        stored = {name: data[name] for name in identity}
-        evaluated = [(np.array(one["place"], float), np.array(one["objective"], float)) for one in data["generations"]]
-    except ModelError:
-        raise
-    except (ValueError, KeyError, TypeError, RecursionError) as error:
-        raise ModelError(f"not the record of a search: {error!r}", path=str(record)) from None
-    for name, value in identity.items():
-        if stored[name] != value:
-            raise ModelError(
-                f"the record of another search: its {name} differs", path=str(record), given=stored[name], allowed=value
-            )
-    return evaluated
 
 
 # finalists ------------------------------------------------------------------------------------------------------------

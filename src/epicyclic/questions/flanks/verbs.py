@@ -1,8 +1,6 @@
 """The verbs stiffness, contact, relief and efficiency."""
 
-from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ...options import RANGE_LOADS, Progress
@@ -64,10 +62,6 @@ def contact(drive: "Drive", options: ContactOptions, progress: Progress | None =
     return pair_contact(train, options)
 
 
-RECORD = "search.json"
-"""Record of a search in the folder that keeps it."""
-
-
 @takes(ReliefOptions)
 def relief(drive: "Drive", options: ReliefOptions, progress: Progress | None = None) -> "xr.Dataset":
     """The best tip and root relief and lead modification of a mesh, or of all meshes of a train.
@@ -76,24 +70,16 @@ def relief(drive: "Drive", options: ReliefOptions, progress: Progress | None = N
 
     Parameters
     ----------
-    folder : keeps the record of the search where `resume` names no other.
+    folder : keeps the search where `resume` names no other.
 
     Raises
     ------
-    ModelError : the model, a name, bounds or a record is wrong; a relief that does not fit its flank; no pymoo.
+    ModelError : the model, a name, bounds or a folder is wrong; a relief that does not fit its flank; no pymoo.
     """
     from .relief import relief as run
 
     options = replace(options, loads=loads_of(options.loads, options.load_points, 4) or ())
-    keeping: AbstractContextManager[None] = nullcontext()
-    if options.folder is not None:
-        from ...engine.run_folder import open_folder
-
-        folder, record = Path(options.folder), options.resume
-        keeping = open_folder(folder, verb="relief", model=(), options={}, resume=record is not None)
-        options = replace(options, resume=folder / RECORD if record is None else record)
-    with keeping:
-        return run(drive, options, progress=progress)
+    return run(drive, options, progress=progress)
 
 
 def _model_text(result: "xr.Dataset") -> str:

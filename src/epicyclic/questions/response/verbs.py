@@ -4,7 +4,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ...verbs.options import mesh_frequencies
-from ...verbs.record import Verb, asked, chosen, refuse_without, require_folder, takes
+from ...verbs.record import Verb, asked, chosen, refuse_without, takes
 from . import SteadyOptions, SweepOptions
 
 if TYPE_CHECKING:
@@ -44,7 +44,8 @@ def sweep(drive: "Drive", options: SweepOptions, progress: "Callable[[int, int],
 
     Parameters
     ----------
-    folder : keeps the points that are done, so that a run that was stopped goes on with `resume`, to the same bits.
+    folder : keeps the points that are done, so that a run that was stopped goes on with `resume`, to the same bits;
+        inside a branch with contact loss to the tolerance of a step.
     progress : called with (points done, points); an exception in it ends the sweep.
 
     Raises
@@ -56,7 +57,6 @@ def sweep(drive: "Drive", options: SweepOptions, progress: "Callable[[int, int],
     refuse_without(not options.contact_loss, "linear contact", **chosen(options, "orders", "tolerance"))
     from ...engine.run_folder import run_folder
 
-    require_folder(options.resume, options.folder)
     if options.start is not None or options.stop is not None:
         one = options.start is None or options.stop is None
         refuse_without(one, "at most one end of its own", **chosen(options, "range"))

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 from ...document.units import typed
 from ...errors import ModelError
 from ...verbs.options import mesh_frequencies, spread
-from ...verbs.record import Verb, chosen, given, refuse_without, require_folder, takes
+from ...verbs.record import Verb, chosen, given, refuse_without, takes
 from . import StabilityOptions
 
 if TYPE_CHECKING:
@@ -40,7 +40,6 @@ def stability(
         raise ModelError("go together", path="over, values", allowed="a path and its values, damping.modal 0.01..0.05")
     from ...engine.run_folder import run_folder
 
-    require_folder(options.resume, folder)
     one = options.start is None or options.stop is None
     refuse_without(one, "at most one end of its own", **chosen(options, "range"))
     alone = given(variation=options.variation, damping=options.damping)

@@ -4,10 +4,8 @@ The nominal motion is prescribed: a load may only strain the train.  The work of
 be given back at the ports, where torque enters and leaves the train, in the ratio of the kinematics: the sum of torque
 times nominal turn is zero.
 
-A run in pieces with checkpoints: bounded memory, whole segments on disk, resumed to the same bits.
-
-Its folder keeps the numbers that it was begun with, and whole segments of its states.  A state is flat here: modal
-y, y' and the sliders of Coulomb friction.
+A run in pieces, whose cuts do not change a bit of it: its folder keeps the numbers that it was begun with, and the
+states of whole pieces.  A state is flat here: modal y, y' and the sliders of Coulomb friction.
 """
 
 from __future__ import annotations
@@ -20,16 +18,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ...engine.run_folder import (
-    MODEL_FILE,
-    open_folder,
-    read_numbers,
-    read_plain,
-    segment_path,
-    with_numbers,
-    write_numbers,
-    write_plain,
-)
+from ...engine.run_folder import KeptPart, run_folder
 from ...errors import ModelError
 from ...statics.tangent import linear
 from ...system.system import Array, System
@@ -306,8 +295,8 @@ Method = Literal["rk4", "dop853", "radau"]
 METHODS = ("rk4", "dop853", "radau")
 # Steps between two looks at Ctrl-C and the progress bar: a fraction of a second.
 _STEPS = 40_000
-# Numbers of a piece [8 bytes], and pieces of a segment on disk.
-_NUMBERS, _PIECES = 500_000, 8
+# Numbers of a piece [8 bytes].
+_NUMBERS = 500_000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -370,53 +359,42 @@ def run(
 
     Parameters
     ----------
-    folder : keeps whole segments there; what was done stays when the run is stopped, by whatever it is.
+    folder : keeps whole pieces there; what was done stays when the run is stopped, by whatever it is.
     asked : options that, with the System, say which run it is.
     resume : go on from the last of them.  progress : called with the share done; an exception in it ends the run.
 
     Raises
     ------
-    ModelError : as of `open_folder`, `_kept_numbers` and `_segments`.
+    ModelError : as of `run_folder`.
     """
     begun = Begun(moving=moving, state=state, slider=slider, step=plan.step, steps=np.array([plan.keep, plan.count]))
-    if folder is None:
-        return _run(begun, plan, None, progress)
     options = {"method": plan.method, **(asked or {})}
-    with open_folder(folder, verb="transient", model=moving.system, options=options, resume=resume):
-        return _run(begun, plan, folder, progress)
-
-
-def _run(begun: Begun, plan: RunPlan, folder: Path | None, progress: Callable[[float], None] | None) -> RunRecord:
-    """`run` from its beginning, or from where its folder ends; what is done is written however it ends."""
-    segments, tally = list[tuple[Array, Array]](), empty_tally(begun.moving)
-    if folder is not None:
-        begun = _kept_numbers(folder, begun)
+    with run_folder(folder, begun, verb="transient", options=options, resume=resume, compared="moving.system") as (
+        begun,
+        kept,
+    ):
         keep, count = map(int, begun.steps)
-        plan = replace(plan, step=begun.step, keep=keep, count=count)
-        width = begun.state.size + begun.slider.size
-        segments = _segments(folder, width=width, most=plan.count, tallied=tally.flat().size)
+        return _run(begun, replace(plan, step=begun.step, keep=keep, count=count), kept.part("pieces"), progress)
+
+
+def _run(begun: Begun, plan: RunPlan, kept: KeptPart, progress: Callable[[float], None] | None) -> RunRecord:
+    """`run` from its beginning, or from the last piece that is kept."""
+    tally = empty_tally(begun.moving)
     begin = np.concatenate([begun.state.ravel(), begun.slider])
     out = np.full((plan.count + 1, begin.size), np.nan)
     out[0], done = begin, 0
-    for states, flat in segments:
-        out[done + 1 : done + 1 + len(states)] = states
-        done, tally = done + len(states), tally.of(flat)
     # integrators of variable step begin anew at the end of a piece, wherever a run was cut
     size = max(1, min(_STEPS // plan.keep, _NUMBERS // begin.size))
-    written, number, pieces = done, len(segments), 0
-    try:
-        while done < plan.count and np.isfinite(out[done]).all():
-            last, longer = min(plan.count, (done // size + 1) * size), tally.copy()
-            out[done + 1 : last + 1] = _piece(begun.moving, plan, out[done], done, last, longer)
-            done, tally, pieces = last, longer, pieces + 1
-            if folder is not None and pieces == _PIECES:
-                write_plain(segment_path(folder, number), (out[written + 1 : done + 1], tally.flat()))
-                written, number, pieces = done, number + 1, 0
-            if progress is not None:
-                progress(done / plan.count)
-    finally:
-        if folder is not None and done > written:
-            write_plain(segment_path(folder, number), (out[written + 1 : done + 1], tally.flat()))
+    for _, (states, flat) in sorted(kept.known.items()):
+        out[done + 1 : done + 1 + len(states)] = states
+        done, tally = done + len(states), tally.of(flat)
+    while done < plan.count and np.isfinite(out[done]).all():
+        last, longer = min(plan.count, (done // size + 1) * size), tally.copy()
+        out[done + 1 : last + 1] = _piece(begun.moving, plan, out[done], done, last, longer)
+        kept.add(done // size, (out[done + 1 : last + 1], longer.flat()))
+        done, tally = last, longer
+        if progress is not None:
+            progress(done / plan.count)
     n = begun.state.shape[1]
     states, sliders = out[:, : 2 * n].reshape(-1, 2, n), out[:, 2 * n :]
     return RunRecord(moving=begun.moving, plan=plan, states=states, sliders=sliders, tally=tally)
@@ -454,48 +432,3 @@ def _fixed_steps(
                 return states, sliders
         states[sample], sliders[sample] = state, slider
     return states, sliders
-
-
-# --- what a run keeps in its folder ----------------------------------------------------------------------------------
-
-
-def _kept_numbers(folder: Path, begun: Begun) -> Begun:
-    """The numbers a run was begun with: those kept in its folder, else the given ones, which are written there.
-
-    Raises
-    ------
-    ModelError : the kept ones are of another model, or cannot be read.
-    """
-    path = folder / MODEL_FILE
-    if path.is_file():
-        return with_numbers(begun, read_numbers(path), compared=".moving.system.", path=path)
-    if segment_path(folder, 0).is_file():
-        raise ModelError("not a run that can be continued", path=str(path))
-    write_numbers(path, begun)
-    return begun
-
-
-def _segments(folder: Path, *, width: int, most: int, tallied: int) -> list[tuple[Array, Array]]:
-    """The segments that are there without a gap: flat states (K, 2 n + R) and the flat tally at their end, each.
-
-    Parameters
-    ----------
-    width : numbers of a state.  most : states of all segments together.  tallied : numbers of a flat tally.
-
-    Raises
-    ------
-    ModelError : one of them cannot be read, is damaged, or is of another run.
-    """
-    segments: list[tuple[Array, Array]] = []
-    while (path := segment_path(folder, len(segments))).is_file():
-        match read_plain(path):
-            case (np.ndarray() as states, np.ndarray() as tally):
-                shapes = states.shape[1:] == (width,) and tally.shape == (tallied,)
-                known = shapes and len(states) <= most and states.dtype == tally.dtype == np.float64
-            case _:
-                known = False
-        if not known:
-            raise ModelError("not a segment of this run", path=str(path))
-        most -= len(states)
-        segments.append((states, tally))
-    return segments

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...errors import ModelError
 from ...options import Progress
-from ...verbs.record import Verb, require_folder, takes
+from ...verbs.record import Verb, takes
 from . import TransientOptions
 
 if TYPE_CHECKING:
@@ -26,7 +26,6 @@ def transient(drive: "Drive", options: TransientOptions, progress: Progress | No
     """
     from .transient import transient as run
 
-    require_folder(options.resume, options.folder)
     options = replace(
         options,
         mesh_frequency=_ends(options),

@@ -15,6 +15,8 @@ import xarray as xr
 
 import epicyclic
 from epicyclic.cli.main import app
+from epicyclic.engine.plain_data import write_plain
+from epicyclic.engine.run_folder import RunFolder, segment_path
 from epicyclic.errors import ModelError
 from epicyclic.questions.flanks.relief import genetic_search, relief_model
 from epicyclic.show.charts.flanks import relief_effect, relief_search
@@ -52,6 +54,10 @@ def bits(result: xr.Dataset) -> bytes:
     )
 
 
+def contents(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
 @pytest.fixture(scope="module")
 def single() -> xr.Dataset:
     return found()
@@ -68,16 +74,17 @@ def test_the_same_seed_gives_the_same_bits(single: xr.Dataset) -> None:
 
 @pytest.mark.parametrize("objectives", [["lte"], ["lte", "load"]])
 def test_a_search_gone_on_with_is_the_one_never_stopped(objectives: list[str], tmp_path: Path) -> None:
-    record = tmp_path / "search.json"
+    folder = tmp_path / "search"
     options = {"objectives": objectives}
     whole = found(**options)
-    part = found(**options, generations=2, resume=record)
+    part = found(**options, generations=2, resume=folder)
     assert part.sizes["generation"] == 2
-    assert bits(found(**options, resume=record)) == bits(whole)
-    again = json.loads(record.read_text())
-    assert len(again["generations"]) == 4
-    assert bits(found(**options, resume=record)) == bits(whole)  # nothing left to do: read only
-    assert [path.name for path in tmp_path.iterdir()] == ["search.json"]
+    assert bits(found(**options, resume=folder)) == bits(whole)
+    assert sorted(RunFolder(folder=folder).part("generations").known) == [0, 1, 2, 3]
+    before = contents(folder)
+    assert bits(found(**options, resume=folder)) == bits(whole)  # nothing left to do: read only
+    assert contents(folder) == before
+    assert [path.name for path in tmp_path.iterdir()] == ["search"]
 
 
 def test_ctrl_c_keeps_the_best_so_far(tmp_path: Path, single: xr.Dataset) -> None:
@@ -85,42 +92,49 @@ def test_ctrl_c_keeps_the_best_so_far(tmp_path: Path, single: xr.Dataset) -> Non
         if share >= 0.5:
             raise KeyboardInterrupt
 
-    record = tmp_path / "search.json"
-    stopped = found(resume=record, progress=stop)
+    folder = tmp_path / "search"
+    stopped = found(resume=folder, progress=stop)
     assert stopped.attrs["stopped"] == 1
     assert stopped.sizes["generation"] == 2
     assert any("stopped after 2 of 4" in text for text in json.loads(stopped.attrs["warnings"]))
     assert float(stopped.objective_after[0]) == float(stopped.best_so_far[-1, 0])
-    assert bits(found(resume=record)) == bits(single)
+    assert bits(found(resume=folder)) == bits(single)
 
 
 def test_a_record_is_written_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    record = tmp_path / "search.json"
-    found(generations=1, resume=record)
-    before = record.read_bytes()
+    folder = tmp_path / "search"
+    found(generations=1, resume=folder)
+    before = contents(folder)
 
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("os.replace", full)
     with pytest.raises(ModelError, match="No space left"):
-        found(resume=record)
-    assert record.read_bytes() == before
-    assert [path.name for path in tmp_path.iterdir()] == ["search.json"]
+        found(resume=folder)
+    assert contents(folder) == before
+    assert [path.name for path in tmp_path.iterdir()] == ["search"]
 
 
 def test_another_search_does_not_go_on_with_a_record(tmp_path: Path) -> None:
-    record = tmp_path / "search.json"
-    found(generations=1, resume=record)
-    for change in ({"seed": 2}, {"vary": {**TIP, "crown": "0..5 um"}}, {"population": 9}, {"loads": (0.5,)}):
-        with pytest.raises(ModelError, match="another search"):
-            found(resume=record, **change)
-    record.write_text("{}")
-    with pytest.raises(ModelError, match="not the record"):
-        found(resume=record)
-    other = {"place": [[0.5, 0.5]] * 6, "objective": [[1.0]] * 6}
-    found(generations=1, resume=(fresh := tmp_path / "fresh.json"))
-    fresh.write_text(json.dumps(json.loads(fresh.read_text()) | {"generations": [other]}))
+    folder = tmp_path / "search"
+    found(generations=1, resume=folder)
+    for change, name in (
+        ({"seed": 2}, "seed"),
+        ({"vary": {**TIP, "crown": "0..5 um"}}, "vary.crown"),
+        ({"population": 9}, "population"),
+        ({"loads": (0.5,)}, "factors"),
+    ):
+        with pytest.raises(ModelError, match=rf"other options \({name}\)"):
+            found(resume=folder, **change)
+    with pytest.raises(ModelError, match="another model"):
+        epicyclic.relief(PAIR | {"title": "another"}, vary=TIP, **SHORT, resume=folder)
+    (folder / "run.json").write_text("{}")
+    with pytest.raises(ModelError, match="not a run that can be continued"):
+        found(resume=folder)
+    other = (np.full((6, 2), 0.5), np.ones((6, 1)))
+    found(generations=1, resume=(fresh := tmp_path / "fresh"))
+    write_plain(segment_path(fresh, 0), [("generations", 0, other)])
     with pytest.raises(ModelError, match="does not follow from its seed"):
         found(resume=fresh)
 

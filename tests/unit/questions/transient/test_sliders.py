@@ -12,6 +12,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.integrate import trapezoid
 
+from epicyclic.engine import run_folder
 from epicyclic.questions.transient import TransientOptions, integrators
 from epicyclic.questions.transient import scenario as run_module
 from epicyclic.questions.transient.equation import constant, from_modal, motion, program, to_modal
@@ -295,7 +296,7 @@ def test_a_stopped_run_continues_to_the_same_bits(
     made: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, method: Any
 ) -> None:
     monkeypatch.setattr(run_module, "_STEPS", 10)
-    monkeypatch.setattr(run_module, "_PIECES", 2)
+    monkeypatch.setattr(run_folder, "_EVERY", 0.0)
 
     def interrupt(done: float) -> None:
         if done > 0.4:

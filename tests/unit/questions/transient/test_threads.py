@@ -26,6 +26,7 @@ from conftest import system_of
 from test_sliders import group
 from test_tables import curved
 import epicyclic
+from epicyclic.engine import run_folder
 from epicyclic.questions.transient import TransientOptions, integrators, transient
 from epicyclic.questions.transient import scenario as run
 from epicyclic.system.flank_laws import LawRows
@@ -42,7 +43,7 @@ def stop(done):
     if done > 0.5:
         raise KeyboardInterrupt
 for kind in kinds:
-    run._STEPS, run._PIECES = (200, 1) if kind == "compiled" else (10, 1)
+    run._STEPS, run_folder._EVERY = 200 if kind == "compiled" else 10, 0.0
     integrators.numba_available = lambda: kind == "compiled"
     folder = base + "-" + kind
     options = TransientOptions(cycles=4 if kind == "compiled" else 0.4, samples=16, folder=folder)

@@ -17,6 +17,7 @@ import pytest
 import xarray as xr
 
 import epicyclic
+from epicyclic.engine import run_folder
 from epicyclic.errors import ModelError
 from epicyclic.questions.transient import scenario as run_module
 from epicyclic.questions.transient.scenario import History, Scenario, scenario_motion
@@ -166,7 +167,7 @@ def never_stopped(swinging: System) -> Callable[[Any], xr.Dataset]:
 @pytest.fixture
 def small_pieces(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(run_module, "_STEPS", 15)
-    monkeypatch.setattr(run_module, "_PIECES", 2)
+    monkeypatch.setattr(run_folder, "_EVERY", 0.0)
 
 
 @pytest.mark.usefixtures("small_pieces")
@@ -222,8 +223,9 @@ def test_nothing_half_written_is_taken(tmp_path: Path, swinging: System) -> None
 RUN = """
 import sys, json
 import epicyclic
+from epicyclic.engine import run_folder
 from epicyclic.questions.transient import scenario as run
-run._STEPS, run._PIECES = 1000, 2
+run._STEPS, run_folder._EVERY = 1000, 0.0
 train = epicyclic.load(json.loads(sys.argv[1]))
 found = epicyclic.transient(train, cycles=200, initial="rest", folder=sys.argv[2], resume=True)
 found.mesh_force.values.tofile(sys.argv[2] + ".whole")
