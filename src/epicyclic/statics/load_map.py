@@ -285,26 +285,6 @@ def falls_below(force: Array, wave: ComplexArray, phases: SlowPhases, limit: Arr
     return below
 
 
-def loads_at_phases(force: Array, mean: Array, members: Sequence[MeshGroup]) -> Array:
-    """N F_i / sum F (2, S, w) [1] by `MEAN_LOADS`; inf where the sum is zero or less.
-
-    Parameters
-    ----------
-    force : (S, T, w) at T slow phases, the worst among them [N].  mean : (S, w) over all slow phases [N].
-    """
-    return np.stack([shares(mean[:, None], members)[:, 0], shares(force, members).max(axis=1)])
-
-
-def shares(force: Array, members: Sequence[MeshGroup]) -> Array:
-    """N F_i / sum F (S, T, w) [1] of forces (S, T, w) [N]; inf where the sum is zero or less."""
-    share = np.empty_like(force)
-    for group in members:
-        total = force[:, :, group].sum(axis=2, keepdims=True)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            share[:, :, group] = np.where(total > 0, len(group) * force[:, :, group] / total, np.inf)
-    return share
-
-
 # Columns of a line that is left out, of one that stands still, and from 0 on of the turning frequencies.
 _LEFT_OUT, _STILL = -2, -1
 # Phases of the mesh cycle over which the force of a table is averaged; tables follow some twelve orders, whose aliases

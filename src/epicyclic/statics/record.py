@@ -206,27 +206,22 @@ class Record:
         """Number of instants."""
         return self.count * self.samples
 
+    @property
+    def options(self) -> dict[str, object]:
+        """Length and instants per unit, as results state them: of mesh cycles by the name of the option."""
+        return {"cycles" if self.name == "mesh cycles" else self.name: self.count, "samples": self.samples}
+
     def warnings(self, least: Array, most: Array) -> list[CodedText]:
-        """A warning where the record is shorter than the period and the forces change in it.
+        """A warning where the record is shorter than the period and any force changes in it by more than rounding.
 
         least, most : extremes of forces over the record (m,) [N, N m].
         """
-        if self.count >= self.period or not changing(least, most):
+        largest = np.max(np.abs([least, most]), initial=0.0)
+        if self.count >= self.period or not np.max(most - least, initial=0.0) > _CONSTANT * largest:
             return []
         option = "--turns" if self.name.startswith("turns") else "--cycles"
-        return [short_record(self.count, self.name, self.period_name, self.period, option)]
-
-
-def short_record(count: int, name: str, period_name: str, period: int, option: str = "--cycles") -> CodedText:
-    """The warning of a record of `count` units that are shorter than a period, with the option that cures it."""
-    text = f"record of {count} {name} is shorter than the {period_name} of {period}; {option} takes more of it"
-    return coded("short-record", text)
-
-
-def changing(least: Array, most: Array) -> bool:
-    """Whether any force changes by more than rounding; least, most : its extremes (m,) [N, N m]."""
-    largest = np.max(np.abs([least, most]), initial=0.0)
-    return bool(np.max(most - least, initial=0.0) > _CONSTANT * largest)
+        text = f"record of {self.count} {self.name} is shorter than the {self.period_name} of {self.period}"
+        return [coded("short-record", f"{text}; {option} takes more of it")]
 
 
 def period_name(system: System, mesh_cycles: bool = True) -> str:
@@ -348,6 +343,25 @@ def parallel_meshes(meshes: MeshRows) -> list[MeshGroup]:
     """
     keys = [(meshes.pair[i], meshes.side[i]) for i in faces(meshes).first.tolist()]
     return [np.array([i for i, other in enumerate(keys) if other == key]) for key in dict.fromkeys(keys)]
+
+
+def shares(force: Array, members: Sequence[MeshGroup]) -> Array:
+    """N F_i / sum_j F_j [1] of each mesh in its group, of forces (.., m) [N], as of `group_shares`."""
+    share = np.empty_like(force)
+    for group in members:
+        share[..., group] = group_shares(force[..., group])
+    return share
+
+
+def group_shares(force: Array, axis: int = -1) -> Array:
+    """N F_i / sum_j F_j [1] of the N meshes of one group, along an axis of their forces [N] [ren2021, eq. 21-24].
+
+    inf where the forces sum to nothing or less, as those of a linear model pulled open.
+    """
+    total = force.sum(axis=axis, keepdims=True)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share: Array = np.where(total > 0, force.shape[axis] * force / total, np.inf)
+    return share
 
 
 def samples_per_cycle(meshes: MeshRows, chosen: MeshGroup, least: int) -> int:

@@ -469,7 +469,7 @@ def _dataset(
         },
         coords,
         verb="static",
-        options={"cycles" if record.name == "mesh cycles" else record.name: record.count, "samples": record.samples},
+        options=record.options,
         provenance={**system.provenance, **law_attributes(system, record)},
         warnings=[
             *warnings,

@@ -6,10 +6,10 @@ turns of a body.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,32 +48,24 @@ from ...warning_codes import CodedText
 from ..response.measures import periodic_by_tone, superposed
 from .definitions import (
     Extremes,
+    ForceRecord,
     Waves,
-    bound_warnings,
-    coefficients,
     cycle_forces,
-    cycle_peak_ratio,
-    far_warnings,
+    extremes,
     far_waves,
     force_bound,
-    force_columns,
-    instant_ratio,
-    known_mean_loads,
-    labelled,
     line_phases,
     meshes_with_load,
     periodic_waves,
     require_speed,
-    sharing_warnings,
     static_waves,
 )
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 Method = Literal["steady", "superposition", "static"]
 Index = NDArray[np.int64]
 
+# Numbers worked on at once (8 bytes each): about 2 MB.
+_PIECE = 250_000
 # Numbers over the whole record: some seconds of work.
 _RECORD = 300_000_000
 # Lines of a record beyond which its work grows with their number.
@@ -125,9 +117,12 @@ class ToneForces:
         """Forces of all whole meshes of the train in cycles (c,) of the tone, (c, w, samples) [N]."""
         return self.whole(line_phases(self.ratios, cycles))
 
-    def own(self, cycles: Index) -> Array:
-        """Forces of the meshes of this tone in cycles (c,), (c, m_j, samples) [N]."""
-        return self.by_phase(line_phases(self.ratios, cycles))
+    def pieces(self, cycles: Index | range) -> Iterator[tuple[Index, Array]]:
+        """Forces of the meshes of this tone (c, m_j, samples) [N], some MB at a time, and in which of the cycles."""
+        step = max(1, _PIECE // (len(self.meshes) * self.samples))
+        for first in range(0, len(cycles), step):
+            index = np.asarray(cycles[first : first + step], np.int64)
+            yield index, self.by_phase(line_phases(self.ratios, index))
 
     def least_slice(self, cycles: Index) -> Array:
         """Smallest force of any slice of each mesh over cycles (c,), (m_j,) [N]."""
@@ -326,16 +321,10 @@ def _static_by_instants(system: System, held: HeldTrain, tone: Fraction, samples
 # --- from static equilibria ------------------------------------------------------------------------------------------
 
 
-def sharing_of_record(
-    system: System,
-    *,
-    record: Record,
-    relative_speed: float,
-    stored: int | None,
-    limit: float | str | None = None,
-    progress: Callable[[float], None] | None = None,
-) -> xr.Dataset:
-    """Load-sharing coefficients over a record of static equilibria.
+def forces_of_equilibria(
+    system: System, record: Record, stored: int | None, progress: Callable[[float], None] | None = None
+) -> ForceRecord:
+    """Mesh forces over a record of static equilibria.
 
     A mesh cycle is that of the group's own mesh frequency; where fewer instants than one fall into a cycle, each is
     its own peak.  The worst case is known where the record covers the common period of all lines, else it is nan.
@@ -344,8 +333,7 @@ def sharing_of_record(
 
     Parameters
     ----------
-    record : its instants.  stored : units kept of forces and ratios, all up to 20 000 instants where None.
-    limit : of K_gamma, as of `sharing`.
+    stored : units kept of forces and ratios, all up to 20 000 instants where None.
 
     Raises
     ------
@@ -364,58 +352,39 @@ def sharing_of_record(
     contact = flank_contact(system, forces)
     members, face = parallel_meshes(system.meshes), faces(system.meshes)
     net = face.total(contact.force, axis=1)
-    force = net * carrying_flank(net.mean(axis=0), members)
-    mean, most = force.mean(axis=0), np.abs(force).max(axis=0)
-    loaded = meshes_with_load(mean, members, most=most, rounding=rounding_of(system))
+    sign = carrying_flank(net.mean(axis=0), members)
+    force, touching = sign * net, mesh_contact(face, contact)
+    mean = force.mean(axis=0)
+    loaded = meshes_with_load(mean, members, most=np.abs(force).max(axis=0), rounding=rounding_of(system))
     over = record_extremes(force, members, [cycle_starts(system, group, record) for group in members])
-    whole = record.count >= record.period
-    worst = over.cycle_peak if whole else np.full(len(face.name), np.nan)
-    mean_load, unknown = known_mean_loads(system)
-    values = np.where(loaded, coefficients(over, worst, mean_load, members), np.nan)
-    touching = mesh_contact(face, contact)
-    lost = face.any(np.asarray(~contact.loaded.all(axis=0)))
-    notes = [
-        *free_position_warnings(system, train.loaded.free),
-        *record.warnings(net.min(axis=0), net.max(axis=0)),
-        *unknown,
-    ]
-    notes += sharing_warnings(face.name, np.asarray(~touching.all(axis=0)), loaded)
-    notes += far_warnings(face.name, face.any(np.asarray(contact.far.any(axis=0))))
-    most_known = np.where(whole, net.max(axis=0), np.nan)
-    notes += bound_warnings(face.name, most_known, [_PART] * len(face.name))
-    notes += past_the_end(system, flanks(system), contact.largest)
+    whole, last = record.count >= record.period, min(kept, record.count) * record.samples
+    notes = [*free_position_warnings(system, train.loaded.free), *past_the_end(system, flanks(system), contact.largest)]
     notes += groups_past_the_end(system, np.max(links, axis=0)) if system.groups else []
-    last = min(kept, record.count) * record.samples
-    ratio = np.empty_like(force[:last])
-    for group in members:
-        ratio[:, group] = instant_ratio(force[:last, group].T).T
-    laws = {name: (dims, array[:, :last]) for name, (dims, array) in group_columns(system, pieces).items()}
-    return labelled(
-        system,
-        coefficients=values,
-        ratio=ratio.T,
-        force=net[:last].T,
-        bound=most_known,
-        columns={
-            "mesh_contact": (("mesh", "time"), touching[:last].T),
-            "contact_lost": ("mesh", lost),
-            **contact_shares(system, face, contact),
-            **force_columns(net.mean(axis=0), net.max(axis=0), net.min(axis=0)),
-            **laws,
-        },
-        time=np.arange(last) / record.samples / (float(record.unit) * relative_speed),
+    return ForceRecord(
+        record=record,
+        over=over,
+        worst=over.cycle_peak if whole else np.full(len(mean), np.nan),
+        mean=mean,
+        sign=sign,
+        loaded=loaded,
+        lost=face.any(np.asarray(~contact.loaded.all(axis=0))),
+        parted=np.asarray(~touching.all(axis=0)),
+        far=face.any(np.asarray(contact.far.any(axis=0))),
+        bound=np.where(whole, net.max(axis=0), np.nan),
+        unknown=[_PART] * len(mean),
+        history=force[:last].T,
         options={
-            "method": "static",
-            "cycles" if record.name == "mesh cycles" else record.name: record.count,
-            "samples": record.samples,
-            "relative_speed": relative_speed,
             "record": f"{record.count} {record.name}, {record.instants} instants",
             "common_period": record.period,
             "worst_case": "every cycle of the common period" if whole else "not known",
         },
-        provenance={**system.provenance, **law_attributes(system, record)},
-        warnings=notes,
-        limit=limit,
+        notes=notes,
+        columns={
+            "mesh_contact": (("mesh", "time"), touching[:last].T),
+            **contact_shares(system, face, contact),
+            **{name: (dims, array[:, :last]) for name, (dims, array) in group_columns(system, pieces).items()},
+        },
+        provenance=law_attributes(system, record),
     )
 
 
@@ -429,16 +398,14 @@ def carrying_flank(mean: Array, members: Sequence[MeshGroup]) -> Array:
 
 def record_extremes(force: Array, members: Sequence[MeshGroup], starts: Sequence[NDArray[np.int64]]) -> Extremes:
     """Extremes over a record (T, m) [N] whose mesh cycles start at given instants (cycles,), for each group its own."""
-    high, low, together = (np.full(force.shape[1], fill) for fill in (-np.inf, np.inf, -np.inf))
+    over = np.empty((len(Extremes._fields), force.shape[1]))
     for group, start in zip(members, starts, strict=True):
-        mine = force[:, group]
-        ratio = cycle_peak_ratio(np.maximum.reduceat(mine, start, axis=0), [np.arange(len(group))])
-        high[group], low[group] = ratio.max(axis=0), ratio.min(axis=0)
-        shares = instant_ratio(mine.T)
-        together[group] = np.where(np.isnan(shares), np.inf, shares).max(axis=1)
-    return Extremes(
-        ratio_high=high, ratio_low=low, simultaneous=together, peak=force.max(axis=0), least=force.min(axis=0)
-    )
+        # a cycle of fewer instants than another repeats its last one
+        end = np.append(start[1:], len(force))[:, None]
+        instant = np.minimum(start[:, None] + np.arange(np.max(end[:, 0] - start)), end - 1)
+        in_cycles = force[:, group][instant].transpose(0, 2, 1)
+        over[:, group] = extremes(in_cycles, [np.arange(len(group))])
+    return Extremes(*over)
 
 
 def cycle_starts(system: System, group: MeshGroup, record: Record) -> NDArray[np.int64]:
