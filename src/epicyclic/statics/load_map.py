@@ -42,11 +42,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ConvergenceError, ModelError
-from ..system.flank_laws import LinearAt
-from ..system.gaps import FlanksAt, flanks
 from ..system.system import Array, ComplexArray, Faces, Line, MeshRows, System, elastic_rows, faces
 from .equilibrium import Compliance, Values, compliance, imbalance, require_balance
-from .record import MeshGroup, RecordExcitation, group_gap, parallel_meshes
+from .record import (
+    MeshGroup,
+    RecordExcitation,
+    excitation_of,
+    line_excitation,
+    parallel_meshes,
+    still_excitation,
+)
 from .static import HeldTrain, held_train, settled
 
 MEAN_LOADS = ("mean-load", "mean-load-turning")
@@ -497,22 +502,12 @@ def law_map(system: System, columns: Sequence[Line] = (), *, tables: bool = Fals
     meshes, far = system.meshes, system.far
     even_meshes = replace(meshes, variation=np.zeros_like(meshes.variation), laws=meshes.laws if tables else ())
     even_far = far and replace(far, variation=np.zeros_like(far.variation), laws=far.laws if tables else ())
-    m, R, behind = len(meshes.name), system.group_rows.shape[1], system.far_flanks.mesh
-
-    def value(line: Line) -> ComplexArray:
-        """Errors and force at rest of one line, (m + R + c + n,)."""
-        gaps = system.flank_gaps(line)[: m + behind.size]
-        return np.concatenate([gaps[:m], group_gap(line, R), gaps[m:], line.force[0]])
-
-    gaps = np.concatenate([np.zeros(m + R), meshes.backlash[behind]])
+    still = still_excitation(system)
+    torque = np.where(np.arange(still.size) < still.size - len(system.force), 0.0, still)
     return LawMap(
         held=held_train(replace(system, meshes=even_meshes, far=even_far)),
         excitation=line_map(
-            system,
-            columns,
-            value,
-            constant=np.concatenate([gaps, np.zeros(len(system.force))]),
-            torque=np.concatenate([np.zeros_like(gaps), system.force]),
+            system, columns, lambda line: line_excitation(system, line), constant=still - torque, torque=torque
         ),
     )
 
@@ -527,11 +522,11 @@ def law_forces(laws: LawMap, values: Array, stiffness: Array | None) -> tuple[Ar
     values : (T, m + R + c + n) excitation.  stiffness : (T, m) of the mesh rows without a table; None: the mean.
     """
     system, T = laws.held.system, len(values)
-    k = np.tile(system.meshes.stiffness, (T, 1)) if stiffness is None else stiffness
     phases = _mesh_phases(system)
-    force, found = np.zeros(k.shape), np.ones(T, bool)
+    force, found = np.zeros((T, len(system.meshes.name))), np.ones(T, bool)
     for phase in phases:
-        net, known = _settled(laws.held, _excitation(system, values, k, phase))
+        here = excitation_of(system, values, np.tile(phase, (T, 1)), stiffness=stiffness)
+        net, known = _settled(laws.held, here)
         force += net / len(phases)
         found &= known
     return force, found
@@ -546,26 +541,6 @@ def _mesh_phases(system: System) -> Array:
     step = np.mod(np.cumprod(np.r_[1, np.full(count - 1, 5)]), _MESH_PHASES)
     phases: Array = np.mod(np.outer(np.arange(_MESH_PHASES) / _MESH_PHASES, step), 1.0)
     return phases
-
-
-def _excitation(system: System, values: Array, stiffness: Array, phase: Array) -> RecordExcitation:
-    """Excitation of T instants at one phase (tones,) of the mesh cycle [turns]."""
-    m, R, c = len(system.meshes.name), system.group_rows.shape[1], system.far_flanks.mesh.size
-    gap, far, force = np.split(values, [m + R, m + R + c], axis=1)
-    if system.meshes.laws:
-        laws = flanks(system).at(np.tile(phase, (len(values), 1)))
-    else:
-        both = np.hstack([stiffness, stiffness[:, system.far_flanks.mesh]])
-        laws = FlanksAt(parts=((LinearAt(stiffness=both), slice(0, m + c)),), count=m + c)
-    return RecordExcitation(
-        stiffness=stiffness,
-        gap=gap,
-        link_gap=np.zeros((len(values), 0)),
-        force=force,
-        flanks=laws.rows(slice(0, m)),
-        far_gap=far if c else None,
-        both=laws if c else None,
-    )
 
 
 def _settled(held: HeldTrain, here: RecordExcitation) -> tuple[Array, NDArray[np.bool_]]:

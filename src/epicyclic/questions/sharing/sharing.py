@@ -1,17 +1,13 @@
 """Load sharing between branches, by named definitions, over the exact hunting period; and at rest, quickly.
 
-Quickly: mesh cycles spread over the hunting period, without the search for its worst case.  Of one line of frequency
-p/q per mesh frequency the mesh cycles 0, d, 2 d ... take every phase in turn where d and q share no factor.  The step d
-is the first from an even division of the period on that shares no factor with the period, so that the cycles are even
-in time and the phases of every line are too, whatever the tooth numbers (a step that divides the period would leave
-some lines at one phase).  Derived here.
+Quickly: mesh cycles spread over the hunting period (`spread_cycles`), without the search for its worst case.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import reduce
 from typing import TYPE_CHECKING
 
@@ -23,15 +19,15 @@ from ...errors import ModelError
 from ...statics.record import (
     MeshGroup,
     Record,
-    excitation,
     parallel_meshes,
     period_name,
     positive_count,
     record_of,
     samples_per_cycle,
     shares,
+    spread_cycles,
 )
-from ...statics.static import OPEN_RATIO, balanced, flank_contact, held_train, quasi_static, rounding_of, settled
+from ...statics.static import OPEN_RATIO, flank_contact, held_train, quasi_static, rounding_of
 from ...statics.tangent import linear
 from ...system.system import Array, Faces, System, faces
 from .definitions import (
@@ -295,17 +291,6 @@ class SpreadSharing:
         return np.where(np.isneginf(result), np.nan, result)
 
 
-def spread_cycles(period: int, count: int) -> NDArray[np.int64]:
-    """At most `count` mesh cycles of a hunting period, rising, at phases of all lines as even as may be, (c,)."""
-    if period <= count:
-        return np.arange(period, dtype=np.int64)
-    step = -(-period // count)
-    while math.gcd(step, period) > 1:  # next to any number there is a coprime one within a few steps
-        step += 1
-    # Python's integers: period times count may be beyond 64 bits
-    return np.array(sorted(place * step % period for place in range(count)), dtype=np.int64)
-
-
 def spread_sharing(system: System, *, cycles: int = 1024, patience: float = 0.1) -> SpreadSharing:
     """Load sharing of a train at rest from mesh cycles spread over the hunting period.
 
@@ -382,41 +367,19 @@ def _by_record(
     samples = record_samples(system)
     cycles = max(1, int(patience * (_TABLES if system.meshes.laws else _LAWS)) // samples)
     record = record_of(system, cycles=cycles, turns=None, of=None, samples=samples, most=1)
+    # laws may have a memory, mesh cycles several lengths
     spread = len(set(system.meshes.tone.tolist())) == 1 and not system.laws.memory.any()
-    apart = spread and record.period < _EXACT // samples
-    if apart:
-        forces = _apart(system, record, samples)
-    else:  # laws may have a memory, mesh cycles several lengths
-        states = [piece.state for piece in quasi_static(held_train(system), record)]
-        loaded, far = [state.mesh_force for state in states], [state.far_force for state in states]
-        forces = np.concatenate(loaded), np.concatenate(far)
-    contact = flank_contact(system, [forces])
+    record = replace(record, spread=spread and record.period < _EXACT // samples)
+    states = [piece.state for piece in quasi_static(held_train(system), record)]
+    contact = flank_contact(system, [(state.mesh_force, state.far_force) for state in states])
     force = face.total(contact.force, axis=1)
     force = force * carrying_flank(force.mean(axis=0), members)
-    place, ratio = _cycle_ratios(system, members, record, force)
-    if apart:
-        place = np.tile(spread_cycles(record.period, record.count) / record.period, (len(place), 1))
-    return force.mean(axis=0), force.max(axis=0), place, ratio, record.period
-
-
-def _apart(system: System, record: Record, samples: int) -> tuple[Array, Array]:
-    """Forces (T, m) on the loaded and (T, c) on the far flanks [N] in as many cycles spread over the period."""
-    train = held_train(system)
-    index = (spread_cycles(record.period, record.count)[:, None] * samples + np.arange(samples)).ravel()
-    excited = excitation(system, record.unit, index, samples)
-    balanced(train, excited.force)
-    state = settled(train, excited)
-    return state.mesh_force, state.far_force
-
-
-def _cycle_ratios(system: System, members: list[MeshGroup], record: Record, force: Array) -> tuple[Array, Array]:
-    """Place in the record and cycle-peak ratio (w, c) [1] of forces (T, w) [N]; of fewer cycles repeated."""
     starts = [cycle_starts(system, group, record) for group in members]
-    count = max(len(start) for start in starts)
-    place, ratio = np.empty((force.shape[1], count)), np.empty((force.shape[1], count))
+    count, span = max(len(start) for start in starts), record.period if record.spread else record.count
+    place, ratio = np.empty((len(face.name), count)), np.empty((len(face.name), count))
     for group, start in zip(members, starts, strict=True):
-        wide = np.arange(count) * len(start) // count
+        wide = np.arange(count) * len(start) // count  # of fewer cycles some are repeated
         peaks = np.maximum.reduceat(force[:, group], start, axis=0)
-        place[group] = (start / record.instants)[wide]
+        place[group] = (record.index[start] / (record.samples * span))[wide]
         ratio[group] = shares(peaks, [np.arange(len(group))])[wide].T
-    return place, ratio
+    return force.mean(axis=0), force.max(axis=0), place, ratio, record.period

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -90,28 +91,45 @@ class ToneForces:
     """Forces of the whole meshes of one mesh frequency; slices are summed.
 
     tone : that frequency [Hz at the operating speed].  meshes : (m_j,) their indices.
-    members : their groups, as places in `meshes`.
-    rows, whole, by_phase : phases (c, L) [turns] at the start of cycles -> forces (c, m, w or m_j, samples) [N] of the
-        mesh rows, of all whole meshes of the train, or of these.
-    ratios : (L,) frequencies of these phases per tone, exact.  period : cycles after which all repeats.
-    mean, bound : (m_j,) [N], the bound nan where not known, and `unknown` says why.  samples : of a cycle.
-    affordable : cycles a record may have by default.  face : the whole meshes of the train, with their rows.
+    members : their groups, as places in `meshes`.  face : the whole meshes of the train, with their rows.
+    rows : phases (c, L) [turns] at the start of cycles -> forces (c, m, samples) [N] of the mesh rows.
+    ratios : (L,) frequencies of these phases per tone, exact.  samples : of a cycle.
+    mean, bound : (m_j,) [N], the bound nan where not known, and `unknown` says why.
+    affordable : cycles a record may have by default.
+    waves : of the whole meshes, where their forces are sums of lines at every instant.
     """
 
     tone: Fraction
     meshes: Index
     members: list[MeshGroup]
+    face: Faces
     rows: Callable[[Array], Array]
-    whole: Callable[[Array], Array]
-    by_phase: Callable[[Array], Array]
     ratios: tuple[Fraction, ...]
-    period: int
+    samples: int
     mean: Array
     bound: Array
-    samples: int
     affordable: int
-    face: Faces
     unknown: str = ""
+    waves: Waves | None = None
+
+    @property
+    def period(self) -> int:
+        """Cycles after which all repeats."""
+        return hunting_cycles(self.ratios)
+
+    def whole(self, phases: Array) -> Array:
+        """Forces of all whole meshes of the train, phases (c, L) [turns] -> (c, w, samples) [N]."""
+        if self.waves is not None:
+            return cycle_forces(self.waves, phases)
+        return self.face.total(self.rows(phases), axis=1)
+
+    def by_phase(self, phases: Array) -> Array:
+        """Forces of the meshes of this tone, phases (c, L) [turns] -> (c, m_j, samples) [N]."""
+        if len(self.meshes) == len(self.face.name):
+            return self.whole(phases)
+        if self.waves is not None:
+            return cycle_forces(self.waves.subset(self.meshes), phases)
+        return self.whole(phases)[:, self.meshes]
 
     def force(self, cycles: Index) -> Array:
         """Forces of all whole meshes of the train in cycles (c,) of the tone, (c, w, samples) [N]."""
@@ -180,69 +198,41 @@ def _forces_from_waves(
 
     bound : (w,) largest forces of all whole meshes [N]; None: of the sum of the lines.  Harmonics of another mesh
         frequency are lines here whose phases are tied: their sum would be too large.
-    source : phases (c, L) [turns] -> forces of all mesh rows (c, m, samples) [N].
+    source : as of `ToneForces.rows`.
     """
     (meshes, members), face = _members(system, tone), faces(system.meshes)
     summed = replace(waves, mean=face.total(waves.mean), amplitude=face.total(waves.amplitude, axis=1))
-    mine = summed if len(meshes) == len(summed.mean) else summed.subset(meshes)
-    affordable = _RECORD // mine.mean.size // max(1, len(waves.ratios) // _LINES)
+    affordable = _RECORD // (len(meshes) * waves.samples) // max(1, len(waves.ratios) // _LINES)
     if source is not None:
         first = cycle_forces(waves, line_phases(waves.ratios, np.arange(_FIRST)))
         affordable = min(affordable, _SOLVED * _FIRST // max(1, int(np.sum(np.any(first < 0, axis=1)))))
-
-    def rows(phases: Array) -> Array:
-        """Forces of all mesh rows, phases (c, L) [turns] -> (c, m, samples) [N]."""
-        return cycle_forces(waves, phases) if source is None else source(phases)
-
-    def whole(phases: Array) -> Array:
-        """Forces of all whole meshes, phases (c, L) [turns] -> (c, w, samples) [N]."""
-        return cycle_forces(summed, phases) if source is None else face.total(source(phases), axis=1)
-
-    def mine_at(phases: Array) -> Array:
-        """Forces of the meshes of this tone, phases (c, L) [turns] -> (c, m_j, samples) [N]."""
-        return cycle_forces(mine, phases) if source is None else whole(phases)[:, meshes]
-
     return ToneForces(
         tone=tone,
         meshes=meshes,
         members=members,
-        rows=rows,
-        whole=whole,
-        by_phase=mine_at,
-        ratios=waves.ratios,
-        period=hunting_cycles(waves.ratios),
-        mean=mine.mean.mean(axis=1),
-        bound=force_bound(mine) if bound is None else bound[meshes],
-        samples=waves.samples,
-        affordable=max(1, affordable),
         face=face,
+        rows=partial(cycle_forces, waves) if source is None else source,
+        ratios=waves.ratios,
+        samples=waves.samples,
+        mean=summed.mean.mean(axis=1)[meshes],
+        bound=(force_bound(summed) if bound is None else bound)[meshes],
+        affordable=max(1, affordable),
+        waves=summed if source is None else None,
     )
 
 
 def _static_by_lines(system: System, held: HeldTrain, tone: Fraction, samples: int) -> ToneForces:
-    """Static mesh forces where stiffness follows one tone at most: linear in the lines while loaded flanks press."""
-    waves, reach = static_waves(system, held.loaded, tone, samples), far_waves(system, held, tone, samples)
-    forces = _forces_from_waves(system, tone, waves, _unilateral(system, held, tone, (waves, reach)))
-    if reach is None:
-        return forces
-    return replace(forces, bound=np.full(len(forces.meshes), np.nan), unknown=_FAR_FLANKS)
+    """Static mesh forces where stiffness follows one tone at most: linear in the lines while loaded flanks alone press.
 
-
-def _unilateral(
-    system: System, held: HeldTrain, tone: Fraction, both: tuple[Waves, Waves | None]
-) -> Callable[[Array], Array]:
-    """Static mesh forces, phases (c, L) [turns] -> (c, m, samples) [N]: linear while all loaded flanks press, alone.
-
-    Instants at which one would pull, or a far flank press, are solved anew.  both : waves of the forces, and of how far
-    far flanks reach beyond first touch, where any does.
+    Instants at which one would pull, or a far flank press, are solved anew.
     """
-    waves, reach = both
-    theta = np.arange(waves.samples) / waves.samples
+    waves, reach = static_waves(system, held.loaded, tone, samples), far_waves(system, held, tone, samples)
+    theta = np.arange(samples) / samples
     ratios = [line.frequency / tone for line in system.lines]
     slow = [i for i, ratio in enumerate(ratios) if ratio.denominator != 1]
     turning = np.array([float(ratio) for ratio in ratios])
 
-    def source(phases: Array) -> Array:
+    def rows(phases: Array) -> Array:
         """Forces of all mesh rows, phases (c, L) [turns] -> (c, m, samples) [N]."""
         result = cycle_forces(waves, phases)
         leaves = np.any(result < 0, axis=1)
@@ -259,7 +249,10 @@ def _unilateral(
             result[c, :, j] = held.net_force(settled(held, excited))
         return result
 
-    return source
+    forces = _forces_from_waves(system, tone, waves, rows)
+    if reach is None:
+        return forces
+    return replace(forces, bound=np.full(len(forces.meshes), np.nan), unknown=_FAR_FLANKS)
 
 
 def mean_force(system: System, held: HeldTrain | None = None) -> Array:
@@ -296,24 +289,17 @@ def _static_by_instants(system: System, held: HeldTrain, tone: Fraction, samples
         balanced(held, excited.force)
         return held.net_force(settled(held, excited)).reshape(len(phases), samples, -1).transpose(0, 2, 1)
 
-    def whole(phases: Array) -> Array:
-        """Forces of all whole meshes, phases (c, L) [turns] -> (c, w, samples) [N]."""
-        return face.total(rows(phases), axis=1)
-
     return ToneForces(
         tone=tone,
         meshes=meshes,
         members=members,
+        face=face,
         rows=rows,
-        whole=whole,
-        by_phase=lambda phases: whole(phases)[:, meshes],
         ratios=ratios,
-        period=hunting_cycles(ratios),
+        samples=samples,
         mean=face.total(mean)[meshes],
         bound=np.full(len(meshes), np.nan),
-        samples=samples,
         affordable=max(1, _SOLVED // samples // 4),
-        face=face,
         unknown=_SEVERAL_TONES,
     )
 
@@ -359,7 +345,7 @@ def forces_of_equilibria(
     over = record_extremes(force, members, [cycle_starts(system, group, record) for group in members])
     whole, last = record.count >= record.period, min(kept, record.count) * record.samples
     notes = [*free_position_warnings(system, train.loaded.free), *past_the_end(system, flanks(system), contact.largest)]
-    notes += groups_past_the_end(system, np.max(links, axis=0)) if system.groups else []
+    notes += groups_past_the_end(system, np.max(links, axis=0))
     return ForceRecord(
         record=record,
         over=over,
