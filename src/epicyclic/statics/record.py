@@ -106,9 +106,8 @@ def contradicting_radii(system: System) -> str:
 
 def standing_load(system: System) -> Array:
     """Load (n,) [N, N m] that stands still in the frame of its stage: torques, gravity and lines that do not turn."""
-    still = (line.force[0].real for line in system.lines if line.frequency == 0)
-    force: Array = system.force + sum(still, np.zeros(len(system.force)))
-    return force
+    load: Array = standing_excitation(system)[-len(system.force) :]
+    return load
 
 
 def unheld_warnings(system: System, free: Array) -> list[CodedText]:
@@ -436,15 +435,16 @@ def excitation_at(system: System, waves: ComplexArray, phases: Array, *, links: 
     waves : (T, lines) exp(i phase) of every line.  phases : (T, tones) of the mesh frequencies [turns].
     links : whether errors of the linear links are wanted; without them ``link_gap`` has no columns.
     """
-    still, p, lines = still_excitation(system), len(system.links.name), system.lines
-
-    def summed(amplitudes: list[ComplexArray], width: int) -> Array:
-        """Real part of the sum over lines (T, width) of their amplitudes."""
-        values: Array = (waves @ np.array(amplitudes, complex).reshape(len(lines), width)).real
-        return values
-
-    values = still + summed([line_excitation(system, line) for line in lines], still.size)
-    link_gap = summed([line.link_gap for line in lines], p) if links else None
+    lines, still = system.lines, still_excitation(system)
+    m, c, n = len(system.meshes.name), system.far_flanks.mesh.size, len(system.force)
+    amplitude = np.array([line_excitation(system, line) for line in lines], complex).reshape(len(lines), still.size)
+    # the product of each kind by itself: its bits are the same whether a train has the others or not
+    kinds = np.split(amplitude, [m, -n - c, -n], axis=1)
+    values = still + np.hstack([(waves @ kind).real for kind in kinds])
+    link_gap = None
+    if links:
+        amplitude = np.array([line.link_gap for line in lines], complex).reshape(len(lines), len(system.links.name))
+        link_gap = (waves @ amplitude).real
     return excitation_of(system, values, phases, link_gap=link_gap)
 
 
@@ -454,11 +454,17 @@ def still_excitation(system: System) -> Array:
     return np.concatenate([loaded, system.meshes.backlash[system.far_flanks.mesh], system.force])
 
 
+def standing_excitation(system: System) -> Array:
+    """The same with all lines that do not turn."""
+    standing = [line_excitation(system, line).real for line in system.lines if line.frequency == 0]
+    return sum(standing, still_excitation(system))
+
+
 def line_excitation(system: System, line: Line) -> ComplexArray:
     """Amplitudes of a line in loaded flanks, rows of groups and far flanks [m], and its force at rest [N, N m]."""
     gaps, m = system.flank_gaps(line), len(system.meshes.name)
     of_groups = group_gap(line, sum(len(group.rows) for group in system.groups))
-    return np.concatenate([gaps[:m], of_groups, gaps[m:], line.force[0]])
+    return np.concatenate([gaps[:m], of_groups, gaps[m : m + system.far_flanks.mesh.size], line.force[0]])
 
 
 def excitation_of(

@@ -194,13 +194,6 @@ def quasi_static(
             progress(min(chunk.stop, total) / total)
 
 
-def history_note(system: System, record: Record) -> str:
-    """How the history of laws with a memory begins, "" where there is none."""
-    if not system.laws.memory.any():
-        return ""
-    return f"sliders start in the middle; warm-up over {record.count} {record.name} before the record"
-
-
 def _balanced_excitation(held: HeldTrain, record: Record, index: NDArray[np.int64]) -> RecordExcitation:
     """Excitation at the instants `index` (t,), whose loads are checked to balance on free motions."""
     here = excitation(held.system, record.unit, index, record.samples)
@@ -411,7 +404,8 @@ def law_attributes(system: System, record: Record) -> dict[str, str]:
         group.name: {"kind": group.law.kind, **asdict(group.law), "slip_start": group.law.slip_start}
         for group in system.groups
     }
-    return {"laws": json.dumps(laws), "history": history_note(system, record)}
+    history = f"sliders start in the middle; warm-up over {record.count} {record.name} before the record"
+    return {"laws": json.dumps(laws), "history": history if system.laws.memory.any() else ""}
 
 
 def free_position_warnings(system: System, free: Array) -> list[CodedText]:

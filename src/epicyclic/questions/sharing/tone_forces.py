@@ -26,7 +26,7 @@ from ...statics.record import (
     positive_count,
     reference_tone,
     samples_per_cycle,
-    standing_load,
+    standing_excitation,
 )
 from ...statics.static import (
     HeldTrain,
@@ -263,12 +263,10 @@ def mean_force(system: System, held: HeldTrain | None = None) -> Array:
     ModelError : a load that nothing balances.
     """
     held = held_train(system) if held is None else held
-    still = [line for line in system.lines if line.frequency == 0]
-    load = standing_load(system)
-    gap = sum((line.gap.real for line in still), np.zeros(len(system.meshes.name)))
-    balanced(held, load[None])
-    flexible = held.loaded
-    force: Array = closed_force(flexible, flexible.stiffness[None], gap[None], load[None])[0][0]
+    excited, k = standing_excitation(system)[None], held.loaded.stiffness[None]
+    gap, load = excited[:, : k.size], excited[:, -len(system.force) :]
+    balanced(held, load)
+    force: Array = closed_force(held.loaded, k, gap, load)[0][0]
     return force
 
 

@@ -9,10 +9,11 @@ from __future__ import annotations
 import heapq
 import json
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Protocol, cast
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,20 +78,27 @@ class GradeSet:
         return [[grade.price for grade in row] for row in self.grades]
 
 
-class Grades(Protocol):
-    """Load factor of combinations of grades on one set of samples."""
+class Grades(ABC):
+    """Load factors of combinations of grades on one set of samples."""
+
+    __slots__ = ()
+
+    @abstractmethod
+    def factors(self, combination: Combination) -> Array:
+        """Load factor of every sample (S,) [1]."""
 
     def value(self, combination: Combination, probability: float) -> float:
         """Load factor that is not exceeded with the probability [1]."""
-        ...
+        return order_statistic(self.factors(combination), probability)
 
     def meets(self, combination: Combination, target: float, probability: float) -> bool:
         """Whether no more samples than the probability leaves lie above the target."""
-        ...
+        factors = self.factors(combination)
+        return int(np.count_nonzero(factors > target)) <= allowed_above(len(factors), probability)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class GradeColumns:
+class GradeColumns(Grades):
     """Load factors that are linear in the errors: on common random numbers a combination costs a sum.
 
     base : (S, w) load factor of every mesh without the errors of the entries, w meshes.
@@ -116,10 +124,6 @@ class GradeColumns:
         """Load factor of the most loaded mesh (S,), in the order of the columns."""
         return np.asarray(self._loads(combination, slice(None)).max(axis=1))
 
-    def value(self, combination: Combination, probability: float) -> float:
-        """Load factor that is not exceeded with the probability [1]."""
-        return order_statistic(self.factors(combination), probability)
-
     def meets(self, combination: Combination, target: float, probability: float) -> bool:
         """Whether no more samples than the probability leaves lie above the target.
 
@@ -143,7 +147,7 @@ class GradeColumns:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SampledGrades:
+class SampledGrades(Grades):
     """Load factors of combinations of grades, each evaluated on the same samples.
 
     uniform : (S, d).  values : load factors (S,) of the combinations asked for, each evaluated once.
@@ -176,15 +180,6 @@ class SampledGrades:
             largest = k[:, MEAN_LOADS.index(self.definition)].max(axis=1)
             self.values[combination] = np.nan_to_num(largest, nan=np.inf)
         return self.values[combination]
-
-    def value(self, combination: Combination, probability: float) -> float:
-        """Load factor that is not exceeded with the probability [1]."""
-        return order_statistic(self.factors(combination), probability)
-
-    def meets(self, combination: Combination, target: float, probability: float) -> bool:
-        """Whether no more samples than the probability leaves lie above the target."""
-        above = int(np.count_nonzero(self.factors(combination) > target))
-        return above <= allowed_above(len(self.uniform), probability)
 
 
 def with_grade(entry: Tolerance, grade: Grade) -> Tolerance:
