@@ -42,22 +42,23 @@ from numpy.typing import NDArray
 
 from ...errors import ConvergenceError, ModelError
 from ...limits import KGammaLimit, k_gamma_limit, limit_columns
-from ...statics.equilibrium import Compliance, Values, closed_approach, closed_force, require_balance, require_forces
+from ...statics.equilibrium import Compliance, Values, closed_state, require_balance, require_forces
 from ...statics.load_map import MEAN_LOADS
 from ...statics.record import (
     MeshGroup,
     Record,
     group_shares,
     idle_warnings,
+    line_excitation,
     loaded_meshes,
     mesh_stiffness,
     parallel_meshes,
     shares,
+    still_excitation,
     turn_fraction,
 )
 from ...statics.sample_loads import mean_loads
 from ...statics.static import HeldTrain
-from ...system.gaps import flanks
 from ...system.system import Array, ComplexArray, System, faces
 from ...warning_codes import CodedText, coded
 
@@ -345,14 +346,14 @@ def static_waves(system: System, flexible: Compliance, tone: Fraction, samples: 
     left, size = np.zeros(samples), np.zeros(samples)
 
     def solved(gap: Values, load: Values) -> Values:
-        """Forces (Nt, m) [N] under errors (Nt, m) [m] and loads (Nt, n) [N, N m]."""
-        force, missed, largest = closed_force(flexible, k, gap, load)
+        """Forces (Nt, m) [N] under errors (Nt, m + c) [m] and loads (Nt, n) [N, N m]."""
+        _, force, missed, largest = closed_state(flexible, k, gap[:, : k.shape[1]], load)
         np.add(left, missed, out=left)
         if load.any():
             np.maximum(size, largest, out=size)
         return force
 
-    waves = _summed(system, tone, samples, solved, [line.gap for line in system.lines], np.zeros(k.shape[1]))
+    waves = _summed(system, tone, samples, solved)
     if size.any():
         require_forces(left, size)
     return waves
@@ -363,49 +364,24 @@ def far_waves(system: System, held: HeldTrain, tone: Fraction, samples: int) -> 
 
     None where there are none, or where none touches at any phases of the lines.
     """
-    far = system.far_flanks
-    c, m = far.mesh.size, len(system.meshes.name)
-    if held.both is None:
+    both, c = held.both, system.far_flanks.mesh.size
+    if both is None:
         return None
     k = np.hstack([mesh_stiffness(system, tone, np.arange(samples), samples), np.zeros((samples, c))])
-    flexible = held.both
-    phases = np.zeros((samples, max(1, len(system.tones))))
-    if tone in system.tones:
-        phases[:, system.tones.index(tone)] = np.arange(samples) / samples
-    touch = flanks(system).at(phases).touch[:, m:]
-
-    def solved(gap: Values, load: Values) -> Values:
-        """Gaps (Nt, c) [m] of the far flanks under errors (Nt, m + c) [m] and loads (Nt, n) [N, N m]."""
-        reach: Values = closed_approach(flexible, k, gap, load @ flexible.gap_of_force.T)[:, m:] - gap[:, m:]
-        return reach
-
-    opening = np.concatenate([np.zeros(m), system.meshes.backlash[far.mesh]])
-    gaps = _summed(system, tone, samples, solved, [system.flank_gaps(line) for line in system.lines], opening)
-    reach = replace(gaps, mean=gaps.mean - touch.T)
+    reach = _summed(system, tone, samples, lambda gap, load: closed_state(both, k, gap, load)[0][:, -c:])
     return reach if np.any(force_bound(reach) > 0) else None
 
 
-def _summed(
-    system: System,
-    tone: Fraction,
-    samples: int,
-    solved: Callable[[Values, Values], Values],
-    gaps: Sequence[ComplexArray],
-    still: Array,
-) -> Waves:
-    """Waves of what is linear in errors and loads: solved (errors (Nt, r), loads (Nt, n)) -> (Nt, ..).
-
-    Parameters
-    ----------
-    gaps : errors (r,) of every line [m].  still : (r,) further constant errors [m].
-    """
-    theta = np.arange(samples) / samples
-    mean = solved(np.tile(still, (samples, 1)), np.tile(system.force, (samples, 1)))
+def _summed(system: System, tone: Fraction, samples: int, solved: Callable[[Values, Values], Values]) -> Waves:
+    """Waves of what is linear in errors and loads: solved (errors of flanks (Nt, m + c), loads (Nt, n)) -> (Nt, ..)."""
+    theta, n = np.arange(samples) / samples, len(system.force)
+    still = np.tile(still_excitation(system), (samples, 1))
+    mean = solved(still[:, :-n], still[:, -n:])
     ratios, amplitude = [], []
-    for line, gap in zip(system.lines, gaps, strict=True):
+    for line in system.lines:
         ratio = line.frequency / tone
-        turning = np.exp(2j * np.pi * float(ratio) * theta)[:, None]
-        value = solved(turning * gap, turning * line.force[0])
+        turning = np.exp(2j * np.pi * float(ratio) * theta)[:, None] * line_excitation(system, line)
+        value = solved(turning[:, :-n], turning[:, -n:])
         if ratio.denominator == 1:
             mean = mean + value.real
         else:

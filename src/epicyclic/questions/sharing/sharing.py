@@ -27,7 +27,7 @@ from ...statics.record import (
     shares,
     spread_cycles,
 )
-from ...statics.static import OPEN_RATIO, flank_contact, held_train, quasi_static, rounding_of
+from ...statics.static import OPEN_RATIO, rounding_of
 from ...statics.tangent import linear
 from ...system.system import Array, Faces, System, faces
 from .definitions import (
@@ -41,7 +41,7 @@ from .definitions import (
     require_speed,
     worst_case,
 )
-from .tone_forces import Method, ToneForces, carrying_flank, cycle_starts, forces_of_equilibria, mean_force, tone_forces
+from .tone_forces import Method, ToneForces, cycle_starts, forces_of_equilibria, mean_force, tone_forces
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -370,10 +370,8 @@ def _by_record(
     # laws may have a memory, mesh cycles several lengths
     spread = len(set(system.meshes.tone.tolist())) == 1 and not system.laws.memory.any()
     record = replace(record, spread=spread and record.period < _EXACT // samples)
-    states = [piece.state for piece in quasi_static(held_train(system), record)]
-    contact = flank_contact(system, [(state.mesh_force, state.far_force) for state in states])
-    force = face.total(contact.force, axis=1)
-    force = force * carrying_flank(force.mean(axis=0), members)
+    forces = forces_of_equilibria(system, record, record.count)
+    force = forces.history.T
     starts = [cycle_starts(system, group, record) for group in members]
     count, span = max(len(start) for start in starts), record.period if record.spread else record.count
     place, ratio = np.empty((len(face.name), count)), np.empty((len(face.name), count))
@@ -382,4 +380,4 @@ def _by_record(
         peaks = np.maximum.reduceat(force[:, group], start, axis=0)
         place[group] = (record.index[start] / (record.samples * span))[wide]
         ratio[group] = shares(peaks, [np.arange(len(group))])[wide].T
-    return force.mean(axis=0), force.max(axis=0), place, ratio, record.period
+    return forces.mean, forces.over.peak, place, ratio, record.period

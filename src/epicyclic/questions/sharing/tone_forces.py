@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ModelError
-from ...statics.equilibrium import closed_force
+from ...statics.equilibrium import closed_state
 from ...statics.record import (
     MeshGroup,
     Record,
@@ -266,7 +266,7 @@ def mean_force(system: System, held: HeldTrain | None = None) -> Array:
     excited, k = standing_excitation(system)[None], held.loaded.stiffness[None]
     gap, load = excited[:, : k.size], excited[:, -len(system.force) :]
     balanced(held, load)
-    force: Array = closed_force(held.loaded, k, gap, load)[0][0]
+    force: Array = closed_state(held.loaded, k, gap, load)[1][0]
     return force
 
 
@@ -336,10 +336,11 @@ def forces_of_equilibria(
     contact = flank_contact(system, forces)
     members, face = parallel_meshes(system.meshes), faces(system.meshes)
     net = face.total(contact.force, axis=1)
-    sign = carrying_flank(net.mean(axis=0), members)
+    mean, sign = net.mean(axis=0), np.ones(len(face.name))
+    for group in members:
+        sign[group] = -1.0 if mean[group].sum() < 0 else 1.0
     force, touching = sign * net, mesh_contact(face, contact)
-    mean = force.mean(axis=0)
-    loaded = meshes_with_load(mean, members, most=np.abs(force).max(axis=0), rounding=rounding_of(system))
+    loaded = meshes_with_load(sign * mean, members, most=np.abs(force).max(axis=0), rounding=rounding_of(system))
     over = record_extremes(force, members, [cycle_starts(system, group, record) for group in members])
     whole, last = record.count >= record.period, min(kept, record.count) * record.samples
     notes = [*free_position_warnings(system, train.loaded.free), *past_the_end(system, flanks(system), contact.largest)]
@@ -348,7 +349,7 @@ def forces_of_equilibria(
         record=record,
         over=over,
         worst=over.cycle_peak if whole else np.full(len(mean), np.nan),
-        mean=mean,
+        mean=sign * mean,
         sign=sign,
         loaded=loaded,
         lost=face.any(np.asarray(~contact.loaded.all(axis=0))),
@@ -370,14 +371,6 @@ def forces_of_equilibria(
         },
         provenance=law_attributes(system, record),
     )
-
-
-def carrying_flank(mean: Array, members: Sequence[MeshGroup]) -> Array:
-    """-1 at the meshes (m,) of groups whose mean load [N] is on their far flanks, else 1."""
-    sign = np.ones(len(mean))
-    for group in members:
-        sign[group] = -1.0 if mean[group].sum() < 0 else 1.0
-    return sign
 
 
 def record_extremes(force: Array, members: Sequence[MeshGroup], starts: Sequence[NDArray[np.int64]]) -> Extremes:
