@@ -185,6 +185,10 @@ def test_a_train_under_reversed_torque_is_that_seen_from_behind(build: Any, tabl
     shared, behind_ = (sharing(s, method="static", samples=7) for s in (system, seen_from_behind(system)))
     np.testing.assert_allclose(shared.load_sharing, behind_.load_sharing, rtol=1e-8)
     np.testing.assert_allclose(shared.mesh_force, -behind_.mesh_force, rtol=1e-8)
+    # forces over the record have the sign of those over time, whichever flank carries
+    np.testing.assert_allclose(shared.mesh_force_mean, shared.mesh_force.mean("time"), rtol=1e-12)
+    np.testing.assert_array_equal(shared.mesh_force_peak, shared.mesh_force.max("time"))
+    np.testing.assert_array_equal(shared.mesh_force_minimum, shared.mesh_force.min("time"))
     assert "far flank" in json.loads(shared.attrs["warnings"])[-1]
 
 

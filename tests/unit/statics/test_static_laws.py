@@ -300,6 +300,9 @@ def test_record_in_turns_of_a_body(build: Any) -> None:
         "record of 2 turns of main/sun is shorter than the common period of 5; --turns takes more of it [short-record]"
     ]
     assert short.warnings(least, least) == []  # what stands still has its extremes in any record
+    np.testing.assert_array_equal(record.index, np.arange(5 * 8))
+    apart = replace(record, count=2, spread=True)  # of five turns the first and the fourth
+    assert apart.index.tolist() == [*range(8), *range(24, 32)]
     slow = record_of(system, cycles=None, turns=None, of=None, samples=8, most=10**6, slow=True)
     assert (slow.unit, slow.period) == (Fraction(5), 5)
     result = static(system, turns=5, of="main/sun", samples=24)
