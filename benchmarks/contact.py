@@ -26,8 +26,9 @@ from epicyclic.questions.contact_loss.continuation import (
 )
 from epicyclic.questions.contact_loss.problem import Problem, State
 from epicyclic.questions.contact_loss.solutions import Refinement, Solution, floquet_stability, solution, with_stability
-from epicyclic.questions.contact_loss.sweep import ContactSweepOptions, contact_sweep
+from epicyclic.questions.contact_loss.sweep import contact_sweep
 from epicyclic.questions.contact_loss.sweep_direction import period_doubled_motions, symmetry_broken_motions
+from epicyclic.questions.response import SweepOptions
 from epicyclic.questions.response.response import response
 from epicyclic.system.system import Dofs, FarFlanks, Line, LinkRows, MeshRows, System
 
@@ -143,9 +144,7 @@ def _points(system: System, quick: bool) -> list[table.Row]:
     """A sweep with 16 harmonics, and the stability of the points of a branch."""
     frequencies = np.linspace(1000, 2400, 36 if quick else 141)
     started = time.process_time()
-    swept = contact_sweep(
-        system, ContactSweepOptions(mesh_frequency=frequencies, harmonics=HARMONICS, unstable="ignore")
-    )
+    swept = contact_sweep(system, SweepOptions(mesh_frequency=frequencies, harmonics=HARMONICS, unstable="ignore"))
     each = 1e3 * (time.process_time() - started) / frequencies.size
     failed = int((swept.status != "ok").sum())
     refinement = Refinement(ready=response(system))

@@ -8,8 +8,9 @@ import numpy as np
 import table
 from timing import cpu_seconds
 
+from epicyclic.questions.response import SweepOptions
 from epicyclic.questions.response.response import respond, response
-from epicyclic.questions.response.steady import SweepOptions, sweep
+from epicyclic.questions.response.steady import sweep
 from epicyclic.results.dataset import to_json
 from epicyclic.system.system import System
 

@@ -8,6 +8,7 @@ import numpy as np
 import table
 from timing import cpu_seconds
 
+from epicyclic.questions.modulation import ModulationOptions
 from epicyclic.questions.modulation.modulation import modulation
 from epicyclic.questions.response.measures import periodic
 from epicyclic.system.assembly import assemble
@@ -28,8 +29,8 @@ def rows(quick: bool) -> list[table.Row]:
         changes["deviations.planet.run_out"] = "20 um"
     system = assemble(load("ren2021", overrides=changes))
     cycles = _QUICK if quick else _CYCLES
-    lines = modulation(system, window="cos4", floor=0.0, samples=2**15)
-    took = cpu_seconds(lambda: modulation(system), repeats=5)[0]
+    lines = modulation(system, ModulationOptions(window="cos4", floor=0.0, samples=2**15))
+    took = cpu_seconds(lambda: modulation(system, ModulationOptions()), repeats=5)[0]
     start = time.process_time()
     spectrum = _sampled(system, cycles)
     sampling = time.process_time() - start

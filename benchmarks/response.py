@@ -26,8 +26,9 @@ import table
 from known import KNOWN112, MESHES112, bench56, bench112
 from timing import cpu_seconds
 
+from epicyclic.questions.response import SweepOptions
 from epicyclic.questions.response.measures import periodic
-from epicyclic.questions.response.steady import SweepOptions, sweep
+from epicyclic.questions.response.steady import sweep
 from epicyclic.system.system import System
 
 LIMIT = 1e-4

@@ -29,7 +29,8 @@ import baseline
 import numpy as np
 import table
 
-from epicyclic.questions.response.steady import SweepOptions, sweep
+from epicyclic.questions.response import SweepOptions
+from epicyclic.questions.response.steady import sweep
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
 from epicyclic.train.resolution import load

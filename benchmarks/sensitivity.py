@@ -21,8 +21,9 @@ from known import bench56
 from numpy.typing import NDArray
 from timing import cpu_seconds
 
+from epicyclic.questions.response import SweepOptions
 from epicyclic.questions.response.response import respond, response
-from epicyclic.questions.response.steady import SweepOptions, sweep
+from epicyclic.questions.response.steady import sweep
 from epicyclic.questions.studies.adjoint import SystemNumbers, adjoint_form, adjoint_parts, combined, measure, numbers
 from epicyclic.questions.studies.gradient import Gradient, basis_of, force_derivatives, gradient
 from epicyclic.system.system import System

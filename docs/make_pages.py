@@ -1,7 +1,7 @@
 """Write the pages of docs/reference that follow from the code.
 
-verbs.md comes from the signatures of `verbs`, variables.md from the results of their examples, api.md from
-the stub of the package, commands.md from the command line, schema.md from the JSON Schema of the model file,
+verbs.md and the stub of the package come from the options of `verbs`, variables.md from the results of their examples,
+api.md from the stub, commands.md from the command line, schema.md from the JSON Schema of the model file,
 warnings.md from the table of their codes.
 
 python docs/make_pages.py          write them
@@ -23,7 +23,8 @@ from urllib.parse import quote
 import xarray as xr
 
 from epicyclic import audit, compare
-from epicyclic.verbs.record import Option, Verb, help_of, keywords, verbs
+from epicyclic.options import Option
+from epicyclic.verbs.record import Verb, help_of, keywords, verbs
 from epicyclic.warning_codes import WARNING_CODES
 
 HERE = Path(__file__).parent
@@ -31,6 +32,7 @@ _CITATION = re.compile(r"(?:\[|; )([a-z]+[0-9]{4}[a-z]?|iso[0-9]+)(?=[],;])")
 DRIVE = "ren2021"
 VARIANT = {"stages.main.sun.support.radial": 0}  # of the comparison whose variables are listed
 KINDS = HERE.parent / "src" / "epicyclic" / "results" / "variable_kinds.json"
+STUB = HERE.parent / "src" / "epicyclic" / "__init__.pyi"
 HEAD = """# Verbs
 
 Made by `python docs/make_pages.py` from the records in `src/epicyclic/questions/*/verbs.py`; not written by hand.
@@ -172,8 +174,7 @@ def _coded(names: tuple[str, ...]) -> str:
 
 def api_page() -> str:
     """Text of api.md: every public name, in groups of one question each, verbs by name."""
-    stub = (HERE.parent / "src" / "epicyclic" / "__init__.pyi").read_text(encoding="utf-8")
-    names = re.findall(r"^from \S+ import (\w+) as \1$", stub, re.MULTILINE)
+    names = re.findall(r"^(?:from \S+ import|def) (\w+)(?: as \1$|\()", stub_text(), re.MULTILINE)
     groups: dict[str, list[str]] = {"Verbs": [], "Errors": [], "Train and system": [], "Around the verbs": []}
     for name in names:
         groups[_group_of(name)].append(name)
@@ -185,6 +186,24 @@ def api_page() -> str:
             kind = kind if name[0].isupper() else "autofunction"
             lines += [f"### {name}", "", "```{eval-rst}", f".. {kind}:: epicyclic.{name}", "```", ""]
     return "\n".join(lines)
+
+
+def stub_text() -> str:
+    """Text of the stub of the package: the names as they are, and every verb with the keywords of its options."""
+    names, mark, _ = STUB.read_text(encoding="utf-8").partition("\n# Verbs\n")
+    return names + mark + "".join(_stub(verb) for verb in verbs().values())
+
+
+def _stub(verb: Verb) -> str:
+    """A verb in the stub: where it is from, its typed keywords, its first sentence."""
+    typed = []
+    for name, parameter in signature(verb.run).parameters.items():
+        default = "" if parameter.default is Parameter.empty else f" = {parameter.default!r}"
+        typed += [f"{name}: {parameter.annotation!r}{default}", *(["*"] if name == "source" else [])]
+    lines = "".join(f"    {one},\n" for one in typed).replace("'", '"')
+    home = verb.run.__module__.removeprefix("epicyclic")
+    first = help_of(verb).split("\n\n")[0].split(": ")[0].rstrip(".")
+    return f'\ndef {verb.name}(  # {home}\n{lines}) -> xr.Dataset:\n    """{first}."""\n'
 
 
 def _group_of(name: str) -> str:
@@ -363,6 +382,7 @@ if __name__ == "__main__":
     if sys.argv[1:] == ["links"]:
         print(*external_links(), sep="\n")
         raise SystemExit
+    STUB.write_text(stub_text(), encoding="utf-8")
     for name, text in PAGES.items():
         (HERE / "reference" / f"{name}.md").write_text(text(), encoding="utf-8")
     found = [verb.run(DRIVE, **options) for verb, options in examples()]

@@ -18,6 +18,7 @@ from pathlib import Path
 _STUB = Path(__file__).with_name("__init__.pyi").read_text(encoding="utf-8")
 # name -> module that defines it
 _HOME = {name: home for home, name in re.findall(r"^from (\S+) import (\w+) as \2$", _STUB, re.MULTILINE)}
+_HOME |= dict(re.findall(r"^def (\w+)\(  # (\S+)$", _STUB, re.MULTILINE))
 
 __all__ = sorted(_HOME)
 

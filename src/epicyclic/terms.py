@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import re
 import tomllib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from difflib import SequenceMatcher, get_close_matches
 from functools import cache
@@ -16,6 +16,7 @@ from importlib import resources
 from typing import Any
 
 from .document.document import ready_drives
+from .document.tables import value_text
 from .document.units import KINDS
 from .document.writer import json_schema
 from .errors import ModelError
@@ -512,7 +513,10 @@ def _example(path: Path, name: str, node: Schema, unit: str) -> str:
     """A line of a model file: out of a ready drive where one has the key, else made up from the unit."""
     for own, value, drive in _written():
         if len(own) == len(path) and all(map(_fits, path, own)):
-            return f"{'.'.join(own)} = {_toml(value)}  (ready drive {drive})"
+            text = value_text(value)
+            if isinstance(value, list) and len(value) > 4:
+                text = f"{value_text(value[:4])[:-1]}, ...]"
+            return f"{'.'.join(own)} = {text}  (ready drive {drive})"
     shown = ".".join(_NAMES.get(path[:i], "NAME") if word == ANY else word for i, word in enumerate(name.split(".")))
     first = unit.split(", ")[0]
     words = [word for form in forms_of(node) if form.get("type") == "string" for word in form.get("enum", ())]
@@ -539,12 +543,3 @@ def _leaves(table: Mapping[str, object], above: Path = ()) -> Iterator[tuple[Pat
             yield from _leaves(value, (*above, name))
         else:
             yield (*above, name), value
-
-
-def _toml(value: object) -> str:
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, list):
-        items: Sequence[object] = value[:4]
-        return f"[{', '.join(map(_toml, items))}{', ...' if len(value) > 4 else ''}]"
-    return f'"{value}"' if isinstance(value, str) else str(value)

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 import epicyclic
 from epicyclic.audits.audit_file import read_audit
+from epicyclic.statics import StaticOptions
 from epicyclic.statics.record import Record, record_of
 from epicyclic.statics.static import static
 from epicyclic.system.assembly import assemble
@@ -160,7 +161,7 @@ def common_period(system: System, samples: int = 16) -> Record:
 
 def J(system: System, cycles: int = 1, samples: int = 1) -> Array:
     """Shares of the sun meshes (N, T) after checking what holds for every state of the drive."""
-    result = static(system, cycles=cycles, samples=samples)
+    result = static(system, StaticOptions(cycles=cycles, samples=samples))
     both, force = shares(result), result["mesh_force"].values
     assert np.min(force) >= 0
     # each star passes on what it gets, T_pr = T_sp r_1 / r_s, normal force times cos beta_b times base radius
@@ -308,13 +309,13 @@ def as_printed(time_: Array) -> tuple[Array, Array]:
 
 def test_fig_6_needs_the_printed_sign_of_the_ring() -> None:
     """1.036 with eqs. (14), (15), (19) as printed, where errors of the ring have the wrong sign; 1.044 put right."""
-    wrong = static(assemble(load("dong2019", PRINTED_SIGN)), turns=363, of="main/sun", samples=16)
+    wrong = static(assemble(load("dong2019", PRINTED_SIGN)), StaticOptions(turns=363, of="main/sun", samples=16))
     shared = shares(wrong)[0]
     np.testing.assert_allclose(shared.T, closed_map(*as_printed(wrong["time"].values)), atol=1e-9)
     assert round(shared.max(), 4) == 1.0359
     # printed: 1.023 1.036 1.028 1.030 1.025
     assert [round(float(x), 3) for x in sorted(shared.max(axis=1))] == [1.026, 1.026, 1.032, 1.032, 1.036]
-    right = shares(static(assemble(load("dong2019")), turns=363, of="main/sun", samples=16))[0]
+    right = shares(static(assemble(load("dong2019")), StaticOptions(turns=363, of="main/sun", samples=16)))[0]
     assert round(right.max(), 3) == 1.044
     placed = {"sun.position": amplitude(phase=0.25), "ring.position": amplitude(phase=0.25)}
     assert round(J(drive(placed)).max(), 4) == 1.0137
@@ -388,7 +389,7 @@ def test_bearings_even_out_run_outs_that_point_anywhere() -> None:
             if bearing == "inf" and draw >= 10:
                 continue
             system = drive(errors, stages__main__star1__bearing__radial=bearing)
-            values.append(float(shares(static(system, turns=11, of="main/sun", samples=24))[0].max()))
+            values.append(float(shares(static(system, StaticOptions(turns=11, of="main/sun", samples=24)))[0].max()))
     assert all(f"{value:.2f}" in ("2.24", "2.25") for value in found["inf"])
     soft = found["3e7 N/m"]
     assert (round(min(soft), 3), round(max(soft), 3)) == (1.006, 1.031)
@@ -400,7 +401,7 @@ def test_fig_16_by_the_errors_of_the_sun() -> None:
     errors["sun.bearing_run_out"] = amplitude(phase=180.25)
     for ring, printed in ((K_R, 1.023), (math.inf, 1.065)):
         system = drive(errors, **supports(ring="inf" if math.isinf(ring) else ring))
-        found = float(shares(static(system, turns=1, of="main/sun", samples=80))[0].max())
+        found = float(shares(static(system, StaticOptions(turns=1, of="main/sun", samples=80)))[0].max())
         # a standing error of 6 um and a turning one of 12: the star nearest the standing one is at most 36 deg off
         most, least = (1 + share(size * UM, k1(ring=ring)) for size in (18, 12 + 6 * math.cos(math.pi / N)))
         assert least < found < most
@@ -546,7 +547,7 @@ def test_network_is_compatibility_and_closed_map() -> None:
     rng = np.random.default_rng(1)
     for _ in range(3):
         table, vectors = everything(rng)
-        result = static(drive(table), cycles=240, samples=3)
+        result = static(drive(table), StaticOptions(cycles=240, samples=3))
         found = shares(result)[0].T
         assert found.min() > 0.9
         g1, g2 = openings(vectors, result["time"].values)
@@ -591,9 +592,9 @@ def test_twist_of_the_shafts(shaft: Table) -> None:
 
 
 def test_full_common_period_is_quick(system: System, capsys: pytest.CaptureFixture[str], slowness: float) -> None:
-    static(system, cycles=1)  # imports
+    static(system, StaticOptions(cycles=1))  # imports
     start = time.perf_counter()
-    found = static(system, turns=363, of="main/sun", samples=16)
+    found = static(system, StaticOptions(turns=363, of="main/sun", samples=16))
     took = time.perf_counter() - start
     with capsys.disabled():
         print(f"\ndong2019: {found.sizes['time']} instants of 363 sun turns in {took:.2f} s")

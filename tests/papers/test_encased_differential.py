@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from epicyclic.questions.check.check import check
 from epicyclic.questions.modes.eigen import mean_modes
+from epicyclic.questions.response import SteadyOptions
 from epicyclic.questions.response.measures import periodic
 from epicyclic.questions.response.steady import steady
 from epicyclic.questions.sharing.sharing import sharing
@@ -352,7 +353,7 @@ def test_superposition_is_the_limit_of_a_constant_stiffness() -> None:
     for size in sizes:
         meshes = replace(base.meshes, variation=size * base.meshes.variation)
         exact, plain = (
-            steady(replace(base, meshes=meshes), method=method).mesh_force_harmonic.values[:, 1:8]
+            steady(replace(base, meshes=meshes), SteadyOptions(method=method)).mesh_force_harmonic.values[:, 1:8]
             for method in ("exact", "superposition")
         )
         apart.append([np.abs(exact - plain)[mine].max() for mine in (DIFFERENTIAL, ENCASED)])

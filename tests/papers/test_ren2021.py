@@ -24,6 +24,7 @@ from scipy.integrate import solve_ivp
 from epicyclic.questions.modes.modal import modal
 from epicyclic.questions.response.measures import periodic
 from epicyclic.questions.sharing.sharing import sharing
+from epicyclic.statics import StaticOptions
 from epicyclic.statics.static import static
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
@@ -213,10 +214,10 @@ def test_an_error_that_is_a_mere_spin_of_a_planet_does_nothing() -> None:
 
 def test_antisymmetric_ring_run_out_moves_the_planets_axially() -> None:
     side = {"ring": {"left": {"run_out": "20 um"}}}
-    result = static(drive(side), cycles=57)
+    result = static(drive(side), StaticOptions(cycles=57))
     axial = result["displacement"].sel(dof=[n for n in result["dof"].values.tolist() if n.endswith("planet/1/z")])
     assert float(np.abs(axial).max()) > 1e-7
-    symmetric = static(drive({"ring": {"run_out": "20 um"}}), cycles=57)
+    symmetric = static(drive({"ring": {"run_out": "20 um"}}), StaticOptions(cycles=57))
     still = symmetric["displacement"].sel(dof=axial["dof"].values)
     assert float(np.abs(still).max()) < 1e-12
 
@@ -307,7 +308,7 @@ def test_static_mesh_force_and_torque_balance(ideal: System) -> None:
     torque = train.kinematics.torque or {}
     assert torque["main.ring"] == pytest.approx(100e3 * 57 / 23, rel=1e-12)
     assert sum(torque.values()) == pytest.approx(0.0, abs=1e-6)
-    result = static(ideal, cycles=1)
+    result = static(ideal, StaticOptions(cycles=1))
     sun = next(body for body in train.bodies if body.name == "main/sun")
     assert sun.gear is not None
     expected = 100e3 / (6 * sun.gear.base_radius * math.cos(train.meshes[0].base_helix))

@@ -17,8 +17,10 @@ import xarray as xr
 from numpy.typing import NDArray
 
 import epicyclic
+from epicyclic.questions.flanks import StiffnessOptions
 from epicyclic.questions.flanks.contact import stiffness, stiffness_history
 from epicyclic.questions.response.measures import periodic
+from epicyclic.statics import StaticOptions
 from epicyclic.statics.static import static
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
@@ -96,7 +98,7 @@ def sun_share(result: xr.Dataset) -> tuple[Array, Array]:
 
 def left_share(*changes: Changes) -> float:
     """Part of the sun's load that its left half carries, mean of a mesh cycle."""
-    left, right = sun_share(static(drive(*changes), cycles=1))
+    left, right = sun_share(static(drive(*changes), StaticOptions(cycles=1)))
     return float(np.mean(left / (left + right)))
 
 
@@ -162,7 +164,7 @@ def test_phase_leads_turn_with_the_sun() -> None:
 
 def test_stagger_shifts_the_right_half_in_time_only() -> None:
     """The phase mechanism: k_R(t) = k_L(t + lambda T); its largest value stays [xu2020, eq. 11-14]."""
-    result = stiffness(load("xu2020", {"stages.main.stagger": 0.125}), samples=256)["mesh_stiffness"]
+    result = stiffness(load("xu2020", {"stages.main.stagger": 0.125}), StiffnessOptions(samples=256))["mesh_stiffness"]
     left, right = (result.sel(mesh=f"main/sun-planet/2/{side}").values for side in ("left", "right"))
     assert right == pytest.approx(np.roll(left, -32), rel=1e-12)
     # the phase that the twist gives: z_s phi / (2 pi) with phi = T l / (G I_p), all of the torque through the neck
@@ -345,7 +347,7 @@ def test_mirror_symmetric_response_does_not_know_the_neck() -> None:
 @pytest.mark.parametrize("K", NECKS)
 def test_a_floating_sun_shares_evenly_and_twists(K: float) -> None:
     """sum F_z = 0 makes the halves carry the same, whatever the neck; phi = T l / (G I_p) of half the torque."""
-    result = static(drive({NECK: K}), cycles=1)
+    result = static(drive({NECK: K}), StaticOptions(cycles=1))
     left, right = sun_share(result)
     # a free sun leaves the solver's tolerance
     assert left == pytest.approx(right, rel=1e-10)
@@ -388,7 +390,7 @@ def test_the_port_may_be_a_coupling() -> None:
     }
     system = drive(FIXED, shaft)
     assert len(system.dofs.names) == 56 + 1 - 2 - 8  # with what is held axially
-    joined, plain = static(system, cycles=1), static(drive(FIXED), cycles=1)
+    joined, plain = static(system, StaticOptions(cycles=1)), static(drive(FIXED), StaticOptions(cycles=1))
     assert joined["mesh_force"].values == pytest.approx(plain["mesh_force"].values, rel=1e-9)
     carried = joined["link_force"].sel(link_row="shaft/rz").values
     assert carried == pytest.approx(149.9e3, abs=50)
@@ -400,16 +402,18 @@ def test_slide() -> None:
     """Nothing where the sun floats; where it is held, a gap z sin b on one side and its opposite on the other."""
     slide = {"deviations.sun.position.z": "20 um"}
     assert "no support or bearing holds main.sun in z" in load("xu2020", slide).warnings[0]
-    floating = [static(drive(change), cycles=1)["mesh_force"].values for change in (slide, {})]
+    floating = [static(drive(change), StaticOptions(cycles=1))["mesh_force"].values for change in (slide, {})]
     assert floating[0] == pytest.approx(floating[1], rel=1e-12)
     gap = 20e-6 * math.sin(BASE_HELIX)
     gaps = {f"deviations.meshes.sun-planet.{side}.gap": s * gap for side, s in (("left", 1), ("right", -1))}
-    slid, opened = (static(drive(FIXED, change), cycles=1)["mesh_force"].values for change in (slide, gaps))
+    slid, opened = (
+        static(drive(FIXED, change), StaticOptions(cycles=1))["mesh_force"].values for change in (slide, gaps)
+    )
     assert slid == pytest.approx(opened, rel=1e-8)
     # to the right: the left side is relieved, as the source says
     assert left_share(FIXED, slide) < left_share(FIXED) - 0.01
     # 1 mm would be 126 um a side: a helix falls open
-    result = static(drive(FIXED, {"deviations.sun.position.z": "1 mm"}), cycles=1)
+    result = static(drive(FIXED, {"deviations.sun.position.z": "1 mm"}), StaticOptions(cycles=1))
     lost = [name for name, open_ in zip(result["mesh"].values, result["contact_lost"].values, strict=True) if open_]
     assert {name for name in lost if "sun-planet" in name} == {f"main/sun-planet/{i}/left" for i in (1, 2, 3, 4)}
 

@@ -16,9 +16,11 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from epicyclic.questions.modes.modal import modal
+from epicyclic.questions.response import SweepOptions
 from epicyclic.questions.response.measures import Periodic, periodic
 from epicyclic.questions.response.response import FrameSpeed
-from epicyclic.questions.response.steady import SweepOptions, sweep
+from epicyclic.questions.response.steady import sweep
+from epicyclic.statics import StaticOptions
 from epicyclic.statics.static import static
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
@@ -56,7 +58,7 @@ def test_torque_of_the_meshes(system: System) -> None:
     """sum F cos b r_b = T_s at rest at every instant, and in the mean of a vibrating cycle."""
     torque = 1.5e6 / (17.3 * math.pi / 30) * 21 / 116
     arm = math.cos(BASE_HELIX) * SUN_RADIUS
-    at_rest = static(system, cycles=1)
+    at_rest = static(system, StaticOptions(cycles=1))
     sun = ["sun-planet" in name for name in system.meshes.name]
     # the speed goes through rpm as a fraction of limited size
     assert at_rest["mesh_force"].values[sun].sum(axis=0) * arm == pytest.approx(torque, rel=1e-7)

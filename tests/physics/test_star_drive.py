@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from epicyclic.statics import StaticOptions
 from epicyclic.statics.equilibrium import compliance_of, require_balance
 from epicyclic.statics.static import static
 from epicyclic.system.assembly import assemble
@@ -50,7 +51,7 @@ def amplitude(um: float = 6.0, phase: Any = 0.0, start: str = "own") -> Table:
 
 def J(system: System, cycles: int = 1, samples: int = 1) -> Array:
     """Shares of the sun meshes (N, T), the same at the ring."""
-    force = static(system, cycles=cycles, samples=samples)["mesh_force"].values.reshape(2, N, -1)
+    force = static(system, StaticOptions(cycles=cycles, samples=samples))["mesh_force"].values.reshape(2, N, -1)
     assert np.min(force) >= 0
     both = N * force / force.sum(axis=1, keepdims=True)
     np.testing.assert_allclose(both[0], both[1], atol=1e-9)  # rounding of mesh by support stiffness
@@ -73,7 +74,7 @@ def test_one_free_member_takes_the_first_harmonic(sun: Any, ring: Any) -> None:
 
 
 def test_free_sun_moves_by_its_error() -> None:
-    result = static(drive({"sun.run_out": amplitude(6, 30)}, **supports(0.0)), cycles=24, samples=1)
+    result = static(drive({"sun.run_out": amplitude(6, 30)}, **supports(0.0)), StaticOptions(cycles=24, samples=1))
     place = (
         result["displacement"].sel(dof="main/sun/x").values + 1j * result["displacement"].sel(dof="main/sun/y").values
     )
@@ -117,11 +118,14 @@ def test_maxwell() -> None:
     """dF_i/de_j is symmetric, for both meshes of all branches, and an equal gap in all does nothing: rank N - 1."""
     columns = []
     torque = 1e4
+    once = StaticOptions(cycles=1, samples=1)
     for pair, branch in itertools.product(("sun-star1", "star2-ring"), range(N)):
         gap = [0.1 * (i == branch) for i in range(N)]
-        found = static(drive({f"meshes.{pair}.gap": f"{gap} um"}, **torque_of(torque)), cycles=1, samples=1)
+        found = static(
+            drive({f"meshes.{pair}.gap": f"{gap} um"}, **torque_of(torque)), StaticOptions(cycles=1, samples=1)
+        )
         columns.append(found["mesh_force"].values[:, 0])
-    none = static(drive(**torque_of(torque)), cycles=1, samples=1)["mesh_force"].values[:, 0]
+    none = static(drive(**torque_of(torque)), once)["mesh_force"].values[:, 0]
     L = (np.array(columns) - none) / 0.1e-6
     np.testing.assert_allclose(L, L.T, atol=1e-7 * np.abs(L).max())
     size = np.linalg.svd(L, compute_uv=False)

@@ -11,21 +11,21 @@ import os
 import re
 import shlex
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext
 from enum import StrEnum
 from inspect import Parameter, Signature, signature
 from pathlib import Path
-from types import NoneType, UnionType
-from typing import TYPE_CHECKING, Annotated, Any, ForwardRef, Literal, Union, get_args, get_origin
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from typer.core import TyperGroup
 
 from ..errors import ModelError
+from ..options import Option, shape_of
 from ..questions.flanks.verbs import RECORD
 from ..results.files import write_text
-from ..verbs.record import Option, Verb, help_of, keywords, verbs
+from ..verbs.record import Verb, help_of, keywords, verbs
 from .output import (
     FORMATS,
     complain,
@@ -344,7 +344,7 @@ def run_verb(
     ------
     typer.Exit : 2 wrong input, 3 no convergence, 130 stopped, 1 a fault of the program.
     """
-    options = {name: _plain(value) for name, value in given.items() if value not in (None, [])}
+    options = {name: plain(value) for name, value in given.items() if value not in (None, [])}
     keeps = "folder" in signature(verb.run).parameters
     record = RECORD if keeps and keywords(verb.run)["resume"][1] is not bool else ""
     store = kept_store(Path(options["store"]) if options.get("store") else None) if "store" in flags else nullcontext()
@@ -432,34 +432,53 @@ def command(verb: Verb) -> Callable[..., None]:
     def run(**given: Any) -> None:
         run_verb(verb, flags, **given)
 
-    annotations: dict[str, Any] = {"model": Model}
-    defaults: dict[str, Any] = {"model": Parameter.empty}
-    for name, (parameter, kind, option) in shown.items():
-        annotations[name], defaults[name] = _option(option, flags[name], kind, parameter.default)
-    annotations |= {"sets": Sets, "as_json": Json, "figure": Annotated[list[str] | None, figure_option(verb.gives)]}
     words = f"Write the result: {', '.join([*verb.writers, FORMATS])}."
     if verb.model_text:
         words = f"Write the model (.toml) or the result ({FORMATS})."
-    annotations |= {"output": Annotated[Path | None, file_option(words)]}
-    defaults |= {"sets": None, "as_json": False, "figure": None, "output": None}
-    run.__name__, run.__doc__, run.__annotations__ = verb.name, _unmarked(help_of(verb)), annotations
+    typed = {
+        "model": (Model, Parameter.empty),
+        **typed_options({name: (one.default, kind, option) for name, (one, kind, option) in shown.items()}),
+        "sets": (Sets, None),
+        "as_json": (Json, False),
+        "figure": (Annotated[list[str] | None, figure_option(verb.gives)], None),
+        "output": (Annotated[Path | None, file_option(words)], None),
+    }
+    run.__name__, run.__doc__ = verb.name, _unmarked(help_of(verb))
+    return with_signature(run, typed)
+
+
+def with_signature(run: Callable[..., None], typed: Mapping[str, tuple[Any, Any]]) -> Callable[..., None]:
+    """A function with the keywords that typer makes a command of: name -> annotation and default."""
+    run.__annotations__ = {name: annotation for name, (annotation, _) in typed.items()}
     run.__signature__ = Signature(  # type: ignore[attr-defined]
         [
-            Parameter(name, Parameter.KEYWORD_ONLY, annotation=annotations[name], default=defaults[name])
-            for name in annotations
+            Parameter(name, Parameter.KEYWORD_ONLY, annotation=annotation, default=default)
+            for name, (annotation, default) in typed.items()
         ]
     )
     return run
 
 
-def _option(option: Option, flag: str, kind: Any, default: Any) -> tuple[Any, Any]:
-    """Annotation and default of one option; a default that nobody could type is shown and left to the verb."""
+def typed_options(options: Mapping[str, tuple[Any, Any, Option]], *, asked: bool = False) -> dict[str, tuple[Any, Any]]:
+    """Keyword -> annotation and default for typer, of keyword -> default, type and option.
+
+    asked : a person is asked for what is not typed, so that every default is left open.
+    """
+    return {
+        name: _option(option, str(option.flag_of(name)), kind, default, left=asked)
+        for name, (default, kind, option) in options.items()
+    }
+
+
+def _option(option: Option, flag: str, kind: Any, default: Any, *, left: bool = False) -> tuple[Any, Any]:
+    """Annotation and default of one option; a default that is left, or that nobody could type, is shown alone."""
     typed = _type(kind)
     if typed is bool and default is not False:
         flag = f"{flag}/--no-{flag.removeprefix('--')}"
-    left = default is not Parameter.empty and not isinstance(default, typed if isinstance(typed, type) else ())
     if isinstance(typed, type) and issubclass(typed, StrEnum) and isinstance(default, str):
-        default, left = typed(default), False
+        default = typed(default)
+    entry = typed if isinstance(typed, type) else ()
+    left = left or (default is not Parameter.empty and not isinstance(default, entry))
     words = option.default or (_worded(default) if left and default is not None else "")
     number = {float: "number", int: "whole number"}.get(typed, "")
     made = typer.Option(
@@ -473,10 +492,10 @@ def _option(option: Option, flag: str, kind: Any, default: Any) -> tuple[Any, An
     return (Annotated[typed | None, made], None) if left else (Annotated[typed, made], default)
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
     """Value without the enumeration of typer: a word stays a plain text."""
     if isinstance(value, list):
-        return [_plain(one) for one in value]
+        return [plain(one) for one in value]
     return value.value if isinstance(value, StrEnum) else value
 
 
@@ -505,16 +524,10 @@ def _worded(default: Any) -> str:
 
 
 def _type(kind: Any) -> Any:
-    """What the command line reads for a type: a text where one can be typed, repeated ones for a sequence of them."""
-    members = get_args(kind) if get_origin(kind) in (Union, UnionType) else (kind,)
-    entries = [get_args(one)[0] for one in members if get_origin(one) is Sequence]
-    for entry in entries:
-        if entry is str or get_origin(entry) is Literal:
-            return list[_type(entry)]  # type: ignore[misc]
-    if any(one is str or isinstance(one, str | ForwardRef) for one in members):
-        return str
-    (only,) = (one for one in members if one is not NoneType)
-    return StrEnum("Choice", [(word, word) for word in get_args(only)]) if get_origin(only) is Literal else only
+    """What the command line reads for a type."""
+    kind, choices, several = shape_of(kind)
+    entry: Any = StrEnum("Choice", [(word, word) for word in choices]) if choices else kind
+    return list[entry] if several else entry
 
 
 def _unmarked(text: str) -> str:

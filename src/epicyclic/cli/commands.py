@@ -270,14 +270,9 @@ def report(
 
 def _named(models: Sequence[str]) -> dict[str, str]:
     """What each model is called in the page: its file without folder and ending; one that comes again is numbered."""
-    found: dict[str, str] = {}
-    for model in models:
-        name, number = Path(model).stem or model, 2
-        short = name
-        while name in found:
-            name, number = f"{short} ({number})", number + 1
-        found[name] = model
-    return found
+    from ..questions.studies.compare import distinct_names
+
+    return dict(zip(distinct_names([Path(model).stem or model for model in models]), models, strict=True))
 
 
 def _run(

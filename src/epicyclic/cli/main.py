@@ -19,7 +19,7 @@ from ..verbs.record import verbs
 from .command import Commands, Json, Model, Output, Sets, command, file_option
 from .commands import app as cockpit
 from .commands import audit, compare, explain, report, show, study, systems
-from .new import export, import_rexs, new
+from .new import export, import_rexs, new_command
 from .output import collect_again, figure_option, open_streams, parsed_overrides, print_file, reported, target_of
 
 app = typer.Typer(
@@ -84,7 +84,7 @@ def check(
 
 for _verb in verbs().values():
     app.command()(check if _verb.name == "check" else command(_verb))
-for _function in (audit, study, import_rexs, export, compare, explain, report, show, new, cockpit, systems):
+for _function in (audit, study, import_rexs, export, compare, explain, report, show, new_command(), cockpit, systems):
     app.command("import" if _function is import_rexs else None)(_function)
 
 

@@ -17,9 +17,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ..errors import ModelError
+from ..options import option_fields
 from ..results.files import require_writable, write_text
 from ..rexs.file import HEADINGS, SUFFIXES
-from .command import Model, Sets, file_name, file_option
+from ..train import NewTrainOptions
+from .command import Model, Sets, file_name, file_option, plain, typed_options, with_signature
 from .output import complain, complain_of, on_stdout, parsed_overrides, reported, require_stdout, target_of
 
 if TYPE_CHECKING:
@@ -29,96 +31,29 @@ if TYPE_CHECKING:
 
 _PAIR = re.compile(r'"(\w+)": "([^"]+)"')
 _TABLE = re.compile(r"(?:\w+ = )?\{[^{}]+\}")
-# keyword -> flag, of everything that may be said of the train
-_FLAGS = {
-    "kind": "--kind",
-    "teeth": "--teeth",
-    "ratio": "--ratio",
-    "planets": "--planets",
-    "held": "--held",
-    "driver": "--driver",
-    "speed": "--speed",
-    "torque": "--torque",
-    "power": "--power",
-    "module": "--module",
-    "face_width": "--face-width",
-    "helix_angle": "--helix",
-    "pressure_angle": "--pressure-angle",
-    "title": "--title",
-}
+_FLAGS = {name: str(option.flag_of(name)) for name, (_, _, option) in option_fields(NewTrainOptions).items()}
 _BY_LOAD = "by load"  # answer to a question: let it be chosen
 
 
-def new(
-    file: Annotated[
-        Path, typer.Argument(parser=file_name, metavar="FILE", help="The model file to write (.toml).")
-    ] = Path("train.toml"),
-    kind: Annotated[
-        str | None, typer.Option(metavar="planetary|star|differential", help="What it is.", show_default="planetary")
-    ] = None,
-    teeth: Annotated[
-        str | None, typer.Option(metavar="SUN/PLANET/RING", help="Teeth, 21/39/99; or --ratio, which looks for them.")
-    ] = None,
-    ratio: Annotated[
-        float | None, typer.Option(metavar="NUMBER", help="Input over output speed of the reducer, within 2 %.")
-    ] = None,
-    planets: Annotated[int | None, typer.Option(metavar="N", help="Planets.", show_default="3")] = None,
-    held: Annotated[
-        str | None, typer.Option(metavar="ring|sun", help="What does not turn.", show_default="ring")
-    ] = None,
-    driver: Annotated[
-        str | None,
-        typer.Option(metavar="sun|ring|carrier", help="What drives.", show_default="sun; ring with the sun held"),
-    ] = None,
-    speed: Annotated[
-        list[str] | None,
-        typer.Option(metavar="SPEED", help='Of what drives, "1000 rpm"; of a differential twice, "sun=1000 rpm".'),
-    ] = None,
-    torque: Annotated[
-        list[str] | None, typer.Option(metavar="TORQUE", help='On what drives, "7.2 kN m"; or --power.')
-    ] = None,
-    power: Annotated[list[str] | None, typer.Option(metavar="POWER", help='Of what drives, "750 kW".')] = None,
-    module: Annotated[
-        str | None, typer.Option(metavar="LENGTH", help="Normal module.", show_default="preselected by load")
-    ] = None,
-    face_width: Annotated[
-        str | None, typer.Option(metavar="LENGTH", help="Face width.", show_default="preselected by load")
-    ] = None,
-    helix_angle: Annotated[
-        str | None, typer.Option("--helix", metavar="ANGLE", help="Helix angle.", show_default="0 deg")
-    ] = None,
-    pressure_angle: Annotated[
-        str | None, typer.Option(metavar="ANGLE", help="Normal pressure angle.", show_default="20 deg")
-    ] = None,
-    title: Annotated[str | None, typer.Option(metavar="TEXT", help="Title of the model.")] = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace FILE where there is one.")] = False,
-) -> None:
+def new(file: Path, force: bool, **given: Any) -> None:
     """A model file of a new train from teeth or ratio, power and speed; asks for what is missing in a terminal."""
-    given = {
-        "kind": kind,
-        "teeth": teeth,
-        "ratio": ratio,
-        "planets": planets,
-        "held": held,
-        "driver": driver,
-        "speed": _values(speed),
-        "torque": _values(torque),
-        "power": _values(power),
-        "module": module,
-        "face_width": face_width,
-        "helix_angle": helix_angle,
-        "pressure_angle": pressure_angle,
-        "title": title,
-    }
     with reported(), _flagged():
         _check_target(file, force=force)
-        words = {name: value for name, value in given.items() if value is not None}
+        words = {name: plain(value) for name, value in given.items() if value not in (None, [])}
         train, words = _asked(words) if _asks(words) else (_made(words), words)
         command = shlex.join(["epicyclic", "new", str(file), *_typed(words)])
         chosen = f"Values under [assumed] are chosen, not given. Next: epicyclic check {file}"
         write_text(file, train.text((f"Written by: {command}", chosen)))
         with on_stdout():
             _tell(file, train)
+
+
+def new_command() -> Callable[..., None]:
+    """Function of the command `new` with the signature that typer makes a command of."""
+    place = typer.Argument(parser=file_name, metavar="FILE", help="The model file to write (.toml).")
+    further = {"force": (Annotated[bool, typer.Option("--force", help="Replace FILE where there is one.")], False)}
+    options = typed_options(option_fields(NewTrainOptions), asked=True)
+    return with_signature(new, {"file": (Annotated[Path, place], Path("train.toml")), **options, **further})
 
 
 def _check_target(file: Path, *, force: bool) -> None:
@@ -139,24 +74,14 @@ def _made(given: Mapping[str, Any]) -> NewTrain:
     return new_train(**({"kind": "planetary"} | dict(given)))
 
 
-def _values(texts: list[str] | None) -> Any:
-    """One text as it is; MEMBER=VALUE, once or more, as a table."""
-    if not texts:
-        return None
-    pairs = [text.partition("=") for text in texts]
-    if len(texts) == 1 and not pairs[0][1]:
-        return texts[0]
-    return {name.strip(): value.strip() for name, _, value in pairs}
-
-
 def _typed(words: Mapping[str, Any]) -> Iterator[str]:
     """The flags that make the same train."""
     for name, value in words.items():
         if isinstance(value, Mapping):
-            for member, text in value.items():
-                yield from (_FLAGS[name], f"{member}={text}")
+            yield from (word for member, text in value.items() for word in (_FLAGS[name], f"{member}={text}"))
         else:
-            yield from (_FLAGS[name], str(value))
+            for text in value if isinstance(value, list) else [value]:
+                yield from (_FLAGS[name], str(text))
 
 
 def _tell(file: Path, train: NewTrain) -> None:
@@ -260,12 +185,12 @@ def _take_planets(answer: str, words: dict[str, Any]) -> None:
 
 
 def _take_speed(answer: str, words: dict[str, Any]) -> None:
-    words["speed"] = _values(answer.split(",")) if "=" in answer else answer
+    words["speed"] = answer.split(",") if "=" in answer else answer
 
 
 def _take_load(answer: str, words: dict[str, Any]) -> None:
     name = "power" if answer.rstrip().endswith(("W", "hp")) else "torque"
-    words[name] = _values(answer.split(",")) if "=" in answer else answer
+    words[name] = answer.split(",") if "=" in answer else answer
 
 
 @contextmanager

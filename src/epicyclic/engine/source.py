@@ -1,20 +1,19 @@
 """Sources of a verb or study (drive, file, dict, Train, System), loaded as far as needed; and the job file of a study.
 
-What varies is an entry of the job file: a list of values, a range, or a distribution that is drawn from.  It becomes a
-`Variation`: the values that overrides of the model or options of the verb take, point by point.
+What varies is an entry of the job file: a list of values, a range, or a distribution that is drawn from.  It becomes an
+`StudyAxis`: the values that an override of the model or an option of the verb takes, place by place.
 """
 
 from __future__ import annotations
 
-import re
 import tomllib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from itertools import product
+from functools import cached_property, partial
 from math import prod
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +22,7 @@ from ..document.deviations import VECTORS, Distribution
 from ..document.document import Document, read, ready_drives
 from ..document.schema import collect, nearest
 from ..document.tables import dotted_line
-from ..document.units import KINDS, BareNumber, Bounds, Probe, Quantity, bare_in, read_quantity, typed
+from ..document.units import KINDS, BareNumber, Bounds, Probe, Quantity, bare_in, read_quantity, typed, written
 from ..document.validation import quantity_at
 from ..errors import ModelError
 from ..system.system import System
@@ -71,6 +70,32 @@ def system_of(source: Source, *, overrides: Overrides | None = None) -> System:
     return source
 
 
+@dataclass(frozen=True)
+class Drive:
+    """A source of a verb with its overrides, loaded as far as it is asked for, and once."""
+
+    source: Source
+    overrides: Overrides | None = None
+
+    @cached_property
+    def train(self) -> Train:
+        """The resolved Train; errors as of `train_of`."""
+        return train_of(self.source, overrides=self.overrides)
+
+    @cached_property
+    def system(self) -> System:
+        """The assembled System; errors as of `system_of`."""
+        if isinstance(self.source, System):
+            return system_of(self.source, overrides=self.overrides)
+        return system_of(self.train)
+
+    @property
+    def drawing(self) -> Train | None:
+        """The Train; None where the source is assembled already."""
+        return None if isinstance(self.source, System) else self.train
+
+
+Entry = TypeVar("Entry")
 OPTIONS = "options."
 """Begin of a path that is an option of the verb."""
 _KEYS = ("verb", "model", "options", "overrides", "keep", "seed", "grid", "list", "random", "sobol")
@@ -81,24 +106,47 @@ _SCALES = ("linear", "log")
 _MAX_BYTES = 4_000_000
 # a dimension that no result could hold
 _MOST_POINTS = 1_000_000
-_TEXT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([A-Za-zµμ°%].*?)?\s*")
 # Uniform numbers keep this far from 0 and 1, where a normal distribution is infinite; Sobol's keep half a step of 30
 # bits by themselves.
 _EDGE = 2.0**-33
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Variation:
-    """One path of a job and its values.
+class StudyAxis:
+    """One dimension of a study: a named list of labelled changes.
 
-    path : override path, or `options.` and an option of the verb.  values : in the order of the points.
-    labels : (P,) float where all values are single numbers, else texts.  unit : of the numbers, as written, else SI.
+    name : of the dimension.  changes : (P,) path -> value, laid over the model at each place; a path is one of the
+    model, or `options.` and an option of the verb.  labels : coordinates along it, name -> (P,) and attributes.
     """
 
-    path: str
-    values: tuple[Any, ...]
-    labels: NDArray[Any]
-    unit: str
+    name: str
+    changes: tuple[Mapping[str, Any], ...]
+    labels: Mapping[str, tuple[NDArray[Any], Mapping[str, str]]]
+
+    @classmethod
+    def of_path(cls, path: str, values: Sequence[Any], labels: NDArray[Any], unit: str) -> StudyAxis:
+        """Values of one path.
+
+        labels : (P,) float where all values are single numbers, else texts.  unit : of the numbers.
+        """
+        of = "option of the verb" if path.startswith(OPTIONS) else "value in the model file"
+        label = labels, {"units": unit, "long_name": f"{path}, {of}"}
+        return cls(name=path, changes=tuple({path: value} for value in values), labels={path: label})
+
+    @classmethod
+    def together(cls, name: str, axes: Sequence[StudyAxis]) -> StudyAxis:
+        """Axes of one length as one, whose places are counted."""
+        changes = tuple(merged(at) for at in zip(*(axis.changes for axis in axes), strict=True))
+        return cls(
+            name=name,
+            changes=changes,
+            labels=merged(({name: (np.arange(len(changes)), {})}, *(axis.labels for axis in axes))),
+        )
+
+
+def merged(parts: Iterable[Mapping[str, Entry]]) -> dict[str, Entry]:
+    """Tables of different paths as one."""
+    return {path: value for part in parts for path, value in part.items()}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -106,10 +154,8 @@ class StudyJob:
     """A study, ready to run.
 
     verb, options : of every point.  model : tables of the model, which every verb takes, overrides of the job put in.
-    overrides : these, as written.
-    keep : names of variables that are kept, () for all.
-    grid : axes that are crossed, a dimension each.  along : axes that vary together along `point`.
-    points : length of `point`, 0 without.  warnings : what was made of the job.
+    overrides : these, as written.  keep : names of variables that are kept, () for all.
+    axes : of the grid, which are crossed, and `point`, of what varies together.  warnings : what was made of the job.
     """
 
     verb: str
@@ -117,27 +163,9 @@ class StudyJob:
     options: Mapping[str, Any]
     overrides: Mapping[str, Any]
     keep: tuple[str, ...]
-    grid: tuple[Variation, ...]
-    along: tuple[Variation, ...]
-    points: int
+    axes: tuple[StudyAxis, ...]
     seed: int
     warnings: tuple[CodedText, ...]
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Points along each dimension of the study."""
-        return (*(len(axis.values) for axis in self.grid), *((self.points,) if self.points else ()))
-
-    @property
-    def dims(self) -> tuple[str, ...]:
-        """Names of these dimensions."""
-        return (*(axis.path for axis in self.grid), *(("point",) if self.points else ()))
-
-    def rows(self) -> Iterator[dict[str, Any]]:
-        """Path -> value of every point, the last dimension first."""
-        for indices in product(*(range(size) for size in self.shape)):
-            row = {axis.path: axis.values[index] for axis, index in zip(self.grid, indices, strict=False)}
-            yield row | {axis.path: axis.values[indices[-1]] for axis in self.along}
 
 
 # --- the job ---------------------------------------------------------------------------------------------------------
@@ -169,27 +197,26 @@ def read_job(job: str | Path | Mapping[str, Any], verbs: Mapping[str, Sequence[s
             document = read(document.data, overrides)
         except ModelError as error:
             raise ModelError(f"overrides.{error}") from error
-    origin = _Origin(document=document, written=written)
+    entry = partial(_entry, document, written)
     seed = _whole(table, "seed", 1, low=0)
-    grid = [_axis(origin.entry("grid", path, value)) for path, value in _flat(_section(table, "grid"))]
-    along, points, said = _along(table, origin, seed)
+    grid = [_axis(entry("grid", path, value)) for path, value in _flat(_section(table, "grid"))]
+    along, said = _along(table, document, entry, seed)
+    _check([*grid, *along], options, overrides, verb, verbs[verb])
+    axes = (*grid, *((StudyAxis.together("point", along),) if along else ()))
+    _limited(prod(len(axis.changes) for axis in axes), "grid, list, random, sobol")
     keep = table.get("keep", [])
     if isinstance(keep, str) or not isinstance(keep, Sequence) or not all(isinstance(name, str) for name in keep):
         raise ModelError("not names of variables", path="keep", given=keep, allowed='["system_load_sharing"]')
-    study = StudyJob(
+    return StudyJob(
         verb=verb,
         model=dict(document.data),
         options=options,
         overrides=overrides,
         keep=tuple(keep),
-        grid=tuple(grid),
-        along=tuple(along),
-        points=points,
+        axes=axes,
         seed=seed,
         warnings=tuple(said),
     )
-    _check(study, verbs[verb])
-    return study
 
 
 def _table(path: Path) -> dict[str, Any]:
@@ -267,11 +294,13 @@ def _whole(table: Mapping[str, Any], key: str, default: int, *, low: int, where:
     return value
 
 
-def _along(table: Mapping[str, Any], origin: _Origin, seed: int) -> tuple[list[Variation], int, list[CodedText]]:
-    """Axes that vary together along `point`, their length, and what was made of it."""
-    axes = [_axis(origin.entry("list", path, value)) for path, value in _flat(_section(table, "list"))]
+def _along(
+    table: Mapping[str, Any], document: Document, entry: Callable[[str, str, Any], _Entry], seed: int
+) -> tuple[list[StudyAxis], list[CodedText]]:
+    """Axes that vary together along `point`, and what was made of its length."""
+    axes = [_axis(entry("list", path, value)) for path, value in _flat(_section(table, "list"))]
     said: list[CodedText] = []
-    lengths = {f"list.{axis.path}": len(axis.values) for axis in axes}
+    lengths = {f"list.{axis.name}": len(axis.changes) for axis in axes}
     for key in _SAMPLERS:
         section = _section(table, key)
         if not section:
@@ -288,14 +317,14 @@ def _along(table: Mapping[str, Any], origin: _Origin, seed: int) -> tuple[list[V
         # two uniform numbers of every path, the second of vectors; the same for the same seed
         plan = SamplingPlan(samples=count, scrambles=1, rows=count, seed=seed, sampler=key)
         u = np.clip(scramble_uniforms(plan, 0, 2 * len(paths)), _EDGE, 1.0 - _EDGE)
-        laws = _distributions(origin.document, key, paths)
+        laws = _distributions(document, key, paths)
         for index, (path, value) in enumerate(paths.items()):
-            entry, columns = origin.entry(key, path, value), u[:, 2 * index : 2 * index + 2]
-            axes += _drawn(entry, columns[:, 0]) if path not in laws else _sampled(entry, columns, laws[path])
+            drawn, columns = entry(key, path, value), u[:, 2 * index : 2 * index + 2]
+            axes += _sampled(drawn, columns, laws[path]) if path in laws else [_axis(drawn, columns[:, 0])]
     if len(set(lengths.values())) > 1:
         where, counts = ", ".join(lengths), ", ".join(map(str, lengths.values()))
         raise ModelError("vary together, point by point", path=where, given=counts, allowed="one number of points")
-    return axes, next(iter(lengths.values()), 0), said
+    return axes, said
 
 
 def _limited(count: int, where: str) -> int:
@@ -319,57 +348,40 @@ def _distributions(document: Document, key: str, paths: Mapping[str, Any]) -> di
     return {entry.path: entry.own for entry in tolerances if entry.own is not None}
 
 
-def _check(job: StudyJob, known: Sequence[str]) -> None:
-    """Refuse a study without points, with too many, or in which a path varies twice."""
-    axes = [*job.grid, *job.along]
+def _check(
+    axes: Sequence[StudyAxis], options: Mapping[str, Any], overrides: Overrides, verb: str, known: Sequence[str]
+) -> None:
+    """Refuse a study in which nothing varies, or a path twice.
+
+    axes : of one path each.  options, overrides : of every point.  known : options of the verb.
+    """
     if not axes:
         raise ModelError("nothing varies", path="grid, list, random, sobol", allowed='[grid] with "PATH" = [...]')
-    paths = [axis.path for axis in axes]
+    paths = [axis.name for axis in axes]
     for path in paths:
-        if paths.count(path) > 1 or path in job.overrides:
+        if paths.count(path) > 1 or path in overrides:
             raise ModelError("stated twice", path=path, allowed="once in the job")
         if path.startswith(OPTIONS):
             key = path.removeprefix(OPTIONS).replace("-", "_")
-            _check_option(path, key, "...", job.verb, known)
-            if key in job.options:
+            _check_option(path, key, "...", verb, known)
+            if key in options:
                 raise ModelError("stated twice", path=path, allowed="once in the job")
-    _limited(prod(job.shape), "grid, list, random, sobol")
 
 
 # --- its entries -----------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Origin:
-    """Where the entries of a job come from.
-
-    document : the model.  written : by a person in a file, so that numbers must state their units.
-    """
-
-    document: Document
-    written: bool
-
-    def entry(self, section: str, path: str, value: object) -> _Entry:
-        """The entry of a path in a section of the job."""
-        kinds: tuple[str, ...] = ()
-        whole = False
-        if not path.startswith(OPTIONS):
-            with suppress(ModelError):
-                probe = quantity_at(self.document.data, path, collect(self.document.data))
-                assert isinstance(probe, Probe)
-                kinds, whole = probe.kinds, bool(getattr(probe, "whole", False))
-        return _Entry(origin=self, where=f"{section}.{path}", path=path, value=value, kinds=kinds, whole=whole)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class _Entry:
     """What a job says of one path, and what may stand there.
 
+    document : the model.  written : by a person in a file, so that numbers must state their units.
     where : path in the job file.  value : list, range or text there.  kinds : of quantities, () where no number
     stands.  whole : whether it is a count.
     """
 
-    origin: _Origin
+    document: Document
+    written: bool
     where: str
     path: str
     value: Any
@@ -378,7 +390,7 @@ class _Entry:
 
     def typed(self, values: Sequence[Any]) -> list[Any]:
         """Values of a list, as a person means them."""
-        if self.origin.written and not self.path.startswith(OPTIONS):
+        if self.written and not self.path.startswith(OPTIONS):
             return [typed(value) for value in values]
         return list(values)
 
@@ -388,63 +400,62 @@ class _Entry:
         return isinstance(self.value, Sequence) and not isinstance(self.value, str) and bool(self.value)
 
 
+def _entry(document: Document, written: bool, section: str, path: str, value: object) -> _Entry:
+    """The entry of a path in a section of the job."""
+    kinds: tuple[str, ...] = ()
+    whole = False
+    if not path.startswith(OPTIONS):
+        with suppress(ModelError):
+            probe = quantity_at(document.data, path, collect(document.data))
+            assert isinstance(probe, Probe)
+            kinds, whole = probe.kinds, bool(getattr(probe, "whole", False))
+    where = f"{section}.{path}"
+    return _Entry(document=document, written=written, where=where, path=path, value=value, kinds=kinds, whole=whole)
+
+
 def _is_range(value: object) -> bool:
     """Whether a table is a range and no table of further paths."""
     return isinstance(value, Mapping) and "from" in value and set(value) <= _RANGE
 
 
-def _axis(entry: _Entry) -> Variation:
-    """Variation of a list of values, or of a range.
+def _axis(entry: _Entry, u: NDArray[np.float64] | None = None) -> StudyAxis:
+    """Axis of a list of values or of a range; u : (P,) uniform numbers to draw from it, each value of a list as likely.
 
     Raises
     ------
     ModelError : neither; an end without a unit; a value that cannot stand at the path.
     """
     if _is_range(entry.value):
-        count = entry.value.get("points")
-        if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= _MOST_POINTS:
-            where = f"{entry.where}.points"
-            raise ModelError("not a number of points", path=where, given=count, allowed=f"1 to {_MOST_POINTS}")
-        values = _between(entry, np.linspace(0.0, 1.0, count))
-    elif entry.is_list:
-        values = entry.typed(entry.value)
-    else:
-        allowed = f'["5 um", "10 um"], or {_ALLOWED_RANGE}'
-        raise ModelError("not values", path=entry.where, given=entry.value, allowed=allowed)
-    return _variation(entry, values)
-
-
-def _drawn(entry: _Entry, u: NDArray[np.float64]) -> list[Variation]:
-    """Variation drawn from a range, or from a list each value of which is as likely; u : (P,) uniform numbers.
-
-    Raises
-    ------
-    ModelError : neither; a value that cannot stand at the path.
-    """
-    if _is_range(entry.value):
-        return [_variation(entry, _between(entry, u))]
+        if u is None:
+            count = entry.value.get("points")
+            if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= _MOST_POINTS:
+                where = f"{entry.where}.points"
+                raise ModelError("not a number of points", path=where, given=count, allowed=f"1 to {_MOST_POINTS}")
+            u = np.linspace(0.0, 1.0, count)
+        return _with_values(entry, _between(entry, u))
     if entry.is_list:
-        return [_variation(entry, entry.typed([entry.value[int(number * len(entry.value))] for number in u]))]
-    allowed = f'"normal(0, 12 um)", {_ALLOWED_RANGE.replace(" points = 9,", "")}, or a list to choose from'
-    raise ModelError("not a distribution", path=entry.where, given=entry.value, allowed=allowed)
+        values = entry.value if u is None else [entry.value[int(number * len(entry.value))] for number in u]
+        return _with_values(entry, entry.typed(values))
+    problem, allowed = "not values", f'["5 um", "10 um"], or {_ALLOWED_RANGE}'
+    if u is not None:
+        problem, ends = "not a distribution", _ALLOWED_RANGE.replace(" points = 9,", "")
+        allowed = f'"normal(0, 12 um)", {ends}, or a list to choose from'
+    raise ModelError(problem, path=entry.where, given=entry.value, allowed=allowed)
 
 
-def _sampled(entry: _Entry, u: NDArray[np.float64], law: Distribution) -> list[Variation]:
-    """Variations drawn from a distribution, two of a vector; u : (P, 2) uniform numbers, the second of vectors."""
+def _sampled(entry: _Entry, u: NDArray[np.float64], law: Distribution) -> list[StudyAxis]:
+    """Axes drawn from a distribution, two of a vector; u : (P, 2) uniform numbers, the second of vectors."""
     vector = law.kind in VECTORS
     values = np.asarray(law.quantile(u if vector else u[:, :1]))
     parts = [(f"{entry.path}.x", values.real), (f"{entry.path}.y", values.imag)] if vector else [(entry.path, values)]
     unit = KINDS[entry.kinds[0]].unit if entry.kinds else ""
     if vector and not entry.kinds:
         unit = "m"
-    return [
-        Variation(path=path, values=tuple(map(float, numbers)), labels=np.array(numbers, float), unit=unit)
-        for path, numbers in parts
-    ]
+    return [StudyAxis.of_path(path, numbers.tolist(), np.array(numbers, float), unit) for path, numbers in parts]
 
 
-def _variation(entry: _Entry, values: Sequence[Any]) -> Variation:
-    """Values of an entry with their labels.
+def _with_values(entry: _Entry, values: Sequence[Any]) -> StudyAxis:
+    """Axis of values of an entry, with their labels.
 
     Raises
     ------
@@ -455,7 +466,7 @@ def _variation(entry: _Entry, values: Sequence[Any]) -> Variation:
     for text in texts if not entry.path.startswith(OPTIONS) else ():
         value = next(value for value in values if str(value) == text)
         try:
-            read(entry.origin.document.data, {entry.path: value})
+            read(entry.document.data, {entry.path: value})
         except ModelError as error:
             first_error = first_error or error
         else:
@@ -466,8 +477,7 @@ def _variation(entry: _Entry, values: Sequence[Any]) -> Variation:
         place = first_error.path
         if place.startswith(entry.path) or entry.path.startswith(place) or not place:
             raise ModelError(first_error.problem, path=entry.where, given=values[0], allowed=first_error.allowed)
-    labels, unit = _labels(entry, values)
-    return Variation(path=entry.path, values=tuple(values), labels=labels, unit=unit)
+    return StudyAxis.of_path(entry.path, values, *_labels(entry, values))
 
 
 def _between(entry: _Entry, shares: NDArray[np.float64]) -> list[Any]:
@@ -506,17 +516,15 @@ def _end(entry: _Entry, end: str) -> tuple[float, str]:
     value, where = entry.value[end], f"{entry.where}.{end}"
     if entry.kinds:
         return _number(entry, value, where)
-    match = _TEXT.fullmatch(value) if isinstance(value, str) else None
-    if match is not None:
-        return float(match[1]), match[2] or ""
-    if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
+    number = written(value)
+    if number is None or number.many:
         raise ModelError("not a number", path=where, given=value, allowed=_ALLOWED_RANGE)
-    return float(value), ""
+    return number.values[0], number.unit
 
 
 def _number(entry: _Entry, value: Any, where: str) -> tuple[float, str]:
     """SI number and SI unit of a value."""
-    if entry.origin.written and bare_in(value, entry.kinds):
+    if entry.written and bare_in(value, entry.kinds):
         raise ModelError(BareNumber(value, entry.kinds, None).problem, path=where, given=value)
     try:
         quantity = read_quantity(value, entry.kinds, Bounds(inf=True))
@@ -546,18 +554,25 @@ def _labels(entry: _Entry, values: Sequence[Any]) -> tuple[NDArray[Any], str]:
                 # 15 digits: without the rounding of the conversion there and back
                 size, _ = _number(entry, f"1 {stated}", entry.where)
                 return np.array([float(f"{number / size:.15g}") for number in numbers]), stated
-    if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
-        return np.array([float(value) for value in values]), KINDS[kinds[0]].unit if kinds else ""
-    if not kinds and (unit := _unit_of(values)):
-        return np.array([float(match[1]) for value in values if (match := _TEXT.fullmatch(value))]), unit
+    return written_labels(values, KINDS[kinds[0]].unit if kinds else "")
+
+
+def written_labels(values: Sequence[Any], unit: str = "") -> tuple[NDArray[Any], str]:
+    """Labels of values as they are written: numbers where all are single ones of one unit, and that unit, else texts.
+
+    unit : of numbers without one.
+    """
+    singles = [number for value in values if (number := written(value)) is not None and not number.many]
+    if len(singles) == len(values) and len({number.unit for number in singles}) == 1:
+        return np.array([number.values[0] for number in singles]), singles[0].unit or unit
     return np.array([_text(value) for value in values], dtype=object), ""
 
 
 def _unit_of(values: Sequence[Any]) -> str:
     """The one unit of all texts of a number with a unit, empty where there is none."""
-    matches = [_TEXT.fullmatch(value) if isinstance(value, str) else None for value in values]
-    units = {match[2] if match else None for match in matches}
-    return (units.pop() or "") if len(units) == 1 else ""
+    texts = [written(value) if isinstance(value, str) else None for value in values]
+    units = {text.unit if text is not None and not text.many else "" for text in texts}
+    return units.pop() if len(units) == 1 else ""
 
 
 def _text(value: Any) -> str:
@@ -565,6 +580,5 @@ def _text(value: Any) -> str:
     if isinstance(value, str) or not isinstance(value, Sequence):
         return str(value)
     if unit := _unit_of(value):
-        numbers = [match[1] for number in value if (match := _TEXT.fullmatch(number))]
-        return f"[{', '.join(numbers)}] {unit}"
+        return f"[{', '.join(number.strip().removesuffix(unit).strip() for number in value)}] {unit}"
     return f"[{', '.join(map(str, value))}]"

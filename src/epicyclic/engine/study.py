@@ -1,29 +1,27 @@
 """A verb over many points of a model, in one labelled Dataset.
 
-Points are computed in blocks: each one's result, or why it has none, as plain bytes.  Results are joined on their
-labels, with nothing where a point has no such label.
+Points are computed in blocks: each one's result, or why it has none, as plain bytes.
 """
 
 from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from functools import partial
-from math import prod
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 import xarray as xr
 
-from ..errors import ConvergenceError, ModelError
+from ..errors import ModelError
 from ..results.dataset import dataset
 from ..warning_codes import coded, placed
 from .block_store import BlockJob, hash_of, machine, run_blocks
-from .plan import MOST_NUMBERS, Counted
+from .plan import Counted
+from .points import along, attempt, crossed, failures
 from .run_folder import plain_bytes, plain_value
 from .source import OPTIONS, StudyJob, read_job
 
@@ -73,22 +71,13 @@ def _point(evaluate: Evaluate, model: Mapping[str, Any], options: Row, row: Row,
     options = dict(options) | {
         path.removeprefix(OPTIONS).replace("-", "_"): value for path, value in row.items() if path.startswith(OPTIONS)
     }
-    status, reason = "ok", ""
-    try:
-        result = evaluate(model, overrides, options)
-    except ModelError as error:
-        status, reason = "wrong input", str(error)
-    except ConvergenceError as error:
-        status, reason = "no convergence", str(error)
-    except MemoryError:
-        raise
-    except Exception as error:  # one point of many must not end the others
-        status, reason = "fault", f"{type(error).__name__}: {error}"
-    if status != "ok":
-        return {"status": status, "reason": reason, "warnings": [], "names": [], "kind": "", "result": None}
+    # one point of many must not end the others, whatever its error
+    outcome = attempt(partial(evaluate, model, overrides), options, failing=(Exception,))
+    told, result = {"status": outcome.status, "reason": outcome.reason}, outcome.value
+    if result is None:
+        return {**told, "warnings": [], "names": [], "kind": "", "result": None}
     return {
-        "status": status,
-        "reason": reason,
+        **told,
         "warnings": json.loads(result.attrs.get("warnings", "[]")),
         "names": [str(name) for name in result.data_vars],
         "kind": str(result.attrs.get("verb", "")),
@@ -122,92 +111,6 @@ def _dataset(plain: Mapping[str, Any] | None) -> xr.Dataset | None:
     )
 
 
-# --- one Dataset of all ----------------------------------------------------------------------------------------------
-
-
-def stacked(results: Sequence[xr.Dataset | None]) -> xr.Dataset:
-    """Results along the new first dimension `point`.
-
-    Labels of texts and whole numbers are joined: a point has nan, or an empty text, at those that it does not have.
-    Coordinates of floating point, or with a label twice, that are not the same at every point are no labels to join
-    on: they become a variable NAME_of_point, and the dimension counts.
-
-    Raises
-    ------
-    ModelError : too many numbers.
-    """
-    indices = [index for index, result in enumerate(results) if result is not None]
-    computed = [result for result in results if result is not None]
-    if not computed:
-        return xr.Dataset(coords={"point": np.arange(len(results))})
-    most = len(results) * max(sum(variable.size for variable in result.variables.values()) for result in computed)
-    if most > MOST_NUMBERS:
-        allowed = f'keep = ["NAME", ...] with the variables that are wanted; at most {MOST_NUMBERS} numbers'
-        raise ModelError("too many numbers to be held in one result", path="keep", given=most, allowed=allowed)
-    coordinates = {name for result in computed for name in result.coords if name not in result.dims}
-    labelled = _with_labels([result.reset_coords() for result in computed])
-    # what stands where a point has nothing, by the kind of the variable: an empty text, else nan
-    kinds = {name: variable.dtype.kind for result in labelled for name, variable in result.variables.items()}
-    fills: dict[Hashable, Any] = {}
-    for name, kind in kinds.items():
-        fills[name] = "" if kind in "OU" else complex(np.nan, np.nan) if kind == "c" else np.nan
-    whole = xr.concat(
-        labelled,
-        dim=pd.Index(indices, name="point"),
-        data_vars="all",
-        coords="minimal",
-        compat="override",
-        join="outer",
-        fill_value=fills,
-        combine_attrs="override",
-    ).reindex(point=np.arange(len(results)), fill_value=fills)
-    whole = whole.assign({name: _numbers(whole[name]) for name in whole.data_vars})
-    return whole.set_coords([name for name in coordinates if name in whole]).transpose("point", ...)
-
-
-def _with_labels(results: Sequence[xr.Dataset]) -> list[xr.Dataset]:
-    """Results whose dimensions all have labels that can be joined."""
-    labelled = list(results)
-    for dim in dict.fromkeys(dim for result in results for dim in result.dims):
-        indexes = [result.get_index(dim) for result in results if dim in result.dims]
-        if all(index.equals(indexes[0]) for index in indexes[1:]) and len(indexes) == len(results):
-            continue
-        kinds = {index.dtype.kind for index in indexes}
-        counts = "f" in kinds or "c" in kinds or not all(index.is_unique for index in indexes)
-        labelled = [
-            _counted(result, dim) if dim in result.dims and (counts or dim not in result.coords) else result
-            for result in labelled
-        ]
-    return labelled
-
-
-def _counted(result: xr.Dataset, dim: Hashable) -> xr.Dataset:
-    """A result whose dimension counts, its labels, if any, as a variable beside it."""
-    counted = result.drop_vars(str(dim), errors="ignore").assign_coords({dim: np.arange(result.sizes[dim])})
-    if dim not in result.coords:
-        return counted
-    return counted.assign({f"{dim}_of_point": ((dim,), result[dim].values, result[dim].attrs)})
-
-
-def _numbers(variable: xr.DataArray) -> xr.DataArray:
-    """A variable that is an array of texts or of numbers: truth values beside nan are numbers."""
-    if variable.dtype.kind != "O" or any(isinstance(value, str) for value in variable.values.ravel()):
-        return variable
-    return variable.astype(float)
-
-
-def unfolded(whole: xr.Dataset, dims: Sequence[str], shape: Sequence[int]) -> xr.Dataset:
-    """The dimension `point` of all points as the dimensions of a study, the last one first."""
-
-    def unfold(array: xr.DataArray) -> tuple[tuple[Hashable, ...], Any, Mapping[Any, Any]]:
-        if "point" not in array.dims:
-            return array.dims, array.values, array.attrs
-        return (*dims, *array.dims[1:]), array.values.reshape(*shape, *array.shape[1:]), array.attrs
-
-    coords = {name: unfold(array) for name, array in whole.coords.items() if name != "point"}
-    return xr.Dataset({name: unfold(array) for name, array in whole.data_vars.items()}, coords=coords)
-
-
 # --- the study -------------------------------------------------------------------------------------------------------
 
 
@@ -239,7 +142,7 @@ def run_study(
     ModelError : the job is wrong, or fails at every point; as of `run_blocks`.
     """
     study = read_job(job, verbs)
-    rows = list(study.rows())
+    rows = crossed(study.axes)
     size = -(-len(rows) // _MOST_BLOCKS)
     blocks = BlockJob(
         verb="study",
@@ -280,25 +183,22 @@ def run_study(
 
 def _result(study: StudyJob, points: Sequence[Mapping[str, Any]], hashed: str) -> xr.Dataset:
     """The Dataset of all points."""
-    status = np.array([point["status"] for point in points], dtype=object)
-    reason = np.array([point["reason"] for point in points], dtype=object)
-    failed = int(np.sum(status != "ok"))
+    reasons = [point["reason"] for point in points]
+    failed = len(points) - reasons.count("")
     if failed == len(points):
-        raise ModelError(f"every point fails, the first with: {reason[0]}")
-    whole = unfolded(stacked([point["result"] for point in points]), study.dims, study.shape)
-    said = list(study.warnings)
-    if failed:
-        first = reason[status != "ok"][0]
-        said.append(coded("points-failed", f"{failed} of {len(points)} points failed, the first with: {first}"))
+        raise ModelError(f"every point fails, the first with: {reasons[0]}")
+    whole = along(study.axes, [point["result"] for point in points])
+    dims, shape = [axis.name for axis in study.axes], [len(axis.changes) for axis in study.axes]
+    said = [*study.warnings, *failures(reasons)]
     counts = Counter(text for point in points for text in dict.fromkeys(point["warnings"]))
     for text, number in counts.most_common(_WARNINGS):
         said.append(text if number == len(points) - failed else placed(f"at {number} of {len(points)} points", text))
     if len(counts) > _WARNINGS:
         said.append(coded("more-warnings", f"{len(counts) - _WARNINGS} more warnings of single points"))
     model = study.model  # without what varies
+    told = {name: [point[name] for point in points] for name in ("status", "reason")}
     result = dataset(
-        {"status": (study.dims, status.reshape(study.shape)), "reason": (study.dims, reason.reshape(study.shape))},
-        coords={"point": np.arange(study.points)} if study.points else {},
+        {name: (dims, np.array(texts, dtype=object).reshape(shape)) for name, texts in told.items()},
         verb="study",
         options={"verb": study.verb, "options": study.options, "overrides": study.overrides, "seed": study.seed},
         provenance={
@@ -309,16 +209,6 @@ def _result(study: StudyJob, points: Sequence[Mapping[str, Any]], hashed: str) -
         },
         warnings=said,
     )
-    axes: dict[str, xr.Variable] = {}
-    dims = [*((axis, axis.path) for axis in study.grid), *((axis, "point") for axis in study.along)]
-    for axis, dim in dims:
-        of = "option of the verb" if axis.path.startswith(OPTIONS) else "value in the model file"
-        axes[axis.path] = xr.Variable((dim,), axis.labels, {"units": axis.unit, "long_name": f"{axis.path}, {of}"})
     kind = next(point["kind"] for point in points if point["kind"])
-    attributes = {"studied": kind, "points": prod(study.shape), "failed": failed, "job": hashed, "machine": machine()}
-    return (
-        whole.assign_coords(result.coords)
-        .assign_coords(axes)
-        .assign(result.data_vars)
-        .assign_attrs(result.attrs | attributes)
-    )
+    attributes = {"studied": kind, "points": len(points), "failed": failed, "job": hashed, "machine": machine()}
+    return whole.assign(result.data_vars).assign_attrs(result.attrs | attributes)

@@ -82,6 +82,7 @@ def each(
     arrived: Callable[[int, Result], None] | None = None,
     kept: KeptPart | None = None,
     meanwhile: Callable[[], object] | None = None,
+    workers: bool = True,
 ) -> list[Result]:
     """work(item) of every item, in the order of the items.
 
@@ -93,6 +94,7 @@ def each(
         and always the results.  arrived : called here with the place and the result of every item, as they arrive.
     kept : takes every new result; those that a run before has left there arrive first and are not computed again.
     meanwhile : called once here while workers compute, such as an import that the results need; never without workers.
+    workers : whether there may be any.
 
     Raises
     ------
@@ -113,7 +115,7 @@ def each(
     if kept is not None:
         for place, result in sorted(kept.known.items()):
             enter(place, result)
-    most, method = processes(), "fork" if sys.platform == "linux" else "spawn"
+    most, method = processes() if workers else 1, "fork" if sys.platform == "linux" else "spawn"
     start, places = time.perf_counter(), [place for place in range(len(items)) if place not in results]
     for done, place in enumerate(places):
         left = len(places) - done

@@ -26,6 +26,7 @@ from ..system.gaps import FlanksAt, flanks, groups_past_the_end, net_force, past
 from ..system.link_laws import STATES, Laws
 from ..system.system import Array, Faces, System, elastic_rows, faces
 from ..warning_codes import CodedText, coded
+from . import StaticOptions
 from .equilibrium import Compliance, Equilibrium, compliance, compliance_of, equilibrium, require_balance
 from .record import (
     Record,
@@ -286,15 +287,7 @@ class FlankContact:
     largest: Array
 
 
-def static(
-    system: System,
-    *,
-    cycles: int | None = None,
-    turns: int | None = None,
-    of: str | None = None,
-    samples: int | None = None,
-    progress: Callable[[float], None] | None = None,
-) -> xr.Dataset:
+def static(system: System, options: StaticOptions, *, progress: Callable[[float], None] | None = None) -> xr.Dataset:
     """Static state at every instant of a record, with meshes that open and all errors, shaft orders included.
 
     Loads at rest count (torques, gravity, forces, link errors times stiffness); inertia does not.  Where backlash is
@@ -305,22 +298,21 @@ def static(
     Links with a law (play, rolling elements, spline) follow it; attributes ``laws`` and ``history`` say which.  Meshes
     with a table follow it on both flanks.
 
+    The record is the common period of all lines, at most 64 mesh cycles of the first mesh, where none is given; of a
+    body alone the common period in its turns, at most 2048 instants; 32 instants per mesh cycle or turn.
+
     Parameters
     ----------
-    cycles : mesh cycles of the first mesh; the common period of all lines, at most 64, where None.
-    turns : instead, turns of the body `of` (``main/sun``); `of` alone: the common period in its turns, at most 2048
-        instants.
-    samples : instants per mesh cycle or turn, 32 where None.  progress : called with the share done, 0..1.
+    progress : called with the share done, 0..1.
 
     Raises
     ------
     ModelError : an option out of range, or a load that nothing balances or holds.
     ConvergenceError : the equilibrium was not found.
     """
-    samples = positive_count("samples", samples, 32)
-    record = record_of(
-        system, cycles=cycles, turns=turns, of=of, samples=samples, most=_CYCLES * (samples if of is None else 32)
-    )
+    samples, of = positive_count("samples", options.samples, 32), options.of
+    most = _CYCLES * (samples if of is None else 32)
+    record = record_of(system, cycles=options.cycles, turns=options.turns, of=of, samples=samples, most=most)
     train = held_train(system)
     pieces = list(quasi_static(train, record, progress))
     contact = flank_contact(system, [(piece.state.mesh_force, piece.state.far_force) for piece in pieces])

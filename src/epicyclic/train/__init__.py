@@ -1,4 +1,47 @@
 """Document to Train: frozen data of bodies, connections, kinematics, phases, power; and a new train.
 
 Depends on: document, teeth.  Modules of the Train itself know no document.
+What a person says of a new train.
 """
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from ..options import Option
+
+Kind = Literal["planetary", "star", "differential"]
+Member = Literal["sun", "ring", "carrier"]
+Number = float | str
+"""A text with its unit, "10 mm", or a float in SI."""
+ByMember = Number | Mapping[str, Number] | Sequence[str] | None
+"""Of the driving member, or by member, ``{"sun": "1000 rpm"}`` or ``["sun=1000 rpm"]``."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NewTrainOptions:
+    """What a person says of a new train; what is missing is chosen, where it can be."""
+
+    kind: Annotated[Kind, Option("What it is.")] = "planetary"
+    teeth: Annotated[
+        str | Sequence[int] | None,
+        Option("Teeth, 21/39/99; or --ratio, which looks for them.", metavar="SUN/PLANET/RING"),
+    ] = None
+    ratio: Annotated[float | None, Option("Input over output speed of the reducer, within 2 %.")] = None
+    planets: Annotated[int, Option("Planets.")] = 3
+    held: Annotated[str | None, Option("What does not turn.", metavar="ring|sun", default="ring")] = None
+    driver: Annotated[
+        str | None, Option("What drives.", metavar="sun|ring|carrier", default="sun; ring with the sun held")
+    ] = None
+    speed: Annotated[
+        ByMember, Option('Of what drives, "1000 rpm"; of a differential twice, "sun=1000 rpm".', metavar="SPEED")
+    ] = None
+    torque: Annotated[ByMember, Option('On what drives, "7.2 kN m"; or --power.', metavar="TORQUE")] = None
+    power: Annotated[ByMember, Option('Of what drives, "750 kW".', metavar="POWER")] = None
+    module: Annotated[Number | None, Option("Normal module.", metavar="LENGTH", default="preselected by load")] = None
+    face_width: Annotated[Number | None, Option("Face width.", metavar="LENGTH", default="preselected by load")] = None
+    helix_angle: Annotated[Number | None, Option("Helix angle.", flag="--helix", metavar="ANGLE", default="0 deg")] = (
+        None
+    )
+    pressure_angle: Annotated[Number | None, Option("Normal pressure angle.", metavar="ANGLE", default="20 deg")] = None
+    title: Annotated[str | None, Option("Title of the model.", metavar="TEXT")] = None

@@ -18,6 +18,7 @@ from ..document.writer import commented_text, quantity_text
 from ..errors import ModelError
 from ..teeth.geometry import overlap_ratio
 from ..user_input import checked
+from . import ByMember, Kind, Member, NewTrainOptions, Number
 from .preselection import (
     FEWEST,
     LOAD_FIGURE,
@@ -40,10 +41,6 @@ from .preselection import (
 from .resolution import load
 from .train import Train
 
-Kind = Literal["planetary", "star", "differential"]
-Member = Literal["sun", "ring", "carrier"]
-Number = float | str
-"""A text with its unit, "10 mm", or a float in SI."""
 _Given = Mapping[str, Number | Mapping[str, Number] | None]  # speed, torque and power, as the keywords have them
 KINDS: tuple[Kind, ...] = get_args(Kind)
 MEMBERS: tuple[Member, ...] = get_args(Member)
@@ -95,24 +92,9 @@ class Wishes:
     title: str
 
 
-def read_wishes(
-    kind: Kind,
-    *,
-    planets: int = 3,
-    teeth: str | Sequence[int] | None = None,
-    ratio: float | None = None,
-    speed: Number | Mapping[str, Number] | None = None,
-    torque: Number | Mapping[str, Number] | None = None,
-    power: Number | Mapping[str, Number] | None = None,
-    module: Number | None = None,
-    face_width: Number | None = None,
-    helix_angle: Number | None = None,
-    pressure_angle: Number | None = None,
-    held: str | None = None,
-    driver: str | None = None,
-    title: str | None = None,
-) -> Wishes:
-    """Read the keywords of `new_train`. Raises ModelError with the keyword, what was given and what is allowed."""
+def read_wishes(options: NewTrainOptions) -> Wishes:
+    """Read what a person says. Raises ModelError with the keyword, what was given and what is allowed."""
+    kind, planets, held = options.kind, options.planets, options.held
     _one_of(kind, KINDS, "kind")
     if isinstance(planets, bool) or not isinstance(planets, int) or not 1 <= planets <= _MOST_PLANETS:
         raise ModelError("no number of planets", path="planets", given=planets, allowed=f"1 to {_MOST_PLANETS}")
@@ -124,12 +106,13 @@ def read_wishes(
         raise ModelError(f"cannot be held in a {kind} set{hint}", path="held", given=held, allowed=" or ".join(allowed))
     fixed = next((name for name in allowed if held in (None, name)), None)
     texts: dict[str, str] = {}
-    normal = _read(module, "length", "module", _MODULE, texts)
-    width = _read(face_width, "length", "face_width", _WIDTH, texts)
-    helix = _read(helix_angle, "angle", "helix_angle", _SLANT, texts)
-    pressure = _read(pressure_angle, "angle", "pressure_angle", _SLANT, texts)
-    best = _counts(teeth, ratio, planets, fixed, helix or 0.0, normal)
-    load = _load(fixed, best[0], driver, {"speed": speed, "torque": torque, "power": power})
+    normal = _read(options.module, "length", "module", _MODULE, texts)
+    width = _read(options.face_width, "length", "face_width", _WIDTH, texts)
+    helix = _read(options.helix_angle, "angle", "helix_angle", _SLANT, texts)
+    pressure = _read(options.pressure_angle, "angle", "pressure_angle", _SLANT, texts)
+    best = _counts(options.teeth, options.ratio, planets, fixed, helix or 0.0, normal)
+    given = {"speed": options.speed, "torque": options.torque, "power": options.power}
+    load = _load(fixed, best[0], options.driver, {path: _said_by_member(value) for path, value in given.items()})
     words = {"planetary": "Planetary set", "star": "Star set", "differential": "Differential set"}[kind]
     return Wishes(
         kind=kind,
@@ -137,15 +120,25 @@ def read_wishes(
         held=fixed,
         counts=best[0],
         others=best[1:],
-        ratio=ratio,
+        ratio=options.ratio,
         module=normal,
         face_width=width,
         helix_angle=helix or 0.0,
         pressure_angle=pressure,
         load=load,
         texts=texts,
-        title=title or f"{words} {best[0]} with {planets} planet{'s' * (planets > 1)}",
+        title=options.title or f"{words} {best[0]} with {planets} planet{'s' * (planets > 1)}",
     )
+
+
+def _said_by_member(value: ByMember) -> Number | Mapping[str, Number] | None:
+    """One value as it is; texts ``MEMBER=VALUE`` as a table."""
+    if value is None or isinstance(value, float | int | str | Mapping):
+        return value
+    pairs = [text.partition("=") for text in value]
+    if len(pairs) == 1 and not pairs[0][1]:
+        return value[0]
+    return {name.strip(): number.strip() for name, _, number in pairs}
 
 
 def _one_of(value: object, allowed: Sequence[str], path: str) -> None:
@@ -451,13 +444,13 @@ class NewTrain:
 
 
 def new_train(**keywords: Any) -> NewTrain:
-    """A train from the keywords of `read_wishes`.
+    """A train from the fields of `NewTrainOptions`.
 
     Raises
     ------
     ModelError : what contradicts, cannot be assembled or does not fit; names the keyword.
     """
-    wishes = read_wishes(**keywords)
+    wishes = read_wishes(NewTrainOptions(**keywords))
     _check_counts(wishes)
     size = size_of(
         wishes.counts,

@@ -1,4 +1,4 @@
-"""Types of keywords that several verbs share, so that one word has one meaning and one help; and texts to numbers.
+"""Readers of options: texts of a person to numbers in SI.
 
 Texts are speeds and their ranges, times, relative loads, torque steps, settings.  Errors carry the keyword of the verb
 as path; the command line puts its flag there.
@@ -7,111 +7,16 @@ as path; the command line puts its flag there.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 from ..errors import ModelError
-from .record import Option
+from ..options import MOST_SPEED
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
-
-    from ..engine.source import Overrides, Source
+    from ..engine.source import Drive
     from ..questions.response.sweep_table import SpeedRange
-    from ..system.system import System
     from ..train.train import Train
-
-RANGE_LOADS = 7
-"""Loads of a range where their number is not given: enough to draw a curve through."""
-# beyond any drive; squares of much more are no numbers
-MOST_SPEED = 10_000
-# mesh cycles or turns, and instants of one: what they cost together is asked where the train is known
-_MOST_CYCLES, _MOST_SAMPLES = 10**12, 1_000_000
-
-# one speed
-RelativeSpeed = Annotated[
-    float | str,
-    Option(
-        "Speed per operating speed, 0 standstill, 1 the operating point; or a mesh frequency or speed with its unit: "
-        '"20 Hz", "50 rpm", "50 %".',
-        least=0,
-        most=MOST_SPEED,
-    ),
-]
-
-# ranges of speed
-Start = Annotated[
-    float | str | None,
-    Option('Lowest mesh frequency [Hz] or speed: "20 Hz", "50 rpm", "50 %".', default="by the range"),
-]
-Stop = Annotated[float | str | None, Option('Highest, e.g. "0.6 kHz", "2000 rpm".', default="by the range")]
-Range = Annotated[
-    Literal["operation", "modes"] | None,
-    Option("Speeds about operation, 5 to 130 %, or to 1.2 times the modes.", default="operation"),
-]
-MeshFrequencies = Annotated["ArrayLike | None", Option("(P,) mesh frequencies of the first mesh [Hz].", flag=None)]
-RelativeSpeeds = Annotated["ArrayLike | None", Option("(P,) speeds per operating speed [1].", flag=None)]
-FrameSpeed = Annotated[
-    Literal["kinematic", "operating"], Option("Let the frame turn with the speed, or as at operation.")
-]
-
-# runs that are stopped and go on
-Folder = Annotated[str | Path | None, Option("Folder that keeps what is done while the run goes on.", flag=None)]
-Resume = Annotated[bool, Option("Continue a run that was stopped; needs the same -o and options.")]
-
-# records
-Cycles = Annotated[
-    int | None, Option("Length of the record in mesh cycles.", least=1, most=_MOST_CYCLES, default="chosen")
-]
-Turns = Annotated[int | None, Option("Length in turns of a body (--of).", least=1, most=_MOST_CYCLES, default="chosen")]
-Of = Annotated[str | None, Option("Count turns of this body, e.g. main/sun.", metavar="BODY")]
-Samples = Annotated[
-    int | None, Option("Instants per mesh cycle or turn.", least=1, most=_MOST_SAMPLES, default="chosen")
-]
-
-# shaft orders
-ShaftOrders = Annotated[bool, Option("Count run-outs and other shaft orders between the mesh orders.")]
-ShaftTones = Annotated[
-    int | None,
-    Option("With --contact-loss: shaft frequencies that are phases of the torus.", least=0, most=3, default="chosen"),
-]
-
-# verdicts
-Limit = Annotated[
-    float | str | None,
-    Option(
-        'Largest K_gamma, or a table of it: "IEC 61400-4", "IACS UR M56".',
-        metavar="K",
-        default="[limits] of the model, else IEC 61400-4",
-    ),
-]
-
-# loaded teeth
-LoadPoints = Annotated[
-    int | None, Option("Number of loads in a range (--loads).", least=1, most=10_000, default=str(RANGE_LOADS))
-]
-ChosenSlices = Annotated[
-    int | None, Option("Pieces of each face.", least=1, most=1000, default="doubled until the tolerance holds")
-]
-Tolerance = Annotated[
-    float,
-    Option(
-        "Relative error of transmission error (peak to peak), largest load and pressure, where phases or slices "
-        "are not given."
-    ),
-]
-Corner = Annotated[bool, Option("Let tips bear beyond the path of contact.")]
-LinearAt = Annotated[
-    float | str | None,
-    Option(
-        'Load per length [N/m], or e.g. "200 N/mm", at which the flanks\' contact is made linear.',
-        above=0,
-        default="Hertz",
-    ),
-]
-Misalignment = Annotated[float | str, Option('Of the flanks [rad], or e.g. "0.1 mrad"; positive opens the right end.')]
-
 
 _NUMBER = r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)"
 _UNIT = r"([A-Za-z%°µ].*?)"
@@ -209,20 +114,6 @@ def frequency(value: float | str, path: str) -> float:
     if not 0.0 < number < 1e9:
         raise ModelError("not a frequency", path=path, given=value, allowed='a positive frequency, e.g. "20 Hz"')
     return number * _HERTZ[unit]
-
-
-def ends(start: float | str | None, stop: float | str | None) -> tuple[float, float] | None:
-    """Both ends of a range of mesh frequencies [Hz]; None where neither is given.
-
-    Raises
-    ------
-    ModelError : one without the other, or no frequency.
-    """
-    if start is None and stop is None:
-        return None
-    if start is None or stop is None:
-        raise ModelError("go together", path="start, stop", allowed='two mesh frequencies, "200 Hz" and "2 kHz"')
-    return frequency(start, "start"), frequency(stop, "stop")
 
 
 def seconds(value: float | str, path: str) -> float:
@@ -380,23 +271,8 @@ def _refuse_bare(text: str, unit: str, path: str) -> None:
         raise ModelError(f'a number without a unit: "{number} {unit}"?', path=path, given=text)
 
 
-def train_and_system(source: Source, overrides: Overrides | None) -> tuple[Train | None, System]:
-    """The Train of a source, None where it is assembled already, and its System."""
-    from ..engine.source import system_of, train_of
-    from ..system.system import System
-
-    if isinstance(source, System):
-        return None, system_of(source, overrides=overrides)
-    train = train_of(source, overrides=overrides)
-    return train, system_of(train)
-
-
-def relative(speed: float | str, system: System, train: Train | None) -> float:
+def relative_speed(speed: float | str, path: str, drive: Drive) -> float:
     """Speed per operating speed [1] from a number, or a text: a number, or a mesh frequency or speed with its unit.
-
-    Parameters
-    ----------
-    train : as of `mesh_frequency`.
 
     Raises
     ------
@@ -407,26 +283,25 @@ def relative(speed: float | str, system: System, train: Train | None) -> float:
     try:
         share = float(speed)
     except ValueError:
-        share = _of_operation(speed, system, train)
+        share = _of_operation(speed, path, drive)
     if not 0 <= share <= MOST_SPEED:
         allowed = f"0 to {MOST_SPEED} times the operating speed"
-        raise ModelError("out of range", path="relative_speed", given=speed, allowed=allowed)
+        raise ModelError("out of range", path=path, given=speed, allowed=allowed)
     return share
 
 
-def _of_operation(speed: str, system: System, train: Train | None) -> float:
+def _of_operation(speed: str, path: str, drive: Drive) -> float:
     """Speed per operating speed [1] of a mesh frequency or speed with its unit."""
-    if not system.tones:
+    if not drive.system.tones:
         raise ModelError("is relative to an operating speed", path="operation.speed", given=speed, allowed=SPEED_HINT)
     from ..statics.record import reference_tone
 
-    tone = float(reference_tone(system))
-    return mesh_frequency(speed, path="relative_speed", tone=tone, train=train) / tone
+    tone = float(reference_tone(drive.system))
+    return mesh_frequency(speed, path=path, tone=tone, train=drive.drawing) / tone
 
 
 def mesh_frequencies(
-    system: System,
-    train: Train | None,
+    drive: Drive,
     start: float | str | None,
     stop: float | str | None,
     points: int,
@@ -436,7 +311,6 @@ def mesh_frequencies(
 
     Parameters
     ----------
-    train : as of `mesh_frequency`.
     start, stop : ends, numbers [Hz] or texts; None: that of the range, or, where an end lies beyond it, of the modes.
     speed_range : as of `range_ends`.
 
@@ -450,13 +324,14 @@ def mesh_frequencies(
     from ..questions.response.sweep_table import range_ends
     from ..statics.record import reference_tone
 
+    system = drive.system
     if not system.tones:
         raise ModelError("a sweep needs a speed", path="operation.speed", allowed=SPEED_HINT)
     omega = eigen(system).omega
     natural = omega[omega > 0] / (2 * np.pi)
     tone = float(reference_tone(system))
     low, high = (
-        None if end is None else mesh_frequency(end, path=path, tone=tone, train=train)
+        None if end is None else mesh_frequency(end, path=path, tone=tone, train=drive.drawing)
         for end, path in ((start, "start"), (stop, "stop"))
     )
     first, last = range_ends(speed_range, tone, natural)
@@ -474,3 +349,30 @@ def mesh_frequencies(
             "one speed is no range", path="points", given=1, allowed="2 or more; or start and stop the same"
         )
     return [float(frequency) for frequency in np.linspace(low, high, points)]
+
+
+def _quantity_of(kind: str) -> Reader:
+    """Reader of a quantity: a number in SI, a text must say its unit."""
+
+    def read(value: float | str, path: str, _: Drive) -> float:
+        from ..document.units import stated
+
+        return stated(value, kind, path)
+
+    return read
+
+
+Reader = Callable[[Any, str, "Drive"], Any]
+"""(what was given, keyword, drive) -> value of the field. Raises ModelError."""
+
+READERS: Mapping[str, Reader] = {
+    "relative speed": relative_speed,
+    "frequency": lambda value, path, _: frequency(value, path),
+    "time": lambda value, path, _: seconds(value, path),
+    "load per length": lambda value, path, _: load_per_length(value, path),
+    "torque step": lambda value, *_: torque_step(value),
+    "settings": lambda value, path, _: settings(value, path),
+    "angle": _quantity_of("angle"),
+    "length": _quantity_of("length"),
+}
+"""Name, as `Option.reads` has it -> reader."""

@@ -1,11 +1,17 @@
-"""Record of a verb: the plain typed function is the declaration, its annotations carry what a command line needs.
+"""Record of a verb: what computes it, and the dataclass of its options, whose fields are the keywords of all that asks.
 
-    def modes(source, *, overrides=None, damped: Annotated[bool, Option("Solve the damped problem.")] = False): ...
+    @dataclass(frozen=True, slots=True, kw_only=True)
+    class ModesOptions:
+        damped: Annotated[bool, Option("Solve the damped problem.")] = False
+
+    @takes(ModesOptions)
+    def modes(drive, options): ...
+
     VERBS = (Verb(run=modes, gives=("modes",)),)
 
-Annotations of a verb are evaluated when its module is imported, so types of heavy rooms stand in quotes and heavy rooms
-are imported inside the function.  `help(verb)` shows a signature of plain types, and a line for each keyword with its
-type, unit and default.  All verbs that a model allows run for a report.
+Annotations are evaluated when a module is imported, so types of heavy rooms stand in quotes, and heavy rooms are
+imported inside the function.  `help(verb)` shows a signature of plain types, and a line for each keyword with its type,
+unit and default.  All verbs that a model allows run for a report.
 """
 
 from __future__ import annotations
@@ -15,7 +21,7 @@ import re
 import sys
 import textwrap
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import MISSING, dataclass, field, fields
 from functools import cache, partial, wraps
 from importlib import import_module
 from importlib.util import find_spec
@@ -25,9 +31,10 @@ from numbers import Real
 from pathlib import Path
 from pkgutil import iter_modules
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Annotated, Any, ForwardRef, TypeVar, cast, get_args, get_origin
+from typing import TYPE_CHECKING, Annotated, Any, ForwardRef, TypeVar, get_args, get_origin
 
 from ..errors import ConvergenceError, ModelError
+from ..options import Option, option_fields
 from ..user_input import check_arguments
 from ..warning_codes import CodedText, coded, placed
 
@@ -38,36 +45,7 @@ if TYPE_CHECKING:
     from ..system.system import System
     from ..train.train import Train
 
-Progress = Callable[[float], None]
-"""Called with the share done, 0..1."""
-
-Run = TypeVar("Run", bound=Callable[..., Any])
-
-
-@dataclass(frozen=True, slots=True, repr=False)
-class Option:
-    """What help, documentation and command line say of a keyword.
-
-    help : one sentence.  flag : of the command line; empty: the keyword with dashes; None: keyword of Python alone.
-    least, most : bounds of a number, above : what it must be above.
-    default : in words, where the default is None.  metavar : of the value.
-    """
-
-    help: str
-    flag: str | None = ""
-    least: float | None = None
-    most: float | None = None
-    above: float | None = None
-    default: str = ""
-    metavar: str = ""
-
-    def __repr__(self) -> str:
-        """The help alone: `help(verb)` shows it beside the type."""
-        return repr(self.help)
-
-    def flag_of(self, keyword: str) -> str | None:
-        """Flag of a keyword; None where it has none."""
-        return f"--{keyword.replace('_', '-')}" if self.flag == "" else self.flag
+Analysis = Callable[..., "xr.Dataset"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -89,13 +67,6 @@ class Verb:
     examples: tuple[Mapping[str, Any], ...] = (MappingProxyType({}),)
     model_text: Callable[[xr.Dataset], str] | None = None
     writers: Mapping[str, Callable[[xr.Dataset, Path], Path]] = field(default_factory=lambda: MappingProxyType({}))
-
-    def __post_init__(self) -> None:
-        """Give the function the signature and docstring that `help` shows; annotations stay as they are written."""
-        if "__signature__" not in vars(self.run):
-            shown, doc = described(signature(self.run), self.run.__doc__ or "", keywords(self.run))
-            vars(self.run).update(__signature__=shown)
-            self.run.__doc__ = doc
 
     @property
     def name(self) -> str:
@@ -130,22 +101,62 @@ def help_of(verb: Verb) -> str:
     return "\n\n".join(" ".join(text.split()) for text in paragraphs if "\n    ----" not in text)
 
 
-def bounded(run: Run) -> Run:
-    """Let a verb refuse arguments of other types and numbers that are not finite or outside the bounds of their option.
+def takes(options: type[Any] | None = None) -> Callable[[Analysis], Analysis]:
+    """Make the public function of a verb of the function that computes it and the dataclass of its options.
 
-    Raises
-    ------
-    ModelError : such an argument, before any work; of the verb.
+    The function that computes takes a `Drive`, the options where there are any, and ``progress`` where it has one.  The
+    public one takes a source, overrides, the fields of the options as keywords, and ``progress``: it refuses arguments
+    of other types, and numbers that are not finite or outside the bounds of their option, before any work, and reads
+    what stands in place of the value of a field.
     """
 
-    @wraps(run)
-    def within(*arguments: Any, **options: Any) -> Any:
-        check_arguments(run, arguments, options)
-        for name, (_, _, option) in keywords(run).items():
-            _check_bounds(name, options.get(name), option)
-        return run(*arguments, **options)
+    def public(compute: Analysis) -> Analysis:
+        written: dict[str, Any] = {"source": "Source", "overrides": "Overrides | None"}
+        default: dict[str, Any] = {"source": Parameter.empty, "overrides": None}
+        for name, (usual, kind, option) in ({} if options is None else option_fields(options)).items():
+            written[name] = Annotated[option.accepted(kind), option]
+            default[name] = Parameter.empty if usual is MISSING else usual
+        if reports := "progress" in compute.__annotations__:
+            written["progress"], default["progress"] = compute.__annotations__["progress"], None
+        places = [Parameter.POSITIONAL_OR_KEYWORD, *[Parameter.KEYWORD_ONLY] * (len(written) - 1)]
+        parameters = [
+            Parameter(name, place, default=default[name], annotation=written[name])
+            for name, place in zip(written, places, strict=True)
+        ]
+        plain = Signature(parameters, return_annotation="xr.Dataset")
+        written["return"] = "xr.Dataset"
 
-    return cast(Run, within)
+        @wraps(compute)
+        def run(*arguments: Any, **keywords_given: Any) -> xr.Dataset:
+            try:
+                plain.bind_partial(*arguments, **keywords_given)  # a wrong keyword before one that is missing
+                bound = plain.bind(*arguments, **keywords_given).arguments
+            except TypeError as error:
+                raise TypeError(f"{compute.__name__}() {error}") from None
+            check_arguments(run, (), bound)
+            for name, (_, _, option) in known.items():
+                _check_bounds(name, bound.get(name), option)
+            from ..engine.source import Drive
+            from .options import READERS
+
+            drive = Drive(bound.pop("source"), bound.pop("overrides", None))
+            more = {"progress": bound.pop("progress", None)} if reports else {}
+            if options is None:
+                return compute(drive, **more)
+            values = {name: value for name, value in bound.items() if value is not None}
+            for name, (_, _, option) in known.items():
+                if option.reads and name in values:
+                    values[name] = READERS[option.reads](values[name], name, drive)
+            return compute(drive, options(**values), **more)
+
+        vars(run).update(__signature__=plain)
+        run.__annotations__ = written
+        known = keywords(run)
+        shown, run.__doc__ = described(plain, compute.__doc__ or "", known)
+        vars(run).update(__signature__=shown)
+        return run
+
+    return public
 
 
 def _check_bounds(name: str, value: object, option: Option) -> None:
@@ -164,6 +175,18 @@ def _check_bounds(name: str, value: object, option: Option) -> None:
 def given(**options: Any) -> dict[str, Any]:
     """The options that are not None, so that the default of the others is that of the analysis."""
     return {name: value for name, value in options.items() if value is not None}
+
+
+def chosen(options: Any, *names: str) -> dict[str, Any]:
+    """Those of the named options of a dataclass that are not their default."""
+    default = {field.name: field.default for field in fields(options)}
+    return {name: value for name in names if (value := getattr(options, name)) != default[name]}
+
+
+def asked(options: Any) -> dict[str, Any]:
+    """Field -> value of options, without those that say where a run is kept."""
+    names = [field.name for field in fields(options) if field.name not in ("folder", "resume")]
+    return {name: getattr(options, name) for name in names}
 
 
 def refuse_without(condition: bool, words: str, **options: object) -> None:
@@ -420,16 +443,9 @@ def side_by_side(
 
     arrived : called here with the place and the result of every item, as they arrive.
     """
-    if sys.platform == "linux":
-        from ..engine.workers import each
+    from ..engine.workers import each
 
-        return each(work, items, arrived=arrived)
-    found = []
-    for at, item in enumerate(items):
-        found.append(work(item))
-        if arrived is not None:
-            arrived(at, found[-1])
-    return found
+    return each(work, items, arrived=arrived, workers=sys.platform == "linux")
 
 
 def _chosen(sections: Sequence[str]) -> set[str]:

@@ -8,10 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from nicegui.element import Element
 from nicegui.testing.user import User
 from tests.unit.cockpit.dialog_session import FakeSession
 from tests.unit.cockpit.visit import visit
 
+from epicyclic.cockpit.computing.job_kinds import JOBS
 from epicyclic.cockpit.page import page
 from epicyclic.cockpit.page.controls import Board
 from epicyclic.cockpit.page.evidence import progress_text
@@ -20,6 +22,7 @@ from epicyclic.cockpit.processes.jobs import Job
 from epicyclic.cockpit.state.frames import PageFrame, pack
 from epicyclic.cockpit.state.state import opened
 from epicyclic.errors import ModelError
+from epicyclic.options import Shape, shape_of
 
 MASS: dict[str, Any] = {
     "path": "stages.main.sun.mass",
@@ -446,11 +449,46 @@ def test_words_of_a_job() -> None:
     assert progress_text(job, 3) == "failed: operation.speed: is missing"
 
 
-def test_the_options_of_jobs_are_those_the_jobs_know() -> None:
-    from epicyclic.cockpit.computing import job_kinds
-    from epicyclic.cockpit.page.evidence import OPTIONS
+@pytest.mark.parametrize("name", list(JOBS))
+def test_the_fields_of_a_job_are_options_of_its_verb(name: str) -> None:
+    kind = JOBS[name]
+    keywords = kind.keywords()
+    assert set(keywords) == set(kind.options)
+    for parameter, accepted, option in keywords.values():
+        shape = shape_of(accepted)
+        assert option.help
+        default = kind.defaults.get(parameter.name, parameter.default)
+        if isinstance(default, (bool, int, float)):  # what a field shows as usual may be typed into it
+            typed = ("no", "yes")[default] if isinstance(default, bool) else str(default)
+            assert shape.read(typed, parameter.name) == default
 
-    assert set(OPTIONS) <= set(job_kinds.JOBS)
-    for name, (_, choices) in OPTIONS.items():
-        assert {key for options in choices.values() for key in options} <= set(job_kinds.JOBS[name].options)
-        assert not next(iter(choices.values()))  # the first one is the job's own
+
+def test_what_stands_in_the_fields_of_a_job_is_what_it_runs_with() -> None:
+    async def talk(user: User, session: PageSession) -> None:
+        fields = next(one for one in user.find(kind=Element).elements if one.props.get("data-job") == "contact_loss")
+        named = {one.props.get("aria-label"): one for one in fields.descendants()}
+        raise_in(named["Points"], "change", " 12 ")
+        raise_in(named["Shaft orders"], "change", "yes")
+        raise_in(named["Shaft tones"], "change", "")
+        run = next(one for one in fields.descendants() if getattr(one, "text", "") == "Run")
+        raise_in(run, "click")
+        assert session.calls[-1] == ("job", "contact_loss", {"points": 12, "shaft_orders": True})
+        session.started.clear()
+        raise_in(named["Points"], "change", "many")
+        raise_in(run, "click")
+        assert not session.started
+
+    look(talk)
+
+
+def test_a_text_of_a_field_is_read_by_the_type_of_its_option() -> None:
+    assert Shape(str, (), True).read("lte; load;", "objectives") == ["lte", "load"]
+    assert [Shape(bool, (), False).read(text, "corner") for text in ("yes", "no")] == [True, False]
+    for shape, text, allowed in (
+        (Shape(int, (), False), "2.5", "a whole number"),
+        (Shape(float, (), False), "much", "a number"),
+        (Shape(bool, (), False), "maybe", "yes, no"),
+        (Shape(str, ("lte", "load"), True), "lte; lod", "lte, load"),
+    ):
+        with pytest.raises(ModelError, match=rf"^of = .*allowed: {allowed}"):
+            shape.read(text, "of")

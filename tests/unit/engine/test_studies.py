@@ -62,7 +62,9 @@ def test_vary() -> None:
     assert [text[:2] for text in result.status.values[:2]] == ["ok", "ok"]
     assert "stages.main.sun.mass" in str(result.status.values[2])
     assert result.quantity.attrs["units"] == "Hz"
-    assert json.loads(result.attrs["warnings"]) == ["1 of 3 points failed [points-failed]"]
+    reason = result.status.values[2]
+    said = f"1 of 3 points failed, the first with: {reason} [points-failed]"
+    assert json.loads(result.attrs["warnings"]) == [said]
 
 
 def test_vary_together_and_failures() -> None:

@@ -15,8 +15,9 @@ from typer.testing import CliRunner
 
 import epicyclic
 from epicyclic.cli.main import app
+from epicyclic.engine.points import stacked
 from epicyclic.engine.run_folder import plain_bytes, plain_value
-from epicyclic.engine.study import run_study, stacked
+from epicyclic.engine.study import run_study
 from epicyclic.errors import ModelError
 
 Tables = dict[str, Any]
@@ -328,7 +329,7 @@ def test_results_are_joined_on_their_labels() -> None:
 
 
 def test_too_much_for_one_result_is_refused(monkeypatch: pytest.MonkeyPatch, torsional: Tables) -> None:
-    monkeypatch.setattr("epicyclic.engine.study.MOST_NUMBERS", 100)
+    monkeypatch.setattr("epicyclic.engine.points.MOST_NUMBERS", 100)
     job = {"verb": "modes", "model": torsional, "grid": {"stages.main.sun.inertia": [1e-3, 2e-3]}}
     with pytest.raises(ModelError, match=r"keep = [0-9]+: too many numbers .*at most 100"):
         epicyclic.study(job)

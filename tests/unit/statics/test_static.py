@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 import epicyclic
 from epicyclic.errors import ConvergenceError, ModelError
+from epicyclic.statics import StaticOptions
 from epicyclic.statics.equilibrium import compliance, compliance_of, equilibrium
 from epicyclic.statics.record import hunting_cycles, turn_fraction
 from epicyclic.statics.static import static
@@ -52,7 +53,7 @@ def test_floating_sun_closed_form(build: Any, n: int) -> None:
     """F_i = T/(n r) + k e [delta_i1 - (1 + 2 cos(2 pi (i-1)/n))/n]: one pin with error e, path stiffness k."""
     e = 3e-6
     system = floating_sun(build, n, -e * (np.arange(n) == 0))
-    result = static(system, samples=1)
+    result = static(system, StaticOptions(samples=1))
     i = np.arange(n)
     k = 1 / (1 / 5e8 + 1 / 5e8)
     expected = TORQUE / (n * 0.07742 / 2) + k * e * ((i == 0) - (1 + 2 * np.cos(2 * np.pi * i / n)) / n)
@@ -82,7 +83,7 @@ def star(build: Any, support: float = 1e2, torque: float = 1000.0, gap: float = 
 
 def test_lost_contact_limit_of_the_star(build: Any) -> None:
     """dong2019: one of five stars open, supports -> 0: shares (5 -+ sqrt 5)/4, whatever error and torque."""
-    result = static(star(build), samples=1)
+    result = static(star(build), StaticOptions(samples=1))
     force = result.mesh_force.values[:5, 0]
     expected = [(5 - 5**0.5) / 4, (5 - 5**0.5) / 4, (5 + 5**0.5) / 4, 0.0, (5 + 5**0.5) / 4]
     # the limit is approached with support/mesh stiffness times gap/deflection, 1e-7 times 40
@@ -148,7 +149,7 @@ def test_record_follows_stiffness_and_lines(build: Any) -> None:
     line = replace(constant(system, np.zeros(2 * n), slow), gap=np.asarray(amplitude, complex))
     variation = 0.2 * np.exp(2j * np.pi * rng.random(size=(2 * n, 2)))
     system = replace(system, tones=(tone,), lines=(line,), meshes=replace(system.meshes, variation=variation))
-    result = static(system, samples=8)
+    result = static(system, StaticOptions(samples=8))
     assert result.sizes["time"] == 3 * 8  # the hunting period
     for j in (0, 5, 13, 23):
         t = float(result.time.values[j])
@@ -159,7 +160,7 @@ def test_record_follows_stiffness_and_lines(build: Any) -> None:
             meshes=replace(system.meshes, stiffness=stiffness, variation=np.zeros((2 * n, 0), complex)),
             lines=(constant(system, (amplitude * np.exp(2j * np.pi * float(slow) * t)).real),),
         )
-        alone = static(frozen, cycles=1, samples=1)
+        alone = static(frozen, StaticOptions(cycles=1, samples=1))
         # two linear solves, condition 1e3
         np.testing.assert_allclose(result.mesh_force.values[:, j], alone.mesh_force.values[:, 0], rtol=1e-9)
         np.testing.assert_allclose(
@@ -177,7 +178,7 @@ def test_supports_carry_the_load(build: Any) -> None:
     force[2], force[8] = TORQUE, -TORQUE * free[2] / free[8]
     push[2, 0] = 1e6  # grows with speed squared: inertia, does not count here
     line = replace(constant(system, np.zeros(6)), force=push)
-    result = static(replace(system, force=force, lines=(line,)), samples=1)
+    result = static(replace(system, force=force, lines=(line,)), StaticOptions(samples=1))
     rows = [f"main/{body}/support/y" for body in ("sun", "ring", "carrier")]
     total = result.link_force.sel(link_row=rows).sum().item()
     np.testing.assert_allclose(total, -500.0, rtol=1e-9)  # sum of three forces of the same size
@@ -196,8 +197,8 @@ def test_link_error_is_taken_off_the_link_force(build: Any) -> None:
     push = np.zeros((3, len(force)), complex)
     push[0] = system.links.B @ (system.links.stiffness * gap)
     line = replace(constant(system, np.zeros(6)), link_gap=gap, force=push)
-    result = static(replace(system, force=force, lines=(line,)), samples=1)
-    plain = static(replace(system, force=force), samples=1)
+    result = static(replace(system, force=force, lines=(line,)), StaticOptions(samples=1))
+    plain = static(replace(system, force=force), StaticOptions(samples=1))
     moved = result.displacement.sel(dof="main/sun/x").item() - plain.displacement.sel(dof="main/sun/x").item()
     got = result.link_force.sel(link_row="main/sun/support/x").item()
     before = plain.link_force.sel(link_row="main/sun/support/x").item()
@@ -206,9 +207,9 @@ def test_link_error_is_taken_off_the_link_force(build: Any) -> None:
 
 def test_positions_without_support_are_said(build: Any) -> None:
     n = 3
-    assert json.loads(static(floating_sun(build, n, np.zeros(n)), samples=1).attrs["warnings"]) == []
+    assert json.loads(static(floating_sun(build, n, np.zeros(n)), StaticOptions(samples=1)).attrs["warnings"]) == []
     system = star(build, support=0.0, gap=0.0)
-    (text,) = json.loads(static(system, samples=1).attrs["warnings"])
+    (text,) = json.loads(static(system, StaticOptions(samples=1)).attrs["warnings"])
     assert "main/sun" in text
     assert "main/ring" in text
     assert "not unique" in text
@@ -219,14 +220,14 @@ def test_bad_loads_are_refused(build: Any) -> None:
     force = np.zeros(len(system.force))
     force[2] = TORQUE
     with pytest.raises(ModelError, match="does not balance"):
-        static(replace(system, force=force))
+        static(replace(system, force=force), StaticOptions())
     n = 3
     with pytest.raises(ModelError, match="nothing holds"):
-        static(floating_sun(build, n, np.zeros(n), torque=-TORQUE))
+        static(floating_sun(build, n, np.zeros(n), torque=-TORQUE), StaticOptions())
     with pytest.raises(ModelError, match="samples"):
-        static(floating_sun(build, n, np.zeros(n)), samples=0)
+        static(floating_sun(build, n, np.zeros(n)), StaticOptions(samples=0))
     with pytest.raises(ModelError, match="cycles"):
-        static(floating_sun(build, n, np.zeros(n)), cycles=-3)
+        static(floating_sun(build, n, np.zeros(n)), StaticOptions(cycles=-3))
 
 
 def test_giving_up_is_an_error(build: Any) -> None:
@@ -241,7 +242,7 @@ def test_giving_up_is_an_error(build: Any) -> None:
 
 def test_progress_and_chunks(build: Any) -> None:
     done: list[float] = []
-    result = static(floating_sun(build, 3, np.zeros(3)), cycles=3, samples=1000, progress=done.append)
+    result = static(floating_sun(build, 3, np.zeros(3)), StaticOptions(cycles=3, samples=1000), progress=done.append)
     assert len(done) == 2  # chunks of 2048 instants
     assert done[-1] == 1.0
     assert np.ptp(result.mesh_force.values) < 1e-9 * TORQUE
@@ -304,7 +305,7 @@ def test_a_damping_ratio_of_meshes_without_inertia_leaves_statics_alone(
     assert system.missing_inertia == ("stages.main.sun.inertia",)
     assert (with_inertia.meshes.damping > 0).all()
     assert (system.meshes.damping == 0).all()
-    mesh_force = static(system).mesh_force.values
-    np.testing.assert_allclose(mesh_force, static(with_inertia).mesh_force.values, rtol=1e-9)
+    mesh_force = static(system, StaticOptions()).mesh_force.values
+    np.testing.assert_allclose(mesh_force, static(with_inertia, StaticOptions()).mesh_force.values, rtol=1e-9)
     with pytest.raises(ModelError, match=r"stages\.main\.sun\.inertia: not given"):
         epicyclic.modes(system)

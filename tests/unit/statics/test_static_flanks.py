@@ -17,6 +17,7 @@ from epicyclic.errors import ModelError
 from epicyclic.questions.sharing.definitions import known_mean_loads, labelled
 from epicyclic.questions.sharing.sharing import sharing
 from epicyclic.questions.sharing.tone_forces import forces_of_equilibria
+from epicyclic.statics import StaticOptions
 from epicyclic.statics.equilibrium import compliance_of, equilibrium
 from epicyclic.statics.record import Record, excitation, record_of
 from epicyclic.statics.static import held_train, settled, static
@@ -140,7 +141,7 @@ def pair(build: Any, *, load: float, spring: float, error: tuple[float, float]) 
 def test_a_pair_pushed_onto_its_other_flank(build: Any, load: float, spring: float) -> None:
     """k <u - e> - k <-u - e_far - b> + s u = F, solved by cases."""
     e, e_far = 3e-6, -5e-6
-    result = static(pair(build, load=load, spring=spring, error=(e, e_far)), samples=1)
+    result = static(pair(build, load=load, spring=spring, error=(e, e_far)), StaticOptions(samples=1))
     on_loaded = (load + K * e) / (K + spring)
     on_far = (load - K * (e_far + BACKLASH)) / (K + spring)
     cases = [(u, f) for u, f in ((on_loaded, K * (on_loaded - e)), (on_far, K * (on_far + e_far + BACKLASH)))]
@@ -172,8 +173,8 @@ def test_a_train_under_reversed_torque_is_that_seen_from_behind(build: Any, tabl
             meshes=replace(system.meshes, laws=(loaded,)),
             far=replace(system.far, laws=(behind,)),
         )
-    reversed_ = static(system, samples=7)
-    other = static(seen_from_behind(system), samples=7)
+    reversed_ = static(system, StaticOptions(samples=7))
+    other = static(seen_from_behind(system), StaticOptions(samples=7))
     assert other.mesh_force.values.min() > 0
     np.testing.assert_allclose(reversed_.mesh_force, -other.mesh_force, rtol=1e-8)
     np.testing.assert_allclose(reversed_.displacement, other.displacement, rtol=1e-6, atol=1e-13)
@@ -181,7 +182,7 @@ def test_a_train_under_reversed_torque_is_that_seen_from_behind(build: Any, tabl
     assert reversed_.mesh_contact.values.all()
     assert reversed_.contact_lost.values.all()
     with pytest.raises(ModelError, match="apart"):
-        static(replace(system, far=None), samples=7)
+        static(replace(system, far=None), StaticOptions(samples=7))
     shared, behind_ = (sharing(s, method="static", samples=7) for s in (system, seen_from_behind(system)))
     np.testing.assert_allclose(shared.load_sharing, behind_.load_sharing, rtol=1e-8)
     np.testing.assert_allclose(shared.mesh_force, -behind_.mesh_force, rtol=1e-8)
@@ -220,7 +221,7 @@ def test_what_far_flanks_change_is_an_equilibrium_of_all_forces(build: Any) -> N
     np.testing.assert_allclose(np.hstack([state.mesh_force, state.far_force]), force, atol=1e-6 * np.abs(force).max())
     balance = state.displacement @ system.K + force @ given.B.T - here.force
     assert np.abs(balance).max() < 1e-6 * np.abs(here.force).max()
-    net = static(system, samples=7)
+    net = static(system, StaticOptions(samples=7))
     row = state.mesh_force.copy()
     row -= state.far_force
     np.testing.assert_allclose(net.mesh_force, row.T, rtol=1e-12)
@@ -231,7 +232,7 @@ def test_what_far_flanks_change_is_an_equilibrium_of_all_forces(build: Any) -> N
     window = record_of(system, cycles=3, turns=None, of=None, samples=7, most=1000, slow=True)
     record, again = (
         sharing_of_record(system, window),
-        static(system, cycles=3, samples=7),
+        static(system, StaticOptions(cycles=3, samples=7)),
     )
     for name in ("open_share", "far_share", "contact_lost"):
         np.testing.assert_array_equal(record[name], again[name])
@@ -240,12 +241,12 @@ def test_what_far_flanks_change_is_an_equilibrium_of_all_forces(build: Any) -> N
 def test_far_flanks_that_never_press_change_no_digit(build: Any) -> None:
     system = with_backlash(build, variation=0.1)
     without = replace(system, far=None)
-    pairs = [(static(s, samples=8), sharing(s, method="static", samples=8)) for s in (system, without)]
+    pairs = [(static(s, StaticOptions(samples=8)), sharing(s, method="static", samples=8)) for s in (system, without)]
     for ours, plain in zip(*pairs, strict=True):
         for name in plain.variables:
             np.testing.assert_array_equal(ours[name].values, plain[name].values)
-    assert static(system, samples=8).far_share.values.max() == 0
-    assert "far_share" not in static(without, samples=8)
+    assert static(system, StaticOptions(samples=8)).far_share.values.max() == 0
+    assert "far_share" not in static(without, StaticOptions(samples=8))
 
 
 def test_both_ways_through_sharing_agree_where_far_flanks_press(build: Any) -> None:
@@ -255,7 +256,7 @@ def test_both_ways_through_sharing_agree_where_far_flanks_press(build: Any) -> N
     window = record_of(system, cycles=None, turns=None, of=None, samples=8, most=1000)
     by_record = sharing_of_record(system, window)
     np.testing.assert_allclose(by_lines.load_sharing, by_record.load_sharing, rtol=1e-7)
-    plain = static(system, samples=8)
+    plain = static(system, StaticOptions(samples=8))
     np.testing.assert_allclose(by_lines.mesh_force, plain.mesh_force, rtol=1e-7, atol=1e-6)
     assert by_lines.mesh_force.values.min() < 0
     assert by_lines.contact_lost.values[0]
@@ -273,7 +274,7 @@ def test_a_tight_mesh_presses_on_both_flanks(build: Any) -> None:
     tight = np.zeros(8)
     tight[[1, 5]] = -3e-5
     system = replace(system, lines=(*system.lines, still(system, tight, tight)))
-    result = static(system, samples=8)
+    result = static(system, StaticOptions(samples=8))
     assert result.far_share.values[[1, 5]].max() > 0
     assert not result.contact_lost.values[1] or not result.contact_lost.values[5]
     shared = sharing(system, method="static", samples=8)
@@ -301,7 +302,7 @@ def test_far_flanks_stop_a_float_that_loaded_flanks_leave_free(build: Any) -> No
         lines=(),
     )
     push, turn = 1000.0, 50.0
-    result = static(replace(system, force=np.array([push, turn])), samples=1)
+    result = static(replace(system, force=np.array([push, turn])), StaticOptions(samples=1))
     # f1 sin a + f2 sin a = push, f1 cos a - f2 cos a = turn
     difference = turn / np.cos(a)
     assert result.mesh_force.item() == pytest.approx(difference, rel=1e-9)
@@ -332,7 +333,7 @@ def test_a_straight_table_in_static_is_the_linear_law(build: Any) -> None:
     laws = (LawRows(law=law.rows(every[::2]), rows=every[::2]), LawRows(law=law.rows(every[1::2]), rows=every[1::2]))
     assert plain.far is not None
     straight = replace(plain, meshes=replace(plain.meshes, laws=laws), far=replace(plain.far, laws=laws))
-    ours, theirs = (static(s, cycles=3, samples=7) for s in (straight, plain))
+    ours, theirs = (static(s, StaticOptions(cycles=3, samples=7)) for s in (straight, plain))
     np.testing.assert_allclose(ours.mesh_force, theirs.mesh_force, rtol=1e-9, atol=1e-7)
     assert theirs.mesh_force.values.min() < 0
     np.testing.assert_allclose(ours.displacement, theirs.displacement, rtol=1e-7, atol=1e-14)
@@ -348,7 +349,7 @@ def lawful(build: Any) -> System:
 
 def test_tables_of_two_pairs_interleaved(build: Any) -> None:
     system = lawful(build)
-    result = static(system, samples=8)
+    result = static(system, StaticOptions(samples=8))
     q = result.displacement.values.T / system.dofs.radius
     index = np.arange(len(q))
     here = excitation(system, TONE, index, 8)
@@ -358,7 +359,7 @@ def test_tables_of_two_pairs_interleaved(build: Any) -> None:
         force, _ = part.law.at(phases).evaluate(delta[:, part.rows])
         np.testing.assert_allclose(result.mesh_force.values[part.rows].T, force, rtol=1e-6)
     np.testing.assert_allclose(result.mesh_force.values[4:].T, here.stiffness[:, 4:] * delta[:, 4:], rtol=1e-6)
-    tangent = static(replace(system, meshes=replace(system.meshes, laws=())), samples=8)
+    tangent = static(replace(system, meshes=replace(system.meshes, laws=())), StaticOptions(samples=8))
     assert np.abs(result.mesh_force - tangent.mesh_force).max() > 0.01 * tangent.mesh_force.max()
 
 
@@ -368,7 +369,7 @@ def test_sharing_by_static_follows_tables(build: Any) -> None:
     shared = sharing(system, method="static")
     assert shared.attrs["samples"] == 32  # four branches: a multiple of them
     assert shared.attrs["worst_case"] == "every cycle of the common period"
-    plain = static(system, samples=32)
+    plain = static(system, StaticOptions(samples=32))
     np.testing.assert_array_equal(shared.mesh_force, plain.mesh_force)
     tangent = sharing(replace(system, meshes=replace(system.meshes, laws=())), method="static")
     assert np.abs(shared.load_sharing - tangent.load_sharing).max() > 1e-3
@@ -384,10 +385,10 @@ def test_sharing_by_static_follows_tables(build: Any) -> None:
 def test_forces_behind_the_end_of_a_table_are_said(build: Any) -> None:
     system = lawful(build)
     heavy = replace(system, force=8 * system.force)
-    for result in (static(heavy, samples=4), sharing(heavy, method="static", samples=4)):
+    for result in (static(heavy, StaticOptions(samples=4)), sharing(heavy, method="static", samples=4)):
         (text,) = [text for text in json.loads(result.attrs["warnings"]) if "last force of its table" in text]
         assert "sun-planet" in text
-    assert not any("table" in text for text in json.loads(static(system, samples=4).attrs["warnings"]))
+    assert not any("table" in text for text in json.loads(static(system, StaticOptions(samples=4)).attrs["warnings"]))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -461,11 +462,11 @@ def test_a_load_that_no_flank_holds_still_raises(build: Any) -> None:
     """Driven apart without backlash, and with far flanks that look the same way as the loaded ones."""
     system = with_backlash(build, torque=-TORQUE)
     with pytest.raises(ModelError, match="apart"):
-        static(replace(system, far=None), samples=2)
+        static(replace(system, far=None), StaticOptions(samples=2))
     assert system.far is not None
     useless = replace(system, far=replace(system.far, B=system.meshes.B.copy()))
     with pytest.raises(ModelError, match="apart"):
-        static(useless, samples=2)
+        static(useless, StaticOptions(samples=2))
 
 
 def test_laws_of_links_and_far_flanks_together(build: Any) -> None:
@@ -505,7 +506,7 @@ def test_the_zero_of_each_sense_is_half_the_documented_play_away(backlash: str |
     mesh = {} if backlash is None else {"backlash": backlash}
     data["stages"]["main"]["meshes"] = {"sun-planet": mesh, "planet-ring": mesh}
     system = epicyclic.assemble(epicyclic.load(data))
-    warnings = json.loads(static(system, samples=1).attrs["warnings"])
+    warnings = json.loads(static(system, StaticOptions(samples=1)).attrs["warnings"])
     said = [text for text in warnings if "zero-at-loaded-flank" in text]
     assert len(said) == (backlash is not None)
     if backlash is None:
@@ -515,7 +516,7 @@ def test_the_zero_of_each_sense_is_half_the_documented_play_away(backlash: str |
     def moved(factor: float) -> Array:
         """From one sense of the torque to the other (n,), both meshes linear."""
         ends = [replace(system, lines=(), force=sense * factor * system.force) for sense in (1, -1)]
-        first, second = (static(end, samples=1).displacement.values[:, 0] for end in ends)
+        first, second = (static(end, StaticOptions(samples=1)).displacement.values[:, 0] for end in ends)
         return np.asarray((first - second) / system.dofs.radius)
 
     play = 2 * moved(1e-3) - moved(2e-3)

@@ -19,6 +19,7 @@ from epicyclic.questions.sharing.definitions import known_mean_loads, labelled, 
 from epicyclic.questions.sharing.sharing import sharing
 from epicyclic.questions.sharing.tone_forces import cycle_starts, forces_of_equilibria, record_extremes
 from epicyclic.results.dataset import load_result, save_result
+from epicyclic.statics import StaticOptions
 from epicyclic.statics.equilibrium import compliance_of, equilibrium
 from epicyclic.statics.record import Record, excitation, parallel_meshes, record_of
 from epicyclic.statics.static import held_train, quasi_static, static
@@ -123,7 +124,9 @@ def test_a_law_that_is_linear_is_the_link(build: Any) -> None:
         force=np.zeros((3, len(plain.force)), complex),
     )
     both = [
-        static(replace(s, lines=(replace(line, link_gap=np.zeros(len(s.links.name), complex)),)), samples=1)
+        static(
+            replace(s, lines=(replace(line, link_gap=np.zeros(len(s.links.name), complex)),)), StaticOptions(samples=1)
+        )
         for s in (plain, lawful)
     ]
     np.testing.assert_allclose(both[1].mesh_force, both[0].mesh_force, rtol=1e-9)  # two dense solves
@@ -159,7 +162,7 @@ def test_linearised_has_the_tangent_and_the_mean_of_the_laws(build: Any) -> None
     gap, group_gap = 4e-6 * rng.normal(size=6), 4e-6 * rng.normal(size=8)
     system = shifted(system, gap, group_gap)
     tangents = linear(system)
-    here, there = static(system, samples=1), static(tangents, samples=1)
+    here, there = static(system, StaticOptions(samples=1)), static(tangents, StaticOptions(samples=1))
     still_there, still_here = held(there, system), held(here, system)
     np.testing.assert_allclose(still_there, still_here, atol=1e-9 * np.abs(still_here).max())
     # a small step of the errors: both answer alike, to the curvature of the laws
@@ -170,8 +173,8 @@ def test_linearised_has_the_tangent_and_the_mean_of_the_laws(build: Any) -> None
     tangent = system.laws.tangent(static_stretch(system))
     force[0] += system.group_rows @ (tangent @ group_step)
     shifted_line = replace(still, gap=still.gap + step, force=force)
-    first = held(static(moved, samples=1), system) - still_here
-    second = held(static(replace(tangents, lines=(shifted_line,)), samples=1), system) - still_there
+    first = held(static(moved, StaticOptions(samples=1)), system) - still_here
+    second = held(static(replace(tangents, lines=(shifted_line,)), StaticOptions(samples=1)), system) - still_there
     np.testing.assert_allclose(second, first, atol=2e-4 * float(np.abs(first).max()))
     # the tangent of play differs along the load and across it, that of a link alike in x and y has no axes of its own
     assert tangents.links.name[-2:] == ("main/planet/3/bearing/radial", "main/planet/3/bearing/tangential")
@@ -230,7 +233,7 @@ def test_modes_of_a_law_are_those_of_its_tangent(build: Any) -> None:
         with_laws(plain, {f"main/planet/{i}/bearing": Law(stiffness=1e8, clearance=play) for i in (1, 2, 3)}), torque
     )
     result = epicyclic.modes(lawful)
-    state = static(lawful, samples=1)
+    state = static(lawful, StaticOptions(samples=1))
     force, stretch = state.group_force.values[:, 0], state.group_stretch.values[:, 0]
     names = plain.links.name
     stiffness = plain.links.stiffness.copy()
@@ -283,7 +286,10 @@ def test_history_in_parts_is_that_of_one_long_walk(build: Any) -> None:
     found = np.concatenate([piece.state.mesh_force for piece in quasi_static(held_train(system), record)])
     # sliders of adjoining parts agree to 1e-8 of the friction force
     np.testing.assert_allclose(found, expected[record.instants :], atol=1e-6)
-    assert "warm-up over 2 turns of main.sun" in static(system, turns=2, of="main.sun", samples=20).attrs["history"]
+    assert (
+        "warm-up over 2 turns of main.sun"
+        in static(system, StaticOptions(turns=2, of="main.sun", samples=20)).attrs["history"]
+    )
 
 
 def test_record_in_turns_of_a_body(build: Any) -> None:
@@ -305,8 +311,8 @@ def test_record_in_turns_of_a_body(build: Any) -> None:
     assert apart.index.tolist() == [*range(8), *range(24, 32)]
     slow = record_of(system, cycles=None, turns=None, of=None, samples=8, most=10**6, slow=True)
     assert (slow.unit, slow.period) == (Fraction(5), 5)
-    result = static(system, turns=5, of="main/sun", samples=24)
-    cycles = static(system, cycles=60, samples=2)  # the same instants, counted in mesh cycles
+    result = static(system, StaticOptions(turns=5, of="main/sun", samples=24))
+    cycles = static(system, StaticOptions(cycles=60, samples=2))  # the same instants, counted in mesh cycles
     np.testing.assert_allclose(result.time, cycles.time, rtol=1e-14)
     np.testing.assert_allclose(result.mesh_force, cycles.mesh_force, rtol=1e-9)
     assert json.loads(result.attrs["options"]) == {"turns of main/sun": 5, "samples": 24}
@@ -323,7 +329,7 @@ def test_record_in_turns_of_a_body(build: Any) -> None:
 )
 def test_bad_records(build: Any, options: dict[str, Any], word: str) -> None:
     with pytest.raises(ModelError, match=word):
-        static(turning(build, {}), **options)
+        static(turning(build, {}), StaticOptions(**options))
     with pytest.raises(ModelError, match=word):
         sharing(turning(build, {}), method="static", **options)
     with pytest.raises(ModelError, match="static"):
@@ -402,7 +408,7 @@ def test_cycles_of_a_record_are_counted_exactly(build: Any) -> None:
 
 
 def test_states_are_saved_and_read(build: Any, tmp_path: Path) -> None:
-    result = static(turning(build, LAWS), cycles=2, samples=8)
+    result = static(turning(build, LAWS), StaticOptions(cycles=2, samples=8))
     assert set(result.group_state.values.ravel()) <= {"play", "stick", "slip", "stop"}
     assert result.group_force.sizes == {"group": 4, "time": 16}
     again = load_result(save_result(result, tmp_path / "static.nc"))
@@ -421,6 +427,6 @@ def test_positions_without_any_support_are_said(build: Any) -> None:
     force = np.zeros(len(system.force))
     force[2] = 800.0
     force[[5, 8]] = np.linalg.lstsq(free[[5, 8]].T, -free.T @ force, rcond=None)[0]
-    result = static(replace(with_laws(system, pins), force=force), samples=1)
+    result = static(replace(with_laws(system, pins), force=force), StaticOptions(samples=1))
     assert any("not unique" in text for text in json.loads(result.attrs["warnings"]))
     np.testing.assert_allclose(result.mesh_force.values[:5].sum(), 800.0 / (0.07742 / 2), rtol=1e-9)

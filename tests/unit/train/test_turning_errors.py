@@ -15,6 +15,7 @@ from epicyclic.document.document import read
 from epicyclic.errors import ModelError
 from epicyclic.questions.check.check import mesh_deviations
 from epicyclic.questions.studies.derivatives import all_parameters
+from epicyclic.statics import StaticOptions
 from epicyclic.statics.static import static
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
@@ -188,7 +189,9 @@ def test_an_eccentric_carrier_by_its_pins_and_by_the_meshes() -> None:
     by_meshes = {f"deviations.meshes.{pair}.errors.c": error for pair in ("sun-planet", "planet-ring")}
     by_pins = {"deviations.carrier.run_out": {"amplitude": "20 um", "phase": "40 deg"}}
     first, second = (
-        static(assemble(load("ren2021", {"deviations": None, **even, **route})), cycles=1)["mesh_force"].values
+        static(assemble(load("ren2021", {"deviations": None, **even, **route})), StaticOptions(cycles=1))[
+            "mesh_force"
+        ].values
         for route in (by_meshes, by_pins)
     )
     assert np.ptp(second[:, 0]) > 1e3
@@ -345,7 +348,7 @@ def test_check_lists_a_displaced_pin_as_the_gaps_it_means() -> None:
         for pair, found in gaps.items()
     }
     forces = [
-        static(assemble(load("ren2021", base | route)), cycles=1, samples=4).mesh_force.values
+        static(assemble(load("ren2021", base | route)), StaticOptions(cycles=1, samples=4)).mesh_force.values
         for route in (pin, stated, {})
     ]
     # the same state by displaced bearings and by open flanks, to the rounding of a displacement

@@ -10,7 +10,8 @@ from typing import Annotated, get_args, get_origin
 import pytest
 
 import epicyclic
-from epicyclic.verbs.record import Option, described, keywords, type_words, verbs
+from epicyclic.options import Option
+from epicyclic.verbs.record import described, keywords, type_words, verbs
 
 
 @pytest.mark.parametrize("name", [name for name in verbs()])

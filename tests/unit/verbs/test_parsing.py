@@ -8,7 +8,7 @@ import pytest
 
 from epicyclic.document.units import Bounds, read_quantity, stated
 from epicyclic.errors import ModelError
-from epicyclic.verbs.options import ends, frequency, load_per_length, loads_of, seconds, settings, spread, torque_step
+from epicyclic.verbs.options import frequency, load_per_length, loads_of, seconds, settings, spread, torque_step
 
 
 @pytest.mark.parametrize(("text", "value"), [("20 Hz", 20.0), ("0.6kHz", 600.0), ("2e1 Hz", 20.0)])
@@ -22,13 +22,6 @@ def test_frequency(text: str, value: float) -> None:
 def test_not_a_frequency(text: str) -> None:
     with pytest.raises(ModelError, match="start"):
         frequency(text, "start")
-
-
-def test_ends_go_together() -> None:
-    assert ends(None, None) is None
-    assert ends("20 Hz", 30.0) == (20.0, 30.0)
-    with pytest.raises(ModelError, match="start, stop: go together"):
-        ends("20 Hz", None)
 
 
 def test_times_and_steps() -> None:

@@ -7,9 +7,10 @@ import pytest
 import xarray as xr
 
 import epicyclic
+from epicyclic.engine.source import Drive
 from epicyclic.errors import ModelError
 from epicyclic.train.train import Train
-from epicyclic.verbs.options import mesh_frequency, relative
+from epicyclic.verbs.options import mesh_frequency, relative_speed
 
 TONE = 27.3125
 
@@ -67,7 +68,7 @@ def test_one_speed_between_two_ends_is_refused(ren: Train) -> None:
 
 @pytest.mark.parametrize(("value", "speed"), [("0.5", 0.5), ("13.65625 Hz", 0.5), ("50 rpm", 0.5), ("50 %", 0.5)])
 def test_one_speed_takes_the_same_texts(ren: Train, value: str, speed: float) -> None:
-    assert relative(value, epicyclic.assemble(ren), ren) == pytest.approx(speed, rel=1e-15)
+    assert relative_speed(value, "relative_speed", Drive(ren)) == pytest.approx(speed, rel=1e-15)
     said = epicyclic.steady(ren, relative_speed=value)
     xr.testing.assert_allclose(said.mesh_force, epicyclic.steady(ren, relative_speed=speed).mesh_force)
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
-from inspect import signature
+from inspect import Parameter, signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from ...document.tables import PlainTable
 from ...errors import ModelError
+from ...options import Option
 from ...results.dataset import ranked
 from ...show.series import judged_quantile, label, scattering_pair
 from ...show.views import findings_of
@@ -156,10 +157,13 @@ def transient_frame(result: xr.Dataset) -> PageFrame:
     return job_frame("transient", "Motion over time", _said(result), drawn)
 
 
+_VIEWS = ("transmission error", "load along the face")
+
+
 def contact_frame(result: xr.Dataset, options: Mapping[str, Any]) -> PageFrame:
     """Loaded transmission error over the mesh cycle at every load, or the largest load along the face."""
     loads = np.asarray(result["mesh_load"].values, dtype=float)
-    if options.get("show") == "load":
+    if options.get("show") == _VIEWS[1]:
         length = result["load_per_length"].transpose("mesh", "width", "mesh_phase").values.max(axis=2) / 1e3
         curves = {str(side): length[row] for row, side in enumerate(result["side"].values)}
         drawn = lines("place along the face [1]", "largest load [N/mm]", result["width"].values, curves)
@@ -274,22 +278,31 @@ _LOADS = (0.75, 1.0)
 class JobKind:
     """A kind of job.
 
-    name, label : of the page.  about : what it does by default, in a sentence.  seconds : on ren2021, about; a train
-        of several stages or planets may take minutes.
-    options : keywords of its verb that may be chosen, and ``show`` of contact (error, load); a job refuses others.
+    name, label, purpose : of the page.  about : what it does by default, in a sentence.  seconds : on ren2021, about; a
+        train of several stages or planets may take minutes.
+    options : keywords of its verb that may be chosen; a job refuses others.  views : what may be drawn, as ``show``.
     verb : that it runs.  defaults : its keywords unless chosen otherwise.  search : those that follow from the train.
     frame : (result, train, chosen options) -> what the page shows.
     """
 
     name: str
     label: str
+    purpose: str
     about: str
     seconds: float
     options: tuple[str, ...]
     verb: str
     defaults: Mapping[str, Any] = field(default_factory=dict)
+    views: tuple[str, ...] = ()
     search: Callable[[Train], Mapping[str, Any]] | None = None
     frame: Callable[[xr.Dataset, Train, Mapping[str, Any]], PageFrame]
+
+    def keywords(self) -> dict[str, tuple[Parameter, Any, Option]]:
+        """Keyword -> parameter, type and option of the verb, of those that may be chosen."""
+        from ...verbs.record import keywords, verbs
+
+        known = keywords(verbs()[self.verb].run)
+        return {name: known[name] for name in self.options}
 
     def run(
         self, source: Source, overrides: Mapping[str, object], options: Mapping[str, Any], progress: Progress
@@ -301,8 +314,9 @@ class JobKind:
         ModelError : an option that it does not have.  ModelError, ConvergenceError : as its verb.
         """
         for key, value in options.items():
-            if key not in self.options:
-                allowed = ", ".join(self.options) or "none"
+            allowed_names = (*self.options, *(["show"] if self.views else []))
+            if key not in allowed_names:
+                allowed = ", ".join(allowed_names) or "none"
                 raise ModelError("no such option", path=f"{self.name}.{key}", given=value, allowed=allowed)
         from ...verbs.record import verbs
 
@@ -337,10 +351,12 @@ def _relief_search(train: Train) -> Mapping[str, Any]:
 _KINDS = (
     JobKind(
         name="contact",
-        label="Contact and LTE",
+        label="Contact, LTE",
+        purpose="Load over the flanks and loaded transmission error",
         about="Loaded teeth of the first mesh at 50, 100 and 125 % of the operating load.",
         seconds=0.5,
-        options=("mesh", "loads", "samples", "slices", "show"),
+        options=("mesh", "loads", "samples", "slices", "tolerance"),
+        views=_VIEWS,
         verb="contact",
         defaults={"loads": (0.5, 1.0, 1.25)},
         search=lambda train: {"mesh": first_mesh(train)},
@@ -349,6 +365,7 @@ _KINDS = (
     JobKind(
         name="relief",
         label="Relief",
+        purpose="Tip relief for the least transmission error",
         about="Tip relief with the least transmission error at 75 and 100 % load, 12 candidates, 8 generations.",
         seconds=3,
         options=("mesh", "vary", "objectives", "loads", "population", "generations"),
@@ -359,7 +376,8 @@ _KINDS = (
     ),
     JobKind(
         name="stiffness",
-        label="Stiffness and phases",
+        label="Stiffness",
+        purpose="Mesh stiffness over a mesh cycle, and the phases of the meshes",
         about="Mesh stiffness of every mesh over one mesh cycle, each with its phase.",
         seconds=0.1,
         options=("samples",),
@@ -369,6 +387,7 @@ _KINDS = (
     JobKind(
         name="tolerance",
         label="Tolerance",
+        purpose="Load sharing within the tolerances, and the share of each",
         about="K_gamma of 16384 trains drawn from the tolerances, and the share of each tolerance in its variance.",
         seconds=1,
         options=("samples", "limit", "seed"),
@@ -379,9 +398,10 @@ _KINDS = (
     JobKind(
         name="contact_loss",
         label="Contact loss",
+        purpose="Sweep in which teeth may part",
         about="Run-up and coast-down over 60 speeds and the resonances, teeth part and touch again, no shaft orders.",
         seconds=2,
-        options=("points", "shaft_orders", "start", "stop"),
+        options=("points", "start", "stop", "shaft_orders", "shaft_tones", "unstable"),
         verb="sweep",
         defaults={"contact_loss": True, "points": 60, "shaft_orders": False},
         frame=lambda result, train, options: contact_loss_frame(result),
@@ -389,9 +409,10 @@ _KINDS = (
     JobKind(
         name="transient",
         label="Transient",
+        purpose="Run in time, as the model's scenario or at its speed",
         about="50 mesh cycles from the equilibrium at the operating speed, teeth that part.",
         seconds=1,
-        options=("cycles", "start", "stop", "torque_step", "torque_ramp"),
+        options=("cycles", "start", "stop", "torque_step", "torque_ramp", "samples"),
         verb="transient",
         defaults={"cycles": 50.0},
         frame=lambda result, train, options: transient_frame(result),
@@ -399,9 +420,10 @@ _KINDS = (
     JobKind(
         name="sensitivity",
         label="Sensitivity",
+        purpose="What the natural frequencies depend on",
         about="Per cent of the lowest natural frequency per per cent of each number of the model.",
         seconds=2,
-        options=("of", "mode", "mesh"),
+        options=("of", "mode", "mesh", "harmonic"),
         verb="sensitivity",
         frame=lambda result, train, options: sensitivity_frame(result),
     ),

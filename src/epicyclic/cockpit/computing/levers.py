@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from ...document.document import file_text, parse_text
 from ...document.tables import PlainTable, leaves, split_path, value_at
 from ...document.units import Written, factor, written
+from ...engine.points import outcomes
 from ...errors import ConvergenceError, ModelError
 from ...questions.modes.eigen import mean_modes
 from ...results.dataset import largest
@@ -385,14 +386,17 @@ def _effects(
     kinds = ["damping" if candidate.path.startswith("damping") else candidate.kind for candidate in candidates]
     effects = {i: _KNOWN[kind] for i, kind in enumerate(kinds) if kind in _KNOWN}
     now = figures_of(train)
-    for i in [i for i in _in_turn(candidates) if i not in effects][:_TRIALS]:
-        tried = replace(candidates[i], value=_tried(candidates[i]))
-        try:
-            then = figures_of(load(source, {**overrides, tried.path: tried.written()}))
-        except (ModelError, ConvergenceError, ArithmeticError):
-            continue
-        value = f"{tried.value:.0f}" if 1e3 <= abs(tried.value) < 1e6 else f"{tried.value:.3g}"
-        effects[i] = effect_of(now, then, f"at {value} {tried.unit}".strip())
+    turns = [i for i in _in_turn(candidates) if i not in effects][:_TRIALS]
+    trials = [replace(candidates[i], value=_tried(candidates[i])) for i in turns]
+
+    def figures_with(lever: Lever) -> Figures:
+        return figures_of(load(source, {**overrides, lever.path: lever.written()}))
+
+    found = outcomes(figures_with, trials, workers=False, failing=(ModelError, ConvergenceError, ArithmeticError))
+    for i, lever, then in zip(turns, trials, found, strict=True):
+        if then.value is not None:
+            value = f"{lever.value:.0f}" if 1e3 <= abs(lever.value) < 1e6 else f"{lever.value:.3g}"
+            effects[i] = effect_of(now, then.value, f"at {value} {lever.unit}".strip())
     return [effects.get(i, Effect("", 0.0)) for i in range(len(candidates))]
 
 

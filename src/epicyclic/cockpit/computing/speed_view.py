@@ -15,10 +15,11 @@ from scipy.signal import find_peaks
 from ...limits import RESONANCE_BAND
 from ...questions.modes.campbell import OPERATION, MeshCrossings, mesh_crossings, tones_of_meshes
 from ...questions.modes.eigen import classify_modes, mean_modes, normalisation
+from ...questions.response import SweepOptions
 from ...questions.response.measures import force_extremes, mean
 from ...questions.response.response import Response, respond_part, response, response_parts, unstable_speeds
 from ...questions.response.spectra import force_signal, whole_mesh_signal
-from ...questions.response.sweep_table import SpeedOptions, of_one_tone, resonance_forces, speeds_of
+from ...questions.response.sweep_table import of_one_tone, resonance_forces, speeds_of
 from ...results.dataset import largest, ranked
 from ...statics.tangent import linear
 from ...system.system import Array, System, faces
@@ -344,7 +345,7 @@ def force_curves(model: SpeedModel, effort: Effort, *, pause: Callable[[], None]
     pause : called between parts of the work; what it raises ends the work.
     """
     whole = model.whole
-    speed = speeds_of(whole, SpeedOptions(points=effort.points))
+    speed = speeds_of(whole, SweepOptions(points=effort.points))
     stable = np.flatnonzero(~unstable_speeds(whole, speed))
     force = np.full((len(faces(whole.system.meshes).name), speed.size), np.nan)
     for tone, ready in enumerate(model.solved):

@@ -3,30 +3,70 @@ the modes as a list, a tab for each job with its options, a list of all jobs."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
+from inspect import Parameter
 from typing import Any
 
 from nicegui.element import Element
 from nicegui.events import GenericEventArguments
 
 from ...errors import ModelError
-from ..computing.job_kinds import JOBS
+from ...options import YES, Shape, shape_of
+from ..computing.job_kinds import JOBS, JobKind
 from ..processes.jobs import Job, newest_of
 from ..processes.session import Session
 from ..state.frames import QUESTIONS
 from .controls import Board, Words, box, button, hide, prop, refused
 
-OPTIONS: Mapping[str, tuple[str, Mapping[str, Mapping[str, int | float | str]]]] = {
-    "contact": ("Show", {"transmission error": {}, "load along the face": {"show": "load"}}),
-    # three times the candidates and generations: two optima of nearly the same error are told apart
-    "relief": ("Search", {"quick": {}, "thorough": {"population": 36, "generations": 24}}),
-    "tolerance": ("Trains", {"16 384": {}, "131 072": {"samples": 131_072}}),
-    "contact_loss": ("Speeds", {"60": {}, "200": {"points": 200}, "60 with shaft orders": {"shaft_orders": True}}),
-    "transient": ("Mesh cycles", {"50": {}, "300": {"cycles": 300.0}}),
-    "sensitivity": ("Of", {"lowest frequency": {}, "mesh force": {"of": "force"}}),
-}
-"""Job -> name of its list of choices, and the options that each means; a job that is missing has nothing to choose."""
+
+class OptionFields:
+    """Fields of the options of a job, made from the options of its verb and folded away until they are asked for."""
+
+    def __init__(self, kind: JobKind) -> None:
+        self._shapes: dict[str, Shape] = {}
+        self._typed: dict[str, str] = {}
+        with box("ck-options", "details") as self.root:
+            Words("summary", "Options", classes="ck-small")
+            with box("ck-fields"):
+                for name, (parameter, accepted, option) in kind.keywords().items():
+                    default = kind.defaults.get(name, option.default or parameter.default)
+                    self._shapes[name] = shape_of(accepted)
+                    self._field(name, self._shapes[name], _default_words(default), option.help)
+                if kind.views:
+                    self._shapes["show"] = Shape(str, kind.views, False)
+                    self._field("show", self._shapes["show"], kind.views[0], "What is drawn of the result.")
+
+    def _field(self, name: str, shape: Shape, default: str, help: str) -> None:
+        words = name.replace("_", " ").capitalize()
+        choices = tuple(YES) if shape.kind is bool else () if shape.several else shape.choices
+        with box("ck-choice", "label") as field:
+            field.props["title"] = help
+            Words(text=words, classes="ck-pale")
+            with box("ck-select", "select" if choices else "input") as control:
+                control.props["aria-label"] = words
+                for word in ("", *choices) if choices else ():
+                    Words("option", word or f"as usual: {default}").props["value"] = word
+            if not choices:
+                control.props.update(
+                    {"placeholder": f"{default or 'one'}; ..." if shape.several else default, "size": 14}
+                )
+            control.on("change", partial(self._change, name), js_handler="(e) => emit(e.target.value)")
+
+    def _change(self, name: str, event: GenericEventArguments) -> None:
+        self._typed[name] = str(event.args).strip()
+
+    def values(self) -> dict[str, Any]:
+        """Option -> value of all that was typed or chosen; errors as of `Shape.read`."""
+        return {name: self._shapes[name].read(text, name) for name, text in self._typed.items() if text}
+
+
+def _default_words(default: object) -> str:
+    if isinstance(default, bool):
+        return "yes" if default else "no"
+    if isinstance(default, Sequence) and not isinstance(default, str):
+        return ", ".join(map(str, default))
+    return "" if default is None or default is Parameter.empty else str(default)
 
 
 # Steps of the progress that are worth a message: a bar has no more pixels.
@@ -37,44 +77,29 @@ class JobBar:
     """One job of a name.  run, cancel : called with the name."""
 
     def __init__(
-        self, session: Session, name: str, words: str, *, run: Callable[[str], None], cancel: Callable[[str], None]
+        self, session: Session, kind: JobKind, *, run: Callable[[str], None], cancel: Callable[[str], None]
     ) -> None:
-        self._session, self._name, self._words = session, name, words
+        self._session, name, words = session, kind.name, kind.label
+        self._words = words
         self._job: Job | None = None
-        kind = JOBS[name]
         self._before = f"{kind.about} From {_time(kind.seconds)}, by the size of the train."
-        list_label, choices = OPTIONS.get(name, ("", {}))
-        self._options = list(choices.values())
-        self._chosen = 0
         with box("ck-job") as self.root:
             self.root.props["data-job"] = name
             self._run = button("Run", lambda: run(name), classes="ck-small ck-main")
             self._cancel = button("Cancel", lambda: cancel(name))
-            with box("ck-choice", "label") as self._choices:
-                Words(text=list_label, classes="ck-pale")
-                with box("ck-select", "select") as select:
-                    select.props["aria-label"] = list_label
-                    for number, label in enumerate(choices):
-                        Words("option", label).props["value"] = str(number)
-                select.on("change", self._choose, js_handler="(e) => emit(Number(e.target.value))")
+            self._fields = OptionFields(kind)
             self._progress = box("", "progress")
             self._progress.props.update({"max": 1, "aria-label": f"{words}: share done"})
             self._text = Words(classes="ck-answer-text", text=self._before)
             self._text.props["title"] = self._before
             self._apply = button("Apply", self._on_apply, classes="ck-small ck-main")
-        hide(self._choices, not choices)
         for control in (self._cancel, self._progress, self._apply):
             hide(control, True)
         hide(self.root, True)
 
-    @property
-    def options(self) -> Mapping[str, Any]:
-        """What is chosen of the job."""
-        return self._options[self._chosen] if self._options else {}
-
-    def _choose(self, event: GenericEventArguments) -> None:
-        if isinstance(event.args, int) and 0 <= event.args < len(self._options):
-            self._chosen = event.args
+    def options(self) -> dict[str, Any]:
+        """What is chosen of the job; errors as of `OptionFields.values`."""
+        return self._fields.values()
 
     def follow(self, job: Job | None) -> None:
         """Show a job as it stands beside the present state; None: none that says anything of it."""
@@ -85,7 +110,7 @@ class JobBar:
         runs = job is not None and not job.ended
         for control, hidden in ((self._run, runs), (self._cancel, not runs), (self._progress, not runs)):
             hide(control, hidden)
-        hide(self._choices, runs or not self._options)
+        hide(self._fields.root, runs)
         self._text.say(self._before if job is None else progress_text(job, rev))
         prop(self._text, "title", self._text.text)
         prop(self._text, "role", "alert" if job is not None and job.status == "failed" else None)
@@ -256,20 +281,10 @@ class _ModeRow:
 
 # tabs -----------------------------------------------------------------------------------------------------------------
 
-# Words of the tabs before those of jobs, and of jobs in the order in which they are asked for; what each is for, beside
-# the pointer.
+# Words of the tabs before those of jobs, and what each is for, beside the pointer.
 _TABS = {
     "sharing": ("Sharing", "Load of each mesh per fair share, at rest and over the hunting period"),
     "errors": ("Errors", "What each deviation costs in load sharing"),
-}
-_JOBS = {
-    "contact": ("Contact, LTE", "Load over the flanks and loaded transmission error"),
-    "relief": ("Relief", "Tip relief for the least transmission error"),
-    "stiffness": ("Stiffness", "Mesh stiffness over a mesh cycle, and the phases of the meshes"),
-    "tolerance": ("Tolerance", "Load sharing within the tolerances, and the share of each"),
-    "contact_loss": ("Contact loss", "Sweep in which teeth may part"),
-    "transient": ("Transient", "Run in time, as the model's scenario or at its speed"),
-    "sensitivity": ("Sensitivity", "What the natural frequencies depend on"),
 }
 _LIST = "jobs"
 
@@ -287,12 +302,13 @@ class EvidenceTabs:
             root.props["aria-label"] = "Evidence"
             with box("ck-tabs") as tabs:
                 tabs.props.update({"role": "tablist", "aria-label": "Evidence", "data-keys": "choose"})
-                for name, (words, purpose) in (_TABS | _JOBS | {_LIST: ("Jobs", "All jobs of this page")}).items():
+                jobs = {name: (kind.label, kind.purpose) for name, kind in JOBS.items()}
+                for name, (words, purpose) in (_TABS | jobs | {_LIST: ("Jobs", "All jobs of this page")}).items():
                     tab = button(words, partial(self.show, name), classes="ck-tab")
                     tab.props.update({"role": "tab", "title": purpose})
                     self._tabs[name] = tab
-            for name, (words, _) in _JOBS.items():
-                self._bars[name] = JobBar(session, name, words, run=self.run, cancel=self.cancel)
+            for name, kind in JOBS.items():
+                self._bars[name] = JobBar(session, kind, run=self.run, cancel=self.cancel)
             with box("ck-grow") as self._drawn:
                 self.pane = Board("evidence")
             self._list = JobsList(session, show=self.show)
@@ -319,7 +335,7 @@ class EvidenceTabs:
         if before is not None and not before.ended:
             return
         try:
-            self._session.jobs.start(name, self._bars[name].options)
+            self._session.jobs.start(name, self._bars[name].options())
         except ModelError as error:
             refused(error)
         self.follow()

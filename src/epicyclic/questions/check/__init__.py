@@ -1,1 +1,12 @@
-"""What a train is, and what each analysis still asks of it."""
+"""What a train is, and what each analysis still asks of it; its linear system as matrices, and the options of that."""
+
+from dataclasses import dataclass
+
+from ...options import RelativeSpeed
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MatricesOptions:
+    """Options of the matrices of the mean linear system."""
+
+    relative_speed: RelativeSpeed = 1.0

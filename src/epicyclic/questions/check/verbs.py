@@ -3,36 +3,30 @@
 from typing import TYPE_CHECKING
 
 from ...results.files import MATRIX_FILES, save_matrices
-from ...verbs.options import RelativeSpeed, relative, train_and_system
-from ...verbs.record import Verb, bounded
+from ...verbs.record import Verb, takes
+from . import MatricesOptions
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from ...engine.source import Overrides, Source
+    from ...engine.source import Drive
 
 
-@bounded
-def check(source: "Source", *, overrides: "Overrides | None" = None) -> "xr.Dataset":
+@takes()
+def check(drive: "Drive") -> "xr.Dataset":
     """Speeds, torques, geometry, phases; every derived value and where it came from.
 
     Raises
     ------
     ModelError : the model is wrong, or a System is given, which has no drawing left.
     """
-    from ...engine.source import train_of
     from .check import check as run
 
-    return run(train_of(source, overrides=overrides))
+    return run(drive.train)
 
 
-@bounded
-def matrices(
-    source: "Source",
-    *,
-    overrides: "Overrides | None" = None,
-    relative_speed: RelativeSpeed = 1.0,
-) -> "xr.Dataset":
+@takes(MatricesOptions)
+def matrices(drive: "Drive", options: MatricesOptions) -> "xr.Dataset":
     """The mean linear system as matrices, for MATLAB, SciPy and others.
 
     M q'' + (C + G) q' + K q = F u + B (k e + c e') + load, with the mean stiffness k and damping c of the meshes in K
@@ -49,8 +43,7 @@ def matrices(
     """
     from ..modes.modal import mean_matrices
 
-    train, system = train_and_system(source, overrides)
-    return mean_matrices(system, relative_speed=relative(relative_speed, system, train))
+    return mean_matrices(drive.system, relative_speed=options.relative_speed)
 
 
 VERBS = (

@@ -15,6 +15,7 @@ from ...errors import ConvergenceError, ModelError
 from ...system.gaps import groups_past_the_end, past_the_end
 from ...system.system import Array
 from ...warning_codes import CodedText, coded
+from ..response import SteadyOptions
 from ..response.response import require_stable_mean, response
 from .branch_set import branch_set
 from .problem import embedded, gap_forces
@@ -48,27 +49,13 @@ _HARMONICS = {1: 24, 2: 8}
 _NO_FORCE = 1e3
 
 
-def contact_steady(
-    system: System,
-    *,
-    relative_speed: float = 1.0,
-    shaft_orders: bool = True,
-    shaft_tones: int | None = None,
-) -> xr.Dataset:
+def contact_steady(system: System, options: SteadyOptions) -> xr.Dataset:
     """Steady response at one speed with flanks that only press: a motion on the torus of mesh and shaft phases.
 
     Curves over the mesh phase are of each mesh's own tone: the mean over all other phases, and least and most.  The RMS
     is that of all time; peak and minimum are those over all relative phases, which teeth meet at discrete values.
     Where there are several solutions, the one next to the linear response is found.  Its stability is that of the
     motion of mesh orders there; one that is not stable comes with a warning.
-
-    Parameters
-    ----------
-    relative_speed : speed per operating speed, above zero.
-    shaft_orders : whether run-outs and other lines between the mesh orders count.
-    shaft_tones : how many frequencies of shafts are phases of the torus; None: those that make four phases with one
-        mesh tone, three with two.  The others, the weakest, are superposed linearly: a warning names them and what
-        that leaves unbalanced.
 
     Returns
     -------
@@ -79,6 +66,7 @@ def contact_steady(
     ModelError : no damping, no mesh frequency, torques out of balance, or an option out of range.
     ConvergenceError : no solution was found, or a vibration of the mean system grows.
     """
+    relative_speed, shaft_orders, shaft_tones = options.relative_speed, options.shaft_orders, options.shaft_tones
     if not (math.isfinite(relative_speed) and relative_speed > 0):
         raise ModelError("out of range", path="relative_speed", given=relative_speed, allowed="a number above zero")
     if shaft_tones is not None and not 0 <= shaft_tones <= 3:
@@ -109,9 +97,9 @@ def contact_steady(
             f"frequency ({point.status}, residual {point.residual:.2g}): {loose}"
             "transient follows the motion, static slow shafts; or try a slightly different speed, or more damping"
         )
-    options = {"contact_loss": True, "relative_speed": relative_speed, "shaft_orders": shaft_orders}
+    recorded = {"contact_loss": True, "relative_speed": relative_speed, "shaft_orders": shaft_orders}
     stability, coarse = mesh_order_stability(torus, point), _coarse(torus, point, linear)
-    return _labelled(torus, point, lines, stability, options, rms=rms, coarse=coarse)
+    return _labelled(torus, point, lines, stability, recorded, rms=rms, coarse=coarse)
 
 
 def mesh_order_stability(torus: Torus, point: TorusPoint) -> Stability | None:

@@ -16,8 +16,9 @@ from ...machine_code import numba_available
 from ...system.gaps import past_the_end
 from ...system.system import Array, System, faces
 from ...warning_codes import CodedText, coded
+from ..response import SweepOptions, Unstable
 from ..response.response import MEAN_UNSTABLE, Response, instability_warnings, response, unstable_speeds
-from ..response.sweep_table import SpeedOptions, speeds_of
+from ..response.sweep_table import speeds_of
 from .branch_set import BranchSet, Crossing, Measures, branch_set, force_level, periodic_measures
 from .continuation import folds_of_speed
 from .rows import gap_rows_of, law_warnings
@@ -27,7 +28,6 @@ from .sweep_direction import (
     Begin,
     IntegratedMotion,
     Reached,
-    Unstable,
     begin_of,
     continued_branches,
     sweep_direction,
@@ -48,29 +48,9 @@ _Curves = dict[str, NDArray[Any]]
 """Curves (.., P) of one direction over P speeds, by the names of their variables."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ContactSweepOptions(SpeedOptions):
-    """Options of a sweep with contact loss.
-
-    harmonics : of every point where teeth part; None: 16 to 48, as each needs.
-    unstable : what becomes of motions that are not stable.  ``replace``: branch switching, at last integration in time.
-        ``report``: each stays and its stability is reported; a run goes on along its branch, and from the end of one to
-        the nearest motion, of stable ones if there are.  ``ignore``: as that, and stability is not computed.
-    shaft_orders : whether shaft lines, where there are any, count: a point at which they change the contact is a torus
-        begun at the motion reached; one that fails, and a motion that is not stable or not periodic, holds nan and says
-        so.
-    shaft_tones : phases of that torus beside the mesh tones, 0 to 3; 30 ms a speed with one, ten times that with two.
-        Other lines are superposed, ``superposed_error`` says what that leaves.
-    """
-
-    harmonics: int | None = None
-    unstable: Unstable = "replace"
-    shaft_tones: int = 1
-
-
 def contact_sweep(
     system: System,
-    options: ContactSweepOptions,
+    options: SweepOptions,
     *,
     progress: Callable[[int, int], None] | None = None,
     kept: RunFolder | None = None,
@@ -95,12 +75,13 @@ def contact_sweep(
     ModelError : no damping, no or more than two mesh frequencies, torques out of balance, or an option out of range.
     """
     harmonics, unstable = options.harmonics, options.unstable
+    shaft_tones = 1 if options.shaft_tones is None else options.shaft_tones
     if harmonics is not None and not 1 <= harmonics <= 4 * HARMONICS[-1]:
         raise ModelError("out of range", path="harmonics", given=harmonics, allowed=f"1 to {4 * HARMONICS[-1]}")
     if unstable not in get_args(Unstable):
         raise ModelError("unknown choice", path="unstable", given=unstable, allowed=", ".join(get_args(Unstable)))
-    if not 0 <= options.shaft_tones <= 3:
-        raise ModelError("out of range", path="shaft_tones", given=options.shaft_tones, allowed="0 to 3")
+    if not 0 <= shaft_tones <= 3:
+        raise ModelError("out of range", path="shaft_tones", given=shaft_tones, allowed="0 to 3")
     ready = response(system, frame_speed=options.frame_speed, asks_laws=True)
     if len(ready.lines.tones) > 2:
         raise ModelError(
@@ -120,7 +101,7 @@ def contact_sweep(
     if unstable != "ignore" and usable.any():
         require_fast_enough(ready, float(speed[usable].min()), "mesh_frequency")
     refinement, (rising, index) = Refinement(ready=ready), np.unique(speed[usable], return_inverse=True)
-    shaft = torus_of(ready, most=options.shaft_tones) if options.shaft_orders and ready.lines.shaft else None
+    shaft = torus_of(ready, most=shaft_tones) if options.shaft_orders and ready.lines.shaft else None
     curves = [_empty_curves(ready.system, rising.size, shaft is not None) for _ in _DIRECTIONS]
     branches = BranchSet(speeds=rising, segments=[], crossings=[], ended=[])
     largest: list[Array] = []
@@ -142,7 +123,7 @@ def contact_sweep(
         "harmonics": harmonics,
         "unstable": unstable,
         "shaft_orders": options.shaft_orders,
-        "shaft_tones": options.shaft_tones,
+        "shaft_tones": shaft_tones,
         **options.range_taken,
     }
     path = _path_curves(refinement, branches, unstable != "ignore")

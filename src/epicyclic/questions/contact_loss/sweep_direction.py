@@ -18,11 +18,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, fields, replace
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
 from ...system.system import Array
+from ..response import Unstable
 from ..transient.equation import constant, in_modes_of_its_speed, motion
 from ..transient.integrators import integrate, steps_for
 from ..transient.transient import flank_force
@@ -42,9 +43,6 @@ from .solutions import (
     symmetry_is_broken,
     with_stability,
 )
-
-Unstable = Literal["replace", "report", "ignore"]
-"""What becomes of an unstable motion: another replaces it, it is reported, or stability is ignored."""
 
 # A small error of every pitch at the lowest orders, as a part of the dynamic gap; removed in these parts.
 _PITCH, _ORDERS, _PARTS = 0.2, 2, (1.0, 0.5, 0.2, 0.05, 0.0)

@@ -1,6 +1,6 @@
 """Loaded tooth contact, of one pair of gears alone or of all meshes of a train: what both have alike.
 
-Options, loads on the faces of the meshes at several levels of load, and the Dataset of what follows from them: load
+Loads on the faces of the meshes at several levels of load, and the Dataset of what follows from them: load
 along the faces, face factors, stress in the tooth roots.  Beside it the mesh stiffness that a train has without tooth
 contact, of every mesh over one mesh cycle.
 """
@@ -8,7 +8,6 @@ contact, of every mesh over one mesh cycle.
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -20,77 +19,34 @@ from ...engine.plan import MOST_NUMBERS, require_memory
 from ...errors import ModelError
 from ...results.dataset import dataset
 from ...system.assembly import train_provenance
-from ...system.tooth_pairs import End, FaceLoad
+from ...system.tooth_pairs import FaceLoad
 from ...teeth.gear_pair import ContactPair
 from ...teeth.path_of_contact import averaging_length, largest_part_mean
 from ...teeth.root_stress import RootStress, pair_influences, root_stress
 from ...train.train import Mesh, Train
+from . import ContactOptions, StiffnessOptions
 
 Array = NDArray[np.float64]
 Columns = dict[str, tuple[Any, Array]]
 Stresses = Iterable[tuple[RootStress, RootStress]]
 
-FACTORS = (0.1, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5)
+_LOADS = (0.1, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5)
 """Loads by default, relative to the operating one [1]."""
-TOLERANCE = 0.01
-"""Relative error by default: far below what models of teeth differ by."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ContactOptions:
-    """Options of tooth contact; what is of a pair alone means nothing to a train, and the other way round.
+def load_levels(options: ContactOptions, *, zero: bool) -> Array:
+    """Loads (F,) relative to the operating one, which is among them [1], rising; zero : whether 0 is one.
 
-    factors : loads beside the operating one, relative to it [1].
-    samples, slices : even instants of a mesh cycle or turn, segments of each face; None: doubled until the numbers of
-        the operating load hold within the tolerance [1], with the corners of contact among the instants.
-    linear_at : load per length [N/m] at which the contact of the flanks is linearised; None: Hertz.
-    corner : solve corner contact, tips that bear beyond the path of contact.
-    torque : of a pair, on its first gear [N m], or a text with its unit; None: that of the train.
-    misalignment : of its flanks, in the plane of action [rad]; positive opens the right end.
-    torque_end_a, torque_end_b : end of the face, left or right, at which the torque leaves its first and second gear,
-        whose bodies then twist along the face; None: rigid.
-    pitch_error : gap of its pairs of teeth from one on, over those before it [m].  profile_error : amplitude of a
-        cosine over the mesh cycle [m].  deviations : those of the file.  cycle : beginning of the mesh cycle that is
-        analysed [mesh cycles]; None: the one with the largest peak to peak of the transmission error.  profile_phase :
-        of the profile error at the pitch point [rad]; None: the one with the largest peak to peak.
-    cycles, turns, of : the record of a train, as of `static`; one mesh cycle where neither is given.
+    Raises
+    ------
+    ModelError : a load that is negative or not finite, or 0.
     """
-
-    factors: Sequence[float] = FACTORS
-    samples: int | None = None
-    slices: int | None = None
-    tolerance: float = TOLERANCE
-    linear_at: float | None = None
-    corner: bool = False
-    torque: float | str | None = None
-    misalignment: float = 0.0
-    torque_end_a: End | None = None
-    torque_end_b: End | None = None
-    pitch_error: float = 0.0
-    profile_error: float = 0.0
-    deviations: bool = False
-    cycle: float | None = None
-    profile_phase: float | None = None
-    cycles: int | None = None
-    turns: int | None = None
-    of: str | None = None
-
-    def common(self) -> dict[str, Any]:
-        """Options that a pair and a train have, by name, beside the loads."""
-        return {name: getattr(self, name) for name in ("samples", "slices", "tolerance", "linear_at", "corner")}
-
-    def levels(self, *, zero: bool) -> Array:
-        """Loads (F,) relative to the operating one, which is among them [1], rising; zero : whether 0 is one.
-
-        Raises
-        ------
-        ModelError : a load that is negative or not finite, or 0.
-        """
-        levels = np.array(sorted({1.0, *(float(factor) for factor in self.factors)}))
-        if not (np.isfinite(levels).all() and (levels[0] > 0 or (zero and levels[0] == 0))):
-            allowed = "0 or more" if zero else "above 0"
-            raise ModelError("relative loads", path="loads", given=list(self.factors), allowed=allowed)
-        return levels
+    given = _LOADS if options.loads is None else options.loads
+    levels = np.array(sorted({1.0, *(float(load) for load in given)}))
+    if not (np.isfinite(levels).all() and (levels[0] > 0 or (zero and levels[0] == 0))):
+        allowed = "0 or more" if zero else "above 0"
+        raise ModelError("relative loads", path="loads", given=list(given), allowed=allowed)
+    return levels
 
 
 # loads on faces -------------------------------------------------------------------------------------------------------
@@ -221,12 +177,8 @@ def contact_coords(faces: LoadedFaces) -> dict[Hashable, Any]:
 # mesh stiffness without contact ---------------------------------------------------------------------------------------
 
 
-def stiffness(train: Train, *, samples: int = 256) -> xr.Dataset:
+def stiffness(train: Train, options: StiffnessOptions) -> xr.Dataset:
     """Mesh stiffness of every mesh over one mesh cycle of its stage.
-
-    Parameters
-    ----------
-    train : resolved train.  samples : points per mesh cycle.
 
     Returns
     -------
@@ -239,6 +191,7 @@ def stiffness(train: Train, *, samples: int = 256) -> xr.Dataset:
     ModelError : more samples than memory holds.
     """
     # values of all meshes, and the terms of one, complex with their angles
+    samples = options.samples
     width = len(train.meshes) + 5 * max((len(mesh.variation) for mesh in train.meshes), default=0) + 2
     require_memory(samples * width, path="samples", given=samples, allowed=f"at most {MOST_NUMBERS // width}")
     phase = np.arange(samples) / samples

@@ -24,7 +24,7 @@ from ...teeth.loaded_contact import all_loaded, all_segments, loaded_contact
 from ...teeth.path_of_contact import corner_phases, graded_phases
 from ...train.train import Mesh, Train
 from ...warning_codes import CodedText, coded
-from .contact import ContactOptions
+from . import ContactOptions
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

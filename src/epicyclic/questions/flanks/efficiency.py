@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from ...document.units import Bounds, stated
 from ...errors import ConvergenceError, ModelError
 from ...results.dataset import dataset
 from ...system.assembly import train_provenance
@@ -22,7 +23,8 @@ from ...train.kinematics import Gearing
 from ...train.power import LossyFlow, lossy_flow, require_contact, require_flow
 from ...train.train import GearData, Mesh, Train
 from ...warning_codes import CodedText, coded, placed
-from .contact import ContactOptions, flank_map
+from . import ContactOptions, EfficiencyOptions
+from .contact import flank_map
 from .pair_contact import helices_of, solved_pair, unresolved
 
 Array = NDArray[np.float64]
@@ -50,21 +52,12 @@ class Oil:
     roughness: float
 
 
-def efficiency(
-    train: Train,
-    *,
-    friction: float = FRICTION,
-    oil: Oil | None = None,
-    sharing: Literal["uniform", "contact"] = "uniform",
-) -> xr.Dataset:
+def efficiency(train: Train, options: EfficiencyOptions) -> xr.Dataset:
     """Mesh power loss and efficiency of a train at its operating point.  Branches and sides share the load equally.
 
     Losses of bearings, seals and oil are none of the meshes and not here.
 
-    Parameters
-    ----------
-    friction : mean coefficient of friction of all meshes [1], in place of which oil gives that of each pair.
-    sharing : load along the contact lines: uniform, or that of loaded tooth contact at the lossless load.
+    Load along the contact lines is uniform, or that of loaded tooth contact at the lossless load.
 
     Returns
     -------
@@ -80,6 +73,8 @@ def efficiency(
         teeth that do not keep contact; with contact what `contact` refuses.
     ConvergenceError : loaded contact is not solved at a phase.
     """
+    oil, sharing = _oil(options), options.sharing
+    friction = FRICTION if options.friction is None else options.friction
     require_flow(train.kinematics)
     said: list[CodedText] = []
     teeth = {gearing.pair: _teeth(train, gearing, sharing, said) for gearing in train.kinematics.gearings}
@@ -115,6 +110,35 @@ def efficiency(
         warnings=[*train.warnings, *_said(train, flow), *dict.fromkeys(said)],
         provenance=train_provenance(train),
     )
+
+
+# Viscosity [Pa s] and roughness [m] between which they may be those of oils and tooth flanks.
+_RANGES = ((1e-4, 10.0, "0.1 mPa s to 10 Pa s"), (1e-8, 1e-4, "0.01 um to 100 um"))
+
+
+def _oil(options: EfficiencyOptions) -> Oil | None:
+    """Oil from viscosity [Pa s] and roughness [m], numbers or texts; None where friction is a number.
+
+    Raises
+    ------
+    ModelError : one of the two alone, both ways at once, a text without its unit, a value that is not above 0.
+    """
+    viscosity, roughness = options.viscosity, options.roughness
+    if viscosity is None and roughness is None:
+        return None
+    for name, value in (("viscosity", viscosity), ("roughness", roughness)):
+        if value is None:
+            raise ModelError("is missing: friction by oil needs both", path=name, allowed="viscosity and roughness")
+    if options.friction is not None:
+        raise ModelError("a number and an oil", path="friction", given=options.friction, allowed="one of the two")
+    read: dict[str, float] = {}
+    for (name, kind, value), (least, most, words) in zip(
+        (("viscosity", "viscosity", viscosity), ("roughness", "length", roughness)), _RANGES, strict=True
+    ):
+        read[name] = stated(value or 0.0, kind, name, bounds=Bounds(low=least, high=most))
+        if not least <= read[name] <= most:  # a number of Python has no unit to read
+            raise ModelError("out of range", path=name, given=value, allowed=words)
+    return Oil(**read)
 
 
 # friction of the teeth ------------------------------------------------------------------------------------------------
@@ -213,7 +237,7 @@ def _of_contact(train: Train, mesh: Mesh, sigma: Array, said: list[CodedText]) -
     from scipy.integrate import trapezoid
 
     name = mesh.name if mesh.side is None else mesh.name.rsplit("/", 1)[0]
-    options = ContactOptions(factors=())
+    options = ContactOptions(loads=())
     solved = solved_pair(train, helices_of(train, name), options, tangents=False)
     cut, results, force = solved.cut, solved.results, solved.force
     missed = np.any([result.status[0] != "" for result in results], axis=0)

@@ -24,7 +24,8 @@ from ...teeth.segments import ContactSegments, with_microgeometry
 from ...train.deviations import check_contact_errors
 from ...train.train import Mesh, Train
 from ...warning_codes import CodedText, coded
-from .contact import ContactOptions, LoadedFaces, contact_columns, contact_coords, cycle_weight, flank_map
+from . import ContactOptions
+from .contact import LoadedFaces, contact_columns, contact_coords, cycle_weight, flank_map, load_levels
 from .contact_resolution import (
     PlacedErrors,
     Resolution,
@@ -118,7 +119,7 @@ def solved_pair(
     ------
     ModelError : no torque, no face width, numbers out of range, and all that `pair_of` refuses.
     """
-    force, levels = normal_force(train, helices, options.torque), options.levels(zero=True)
+    force, levels = normal_force(train, helices, options.torque), load_levels(options, zero=True)
     samples, slices = options.samples, options.slices
     if (samples is not None and samples < 3) or (slices is not None and slices < 1):
         raise ModelError("not a number of samples or slices", path="samples, slices", given=(samples, slices))
@@ -150,15 +151,12 @@ def solved_pair(
     return PairContact(helices=helices, force=force, levels=levels, cut=cut, results=results, placed=placed)
 
 
-def pair_contact(
-    train: Train, mesh: str | None, options: ContactOptions, *, cut: Resolution | None = None
-) -> xr.Dataset:
+def pair_contact(train: Train, options: ContactOptions, *, cut: Resolution | None = None) -> xr.Dataset:
     """Loaded tooth contact of one mesh alone, both helices, as a Dataset.
 
     Parameters
     ----------
-    mesh : name, ``main/sun-planet/2``, or pair, ``sun-planet``; None: the first mesh that torque passes.
-    cut : as of `solved_pair`.
+    options : with a mesh, or the first that torque passes.  cut : as of `solved_pair`.
 
     Returns
     -------
@@ -172,7 +170,7 @@ def pair_contact(
     ------
     ModelError : no such mesh, and as of `solved_pair`.
     """
-    solved = solved_pair(train, helices_of(train, mesh), options, cut=cut)
+    solved = solved_pair(train, helices_of(train, options.mesh), options, cut=cut)
     faces, cut, helices, results = solved.faces, solved.cut, solved.helices, solved.results
     stresses = list(faces.root_stresses())
     of_roots, tooth_place = _root_maps(solved, stresses)

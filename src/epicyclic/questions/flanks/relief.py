@@ -24,8 +24,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ...document.units import stated
-from ...engine.source import Source, train_of
+from ...engine.source import Drive
 from ...errors import ModelError
 from ...results.dataset import dataset
 from ...results.files import require_writable, write_text
@@ -38,7 +37,7 @@ from ...train.resolution import load
 from ...train.train import Mesh, Train
 from ...user_input import read_text
 from ...warning_codes import CodedText, coded
-from .contact import TOLERANCE, ContactOptions
+from . import ContactOptions, ReliefOptions
 from .contact_resolution import Resolution, check_tolerance, resolution, sigma_at
 from .pair_contact import PairContact, flank_columns, helices_of, mesh_name, normal_force, solved_pair, unresolved
 from .relief_objectives import (
@@ -73,49 +72,13 @@ _MOST_EVALUATIONS = 200_000
 _AT_BOUND = 1e-2
 
 
-def relief(
-    source: Source,
-    *,
-    vary: Mapping[str, object],
-    overrides: Mapping[str, Any] | None = None,
-    mesh: str | Sequence[str] | None = None,
-    torque: float | str | None = None,
-    objectives: Sequence[str] = ("lte",),
-    factors: Sequence[float] = (1.0,),
-    speeds: tuple[float, float] | None = None,
-    speed_points: int = 30,
-    population: int = 60,
-    generations: int = 60,
-    seed: int = 1,
-    resume: str | Path | None = None,
-    pick: int | None = None,
-    samples: int | None = None,
-    slices: int | None = None,
-    tolerance: float = TOLERANCE,
-    corner: bool = False,
-    misalignment: float | str = 0.0,
-    progress: Callable[[float], None] | None = None,
-) -> xr.Dataset:
+def relief(drive: Drive, options: ReliefOptions, *, progress: Callable[[float], None] | None = None) -> xr.Dataset:
     """Optimal micro-geometry: one objective by a genetic algorithm, the Pareto set of several by NSGA-II.
 
     Ctrl-C ends the search with the best candidates so far; the attribute ``stopped`` says so.
 
     Parameters
     ----------
-    source, overrides : the model.
-    vary : ``[GEAR.]KEY`` -> bounds ``"0..40 um"``, one value, or shapes; keys of `variables.KEYS`.
-    mesh : names or pairs as of `contact`; None: every mesh with face widths.
-    torque : on the first gear of the mesh [N m], or a text with its unit; None: that of the train.
-    objectives : of `objectives.OBJECTIVES`.
-    factors : loads of the objectives lte and load, relative to the operating one [1].
-    speeds, speed_points : lowest and highest mesh frequency of the dynamic force [Hz] and number of speeds; None is
-        0.2 .. 1.2 times the operating mesh frequency.
-    population, generations, seed : of the search; equal seeds give equal bits.
-    resume : record of the evaluations, written after every generation; an existing one is resumed.
-    pick : index of the solution that is the answer, from 0; None: nearest to the best of each objective.
-    samples, slices, tolerance, corner, misalignment : as of `contact`; a uniform face of spur teeth is one slice.
-        Where phases or slices are not given, the search takes few, and its best candidates are solved again with as
-        many as the tolerance needs (`verification`).
     progress : called with the share done, 0..1.
 
     Returns
@@ -129,21 +92,21 @@ def relief(
     ------
     ModelError : wrong model, name, bounds or record; a relief that does not fit its flank; pymoo not installed.
     """
-    train = train_of(source, overrides=overrides)
-    angle = stated(misalignment, "angle", "misalignment")
-    settings = ContactOptions(
-        samples=samples, slices=slices, tolerance=tolerance, corner=corner, misalignment=angle, torque=torque
-    )
-    _check_options(objectives, factors, torque, tolerance)
-    meshes = _meshes(train, mesh)
+    train, objectives, torque = drive.train, options.objectives, options.torque
+    loads = [float(load) for load in options.loads]
+    shared = ("samples", "slices", "tolerance", "corner", "misalignment", "torque")
+    settings = ContactOptions(**{name: getattr(options, name) for name in shared})
+    _check_options(options, loads)
+    meshes = _meshes(train, options.mesh)
     flanks: dict[str, Flank] = {}
     for helix in chain(*meshes):
         assert helix.teeth is not None
         flanks.update(zip(helix.teeth.paths, (helix.teeth.flank_a, helix.teeth.flank_b), strict=True))
-    variables, fixed = read_variables(vary, flanks)
+    variables, fixed = read_variables(options.vary, flanks)
     forces = [[(helix, normal_force(train, helices, torque)) for helix in helices] for helices in meshes]
     dynamic = any(name in DYNAMIC for name in objectives)
     system = assemble(train) if dynamic else None
+    speeds = _ends(options)
     problem = ReliefProblem(
         objectives=tuple(objectives),
         variables=variables,
@@ -151,10 +114,10 @@ def relief(
         contact=settings,
         meshes=(),
         resolution=coarse_resolution(train, forces, settings),
-        factors=np.array(factors, dtype=float),
+        factors=np.array(loads, dtype=float),
         train=train,
         system=system,
-        speeds=None if system is None else relative_speeds(system, speeds, speed_points),
+        speeds=None if system is None else relative_speeds(system, speeds, options.points),
     )
     problem = replace(problem, meshes=helix_contacts(problem, forces))
     for corner_of_bounds in (np.zeros(len(variables)), np.ones(len(variables))):  # refuse what does not fit a flank
@@ -162,37 +125,38 @@ def relief(
         for part in chain(*problem.meshes):
             assert part.mesh.teeth is not None
             check_pair(part.modified_pair(bound), path=part.mesh.pair, paths=part.mesh.teeth.paths)
-    options = {
-        **{"vary": dict(vary), "mesh": mesh, "torque": torque, "objectives": list(objectives)},
-        **{"factors": list(factors), "samples": samples, "slices": slices, "corner": corner, "misalignment": angle},
-        **({"speeds": speeds, "speed_points": speed_points} if dynamic else {}),
+    recorded = {
+        **{"vary": dict(options.vary), "mesh": options.mesh, "torque": torque, "objectives": list(objectives)},
+        **{"factors": list(loads), "samples": options.samples, "slices": options.slices, "corner": options.corner},
+        "misalignment": options.misalignment,
+        **({"speeds": speeds, "speed_points": options.points} if dynamic else {}),
     }
     drawn = _drawn_candidate(problem, flanks)
     # by the hash of model and options a record knows its search
-    fingerprint = json.dumps([dict(train.document), options], sort_keys=True, default=str)
+    fingerprint = json.dumps([dict(train.document), recorded], sort_keys=True, default=str)
     result = genetic_search(
         problem,
         len(variables),
         len(objectives),
-        population=population,
-        generations=generations,
-        seed=seed,
+        population=options.population,
+        generations=options.generations,
+        seed=options.seed,
         start=drawn,
-        record=None if resume is None else Path(resume),
+        record=None if options.resume is None else Path(options.resume),
         problem=hashlib.sha256(fingerprint.encode()).hexdigest(),
         progress=progress,
     )
     if not result.best.size:
-        raise ModelError("no candidate could be computed", path="vary", given=dict(vary))
-    solved = verified(problem, result, pick=pick, drawn=drawn)
+        raise ModelError("no candidate could be computed", path="vary", given=dict(options.vary))
+    solved = verified(problem, result, pick=options.pick, drawn=drawn)
     best = solved.settings
     changes = overrides_of(best, flanks)
-    if isinstance(source, Train):
+    if isinstance(drive.source, Train):
         after = load(dict(train.document), changes)
     else:
-        assert not isinstance(source, System)
-        after = load(source, {**(overrides or {}), **changes})
-    search_options = {"population": population, "generations": generations, "seed": seed}
+        assert not isinstance(drive.source, System)
+        after = load(drive.source, {**(drive.overrides or {}), **changes})
+    search = {name: getattr(options, name) for name in ("population", "generations", "seed")}
     labelled = dataset(
         {
             **_solutions(solved, result, flanks),
@@ -208,15 +172,18 @@ def relief(
             **({} if problem.speeds is None else {"speed": problem.speeds}),
         },
         verb="relief",
-        options=options | search_options,
-        warnings=[*_warnings(train, after, solved, result, generations), *unresolved(solved.resolution, tolerance)],
+        options=recorded | search,
+        warnings=[
+            *_warnings(train, after, solved, result, options.generations),
+            *unresolved(solved.resolution, options.tolerance),
+        ],
         provenance=train_provenance(train),
     )
     labelled.attrs |= {
         "picked": solved.answer,
         "samples": solved.resolution.samples,
         "slices": solved.resolution.slices,
-        "tolerance": tolerance,
+        "tolerance": options.tolerance,
         "estimated_error": float(solved.resolution.error.max()),
         "overrides": json.dumps(changes),
         "relieved_model": json.dumps(dict(after.document), default=str),
@@ -236,14 +203,15 @@ def relief_model(result: xr.Dataset) -> str:
 # statement of the problem ---------------------------------------------------------------------------------------------
 
 
-def _check_options(objectives: Sequence[str], factors: Sequence[float], torque: object, tolerance: float) -> None:
-    check_tolerance(tolerance)
+def _check_options(options: ReliefOptions, loads: Sequence[float]) -> None:
+    check_tolerance(options.tolerance)
+    objectives, torque = options.objectives, options.torque
     unknown = [name for name in objectives if name not in OBJECTIVES]
     if unknown or not objectives or len(set(objectives)) != len(objectives):
         raise ModelError("objectives", path="objectives", given=list(objectives), allowed=", ".join(OBJECTIVES))
-    values = np.asarray(factors, dtype=float)
+    values = np.asarray(loads, dtype=float)
     if not values.size or not (np.isfinite(values).all() and (values > 0).all()):
-        raise ModelError("relative loads", path="loads", given=list(factors), allowed="above 0")
+        raise ModelError("relative loads", path="loads", given=list(loads), allowed="above 0")
     if torque is not None and any(name in DYNAMIC for name in objectives):
         raise ModelError(
             "the dynamic force is that of the train at its own torque",
@@ -251,6 +219,15 @@ def _check_options(objectives: Sequence[str], factors: Sequence[float], torque: 
             given=torque,
             allowed="operation.torque in the model",
         )
+
+
+def _ends(options: ReliefOptions) -> tuple[float, float] | None:
+    """Both ends of the mesh frequencies of dynamic forces [Hz]; None where neither is given. Raises ModelError."""
+    if options.start is None and options.stop is None:
+        return None
+    if options.start is None or options.stop is None:
+        raise ModelError("go together", path="start, stop", allowed='two mesh frequencies, "200 Hz" and "2 kHz"')
+    return options.start, options.stop
 
 
 def _meshes(train: Train, mesh: str | Sequence[str] | None) -> list[tuple[Mesh, ...]]:
@@ -348,7 +325,7 @@ def _before_and_after(solved: Finalists, trains: Sequence[Train]) -> Columns:
     """Loaded contact of every mesh before and after, at several loads; trains : before and after."""
     problem, cut = solved.problem, solved.resolution
     factors = np.array(sorted({*_MAP_LOADS, *problem.factors.tolist()}))
-    options = replace(problem.contact, factors=factors.tolist())
+    options = replace(problem.contact, loads=factors.tolist())
     results = [
         [
             solved_pair(

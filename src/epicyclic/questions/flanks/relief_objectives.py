@@ -29,8 +29,9 @@ from ...teeth.gear_pair import ContactPair, uniform_along_face
 from ...teeth.loaded_contact import MicrogeometryContact, all_segments, first_images, microgeometry_contact
 from ...teeth.segments import ContactSegments
 from ...train.train import Mesh, Train
-from ..response.steady import SweepOptions, sweep
-from .contact import ContactOptions
+from ..response import SweepOptions
+from ..response.steady import sweep
+from . import ContactOptions
 from .contact_resolution import Resolution, mesh_phases, sigma_at
 
 Array = NDArray[np.float64]

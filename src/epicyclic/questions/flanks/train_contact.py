@@ -39,7 +39,8 @@ from ...system.tooth_pairs import FaceLoad, MeshFaceLaw, face_laws, tooth_warnin
 from ...teeth.path_of_contact import corner_phases
 from ...train.train import Train
 from ...warning_codes import CodedText, code_of, coded
-from .contact import ContactOptions, LoadedFaces, contact_columns, contact_coords, cycle_weight, flank_map
+from . import ContactOptions
+from .contact import LoadedFaces, contact_columns, contact_coords, cycle_weight, flank_map, load_levels
 from .contact_resolution import Ladder, check_tolerance, estimated_error, insufficient, refined
 
 Array = NDArray[np.float64]
@@ -83,7 +84,7 @@ def train_contact(
     ConvergenceError : no equilibrium.
     """
     check_tolerance(options.tolerance)
-    levels = options.levels(zero=False)
+    levels = load_levels(options, zero=False)
     if not any(train.torques.values()):
         raise ModelError("no torque loads the teeth", path="operation.torque", allowed="a torque of a member")
     cut = _resolved(train, options)

@@ -1,34 +1,21 @@
 """The verbs modes and campbell."""
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 from ...errors import ModelError
-from ...verbs.options import SPEED_HINT, RelativeSpeed, frequency_band, relative, share, train_and_system
-from ...verbs.record import Option, Progress, Verb, bounded
+from ...options import Progress
+from ...verbs.options import SPEED_HINT, frequency_band, share
+from ...verbs.record import Verb, takes
+from . import CampbellOptions, ModesOptions
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from ...engine.source import Overrides, Source
+    from ...engine.source import Drive
 
 
-@bounded
-def modes(
-    source: "Source",
-    *,
-    overrides: "Overrides | None" = None,
-    relative_speed: RelativeSpeed = 0.0,
-    damped: Annotated[bool, Option("Solve the damped problem.")] = False,
-    band: Annotated[
-        float | str | None,
-        Option(
-            'Resonances at most this share from the operating speed alone, e.g. "20 %", or with natural frequencies '
-            'in a range, e.g. "500..6000 Hz".',
-            default="5 to 130 % of it, those within 20 % marked",
-        ),
-    ] = None,
-) -> "xr.Dataset":
+@takes(ModesOptions)
+def modes(drive: "Drive", options: ModesOptions) -> "xr.Dataset":
     """Natural frequencies, kinds, shapes and energy shares; the resonances near operation.
 
     A resonance is a speed at which a mesh order, 1 to 12, meets a natural frequency. Each is listed with the mode, what
@@ -42,41 +29,29 @@ def modes(
     from ..response.sweep_table import with_resonances
     from .modal import modal
 
+    band = options.band
     hertz = frequency_band(band, "band") if isinstance(band, str) and ".." in band else None
     width = None if band is None or hertz is not None else share(band, "band")
     if width is not None and width > 1:
         raise ModelError("more than the operating speed itself", path="band", given=band, allowed='e.g. "20 %" or 0.2')
-    train, system = train_and_system(source, overrides)
-    result = modal(system, relative_speed=relative(relative_speed, system, train), damped=damped)
-    return with_resonances(result, system, band=width, hertz=hertz)
+    result = modal(drive.system, relative_speed=options.relative_speed, damped=options.damped)
+    return with_resonances(result, drive.system, band=width, hertz=hertz)
 
 
-@bounded
-def campbell(
-    source: "Source",
-    *,
-    overrides: "Overrides | None" = None,
-    relative_speeds: Annotated[
-        Sequence[float] | None,
-        Option("(s,) speeds per operating speed [1], in the order to follow.", flag=None, default="0 to 2"),
-    ] = None,
-    damped: Annotated[bool, Option("Solve the damped problem.")] = False,
-    progress: Progress | None = None,
-) -> "xr.Dataset":
+@takes(CampbellOptions)
+def campbell(drive: "Drive", options: CampbellOptions, progress: Progress | None = None) -> "xr.Dataset":
     """Natural frequencies over speed, standstill to twice the operating speed.
 
     Raises
     ------
     ModelError : the model is wrong, or says no speed; a speed that is not finite.
     """
-    from ...engine.source import system_of
     from .campbell import campbell as run
 
-    system = system_of(source, overrides=overrides)
-    if not system.tones:
+    if not drive.system.tones:
         raise ModelError("a Campbell diagram needs a speed", path="operation.speed", allowed=SPEED_HINT)
-    speeds = [2 * point / 40 for point in range(41)] if relative_speeds is None else relative_speeds
-    return run(system, relative_speeds=speeds, damped=damped, progress=progress)
+    speeds = options.relative_speeds or [2 * point / 40 for point in range(41)]
+    return run(drive.system, relative_speeds=speeds, damped=options.damped, progress=progress)
 
 
 VERBS = (

@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -27,6 +28,7 @@ from ..response.measures import TOLERANCE, dynamic_factor, force_extremes, mean,
 from ..response.response import Block, Response
 from ..response.spectra import LineExcitation, Shaft, force_signal, mesh_axis, whole_mesh_signal
 from ..response.steady import tension_warnings
+from . import ModulationOptions
 from .spectrum import (
     ACCELERATION,
     DIRECTIONS,
@@ -229,24 +231,7 @@ class _SensorSignal:
     acceleration: ComplexArray
 
 
-def modulation(
-    system: System,
-    *,
-    relative_speed: float = 1.0,
-    stage: str | None = None,
-    body: str | None = None,
-    sensor: float = 0.0,
-    direction: str = "radial",
-    window: Window | str = "hann",
-    width: float | None = None,
-    transfer: Transfer | None = None,
-    through_planet: float = 0.0,
-    mean_load: bool = False,
-    radius: float | None = None,
-    floor: float = 1e-4,
-    turns: int = 1,
-    samples: int | None = None,
-) -> xr.Dataset:
+def modulation(system: System, options: ModulationOptions) -> xr.Dataset:
     """Vibration at a fixed place beside the ring: its lines by family and cause, and its signal over time.
 
     Every mesh force with the ring passes a window over the angle between its planet and the sensor, left and right
@@ -254,31 +239,25 @@ def modulation(
     force [N], and the acceleration of the ring as a rigid body stands beside it; a path in m/s2/N makes it an
     acceleration and adds that of the ring.  The steady state of means is left out: the signal has no mean.
 
-    Parameters
-    ----------
-    relative_speed : speed per operating speed, above zero.
-    stage, body, sensor, through_planet : as of `sensor_position`.  direction : of the ring's motion, radial,
-        tangential or axial.
-    window, width : as of `named_window`, or a `Window`.  transfer : path to the sensor, 1 at every frequency if None.
-    mean_load : whether the mean mesh force counts too, at multiples of the carrier's speed.
-    radius : of the sensor from the axis, that of the ring's `rz` if None [m].
-    floor : lines below this, relative to the largest one, are not listed; 0 lists all.
-    turns : length of the signal in turns of the carrier, where it stands of the fastest body of the stage.
-    samples : of the signal, as many as its highest line needs if None.
-
     Raises
     ------
     ModelError : as of `sensor_position`, `named_window` and `steady`; numbers out of range.
     ConvergenceError : as of `steady`.
     """
-    position = sensor_position(system, stage=stage, body=body, angle=sensor, through_planet=through_planet)
+    window, transfer, width = options.window, options.transfer, options.width
+    relative_speed, floor, turns = options.relative_speed, options.floor, options.turns
+    assert not isinstance(window, Path)
+    assert not isinstance(transfer, str | Path)
+    position = sensor_position(
+        system, stage=options.stage, body=options.body, angle=options.sensor, through_planet=options.through_planet
+    )
     settings = _Settings(
         position=position,
         window=named_window(window, planets=len(position.branches), width=width) if isinstance(window, str) else window,
         transfer=transfer,
-        direction=direction,
-        radius=radius,
-        mean_load=mean_load,
+        direction=options.direction,
+        radius=options.radius,
+        mean_load=options.mean_load,
     )
     _check(settings, floor=floor, turns=turns)
     ready, block = solve_speed(system, relative_speed, TOLERANCE)
@@ -286,7 +265,7 @@ def modulation(
     healthy = _fault_free(system, relative_speed, settings)
     listed = _listed(at_sensor, floor)
     duration = _duration(system, position, turns) / relative_speed
-    count = _samples(at_sensor.frequency[listed], duration, samples)
+    count = _samples(at_sensor.frequency[listed], duration, options.samples)
     signal = synthesised_signal(at_sensor.frequency[listed], at_sensor.signal[listed], duration, count)
     return _labelled(
         ready,
@@ -300,13 +279,13 @@ def modulation(
             "relative_speed": relative_speed,
             "stage": position.stage,
             "body": _where(system, position),
-            "sensor": sensor,
-            "direction": direction,
+            "sensor": options.sensor,
+            "direction": options.direction,
             "window": settings.window.name,
             "width": width,
             "transfer": "none" if transfer is None else transfer.unit,
-            "through_planet": through_planet,
-            "mean_load": mean_load,
+            "through_planet": options.through_planet,
+            "mean_load": options.mean_load,
             "floor": floor,
             "turns": turns,
         },

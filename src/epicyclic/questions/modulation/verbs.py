@@ -1,57 +1,23 @@
 """The verb modulation; window and transfer path of its sensor from CSV files."""
 
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING
 
-from ...document.units import factor, stated
+from ...document.units import factor
 from ...errors import ModelError
-from ...verbs.options import RelativeSpeed, relative, train_and_system
-from ...verbs.record import Option, Verb, bounded
+from ...verbs.record import Verb, takes
+from . import ModulationOptions
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from ...engine.source import Overrides, Source
+    from ...engine.source import Drive
     from .spectrum import Transfer, Window
 
 
-@bounded
-def modulation(
-    source: "Source",
-    *,
-    overrides: "Overrides | None" = None,
-    stage: Annotated[str | None, Option("Stage whose planets pass.", default="the one whose ring stands")] = None,
-    sensor: Annotated[float | str, Option('Angle of the sensor from branch 1 [rad], or e.g. "90 deg".')] = 0.0,
-    body: Annotated[
-        str | None, Option("What it sits on: a member that stands, or housing.", default="the ring")
-    ] = None,
-    direction: Annotated[Literal["radial", "tangential", "axial"], Option("Motion of the ring.")] = "radial",
-    window: Annotated[
-        "Window | str | Path",
-        Option("hann, gaussian, cos2, cos4, ..., constant, or a CSV file of angle and gain."),
-    ] = "hann",
-    width: Annotated[
-        float | str | None, Option('Width of the window [rad], or e.g. "120 deg".', default="by the planets")
-    ] = None,
-    transfer: Annotated[
-        "Transfer | str | Path | None",
-        Option("CSV file of frequency, gain or accelerance, and phase.", default="1 at every frequency"),
-    ] = None,
-    through_planet: Annotated[
-        float, Option("Share of the sun mesh's force that reaches the ring.", least=0, most=1000)
-    ] = 0.0,
-    mean_load: Annotated[bool, Option("Hear the mean load passing, too.")] = False,
-    radius: Annotated[
-        float | str | None,
-        Option('Radius of the sensor from the axis [m], or e.g. "400 mm".', default="that of the ring"),
-    ] = None,
-    floor: Annotated[float, Option("Leave out lines below this share of the largest.")] = 1e-4,
-    turns: Annotated[int, Option("Length of the signal in turns of the carrier.", least=1)] = 1,
-    samples: Annotated[
-        int | None, Option("Instants of the signal.", least=1, default="as its highest line needs")
-    ] = None,
-    relative_speed: RelativeSpeed = 1.0,
-) -> "xr.Dataset":
+@takes(ModulationOptions)
+def modulation(drive: "Drive", options: ModulationOptions) -> "xr.Dataset":
     """Vibration at a fixed place beside the ring: sidebands by family and cause.
 
     Raises
@@ -61,24 +27,13 @@ def modulation(
     """
     from .modulation import modulation as run
 
-    train, system = train_and_system(source, overrides)
-    return run(
-        system,
-        relative_speed=relative(relative_speed, system, train),
-        stage=stage,
-        body=body,
-        sensor=quantity(sensor, "angle", "sensor") or 0.0,
-        direction=direction,
+    window, transfer = options.window, options.transfer
+    options = replace(
+        options,
         window=read_window(window) if _is_file(window) else window,  # type: ignore[arg-type]
-        width=quantity(width, "angle", "width"),
         transfer=read_transfer(transfer) if isinstance(transfer, str | Path) else transfer,
-        through_planet=through_planet,
-        mean_load=mean_load,
-        radius=quantity(radius, "length", "radius"),
-        floor=floor,
-        turns=turns,
-        samples=samples,
     )
+    return run(drive.system, options)
 
 
 def _is_file(window: object) -> bool:
@@ -126,20 +81,6 @@ def read_transfer(path: str | Path) -> "Transfer":
         _in(columns, "phase", "rad", path) if "phase" in columns else 0.0,
         unit=ACCELERATION if wanted else "1",
     )
-
-
-def quantity(value: float | str | None, kind: str, path: str) -> float | None:
-    """A number in SI; a text must say its unit.
-
-    Parameters
-    ----------
-    kind : of quantity, angle or length.  path : keyword, for an error.
-
-    Raises
-    ------
-    ModelError : a text without a unit, or with one of another kind.
-    """
-    return None if value is None else stated(value, kind, path)
 
 
 def _columns(path: str | Path, needed: tuple[str, ...]) -> Columns:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ from ...statics.static import rounding_of
 from ...statics.tangent import linear
 from ...system.system import Array, ComplexArray, System, faces
 from ...warning_codes import CodedText, coded
+from . import SteadyOptions, SweepOptions
 from .lattice import on_axis
 from .measures import (
     TOLERANCE,
@@ -58,7 +59,7 @@ from .spectra import (
     torus_waveform,
     whole_mesh_signal,
 )
-from .sweep_table import SpeedOptions, SweepTable, empty_table, speeds_of, sweep_dataset, with_bounds_named
+from .sweep_table import SweepTable, empty_table, speeds_of, sweep_dataset, with_bounds_named
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -72,23 +73,14 @@ _ORDERS = 100
 _ACCEPTED = 100.0
 
 
-def steady(
-    system: System,
-    *,
-    relative_speed: float = 1.0,
-    samples: int = 64,
-    method: Literal["exact", "superposition"] = "exact",
-) -> xr.Dataset:
+def steady(system: System, options: SteadyOptions) -> xr.Dataset:
     """Steady response at one speed as a Dataset: forces and displacements over the mesh phase, harmonics, lines.
 
     With several mesh frequencies a mesh force over the mesh phase is its part at multiples of the mesh's own tone, a
     displacement that at multiples of the first mesh's; ``combination_force`` and ``combination_displacement`` hold
     every multiple and combination of them, and RMS, bound and minimum count them all.
 
-    Parameters
-    ----------
-    relative_speed : speed per operating speed, above zero.  samples : of the mesh phase in the result.
-    method : ``exact``, or ``superposition``: every frequency alone on the mean system, see `superposed`.
+    With the method ``superposition`` every frequency is alone on the mean system, see `superposed`.
 
     Returns
     -------
@@ -100,6 +92,7 @@ def steady(
     """
     from ...results.dataset import dataset
 
+    relative_speed, samples, method = options.relative_speed, options.samples, options.method
     # complex signals of the meshes, displacements and links at all samples at once
     width = 4 * (len(system.dofs.names) + len(system.meshes.name) + len(system.links.name))
     most = f"at most {MOST_NUMBERS // width}"
@@ -274,22 +267,6 @@ def _line_variables(ready: Response, block: Block, shafts: Spectrum | None, thet
         "line_amplitude": (("mesh", "line"), largest),
         "line_frequency": ("line", np.array([float(shaft.frequency) * speed for shaft in ready.lines.shaft])),
     }
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SweepOptions(SpeedOptions):
-    """Options of a sweep with linear contact.
-
-    orders : highest mesh order whose amplitude is reported, 1 to 100; shaft lines are reported around so many mesh
-        orders, and combinations of mesh frequencies up to so many, at most 32 of each.
-    forces_alone : only mesh forces are measured, and the motion at the mesh orders, ``displacement_harmonic`` [m],
-        complex; other motion and link forces are nan.
-    tolerance : relative residual of the harmonics kept [1]; the truncation is below 30 times that.
-    """
-
-    orders: int = 12
-    forces_alone: bool = False
-    tolerance: float = 1e-6
 
 
 def sweep(

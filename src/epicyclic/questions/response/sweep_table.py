@@ -13,7 +13,7 @@ from itertools import product
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from ...errors import ModelError
 from ...limits import RESONANCE_BAND
@@ -25,8 +25,9 @@ from ...system.system import Array, ComplexArray, System, faces
 from ...warning_codes import CodedText
 from ..modes.campbell import MESH_ORDERS, OPERATION, MeshCrossings, mesh_crossings, tones_of_meshes
 from ..modes.eigen import Modal
+from . import SweepOptions
 from .measures import Layout
-from .response import FrameSpeed, Response
+from .response import Response
 from .spectra import LineExcitation, lateral_pairs
 
 if TYPE_CHECKING:
@@ -203,7 +204,7 @@ def _enter_forces(
 
     Returns at how many of them teeth are pulled.
     """
-    from .steady import SweepOptions, sweep
+    from .steady import sweep
 
     tone, meshes = tones[number], system.meshes
     entries = np.flatnonzero(crossings.tone == number)
@@ -303,32 +304,6 @@ fifth of the lowest natural or operating frequency to 1.2 times the highest."""
 _POINTS, _POINTS_OF_MANY_TONES = 200, 100
 # Speeds closer than this per operating speed are one.
 _SAME = 1e-9
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SpeedOptions:
-    """Options of every sweep.
-
-    mesh_frequency : (P,) of the first mesh [Hz], or relative_speed : (P,) speeds per operating speed.
-    speed_range : where neither is given; None: ``operation``.  points : speeds of the range; None: 200, about operation
-        with three mesh frequencies and more 100.
-    frame_speed : whether the frame of the coordinates turns faster with the sweep (``kinematic``), as the train does,
-        or gyroscopic and centripetal terms stay those of the operating speed (``operating``).
-    shaft_orders : whether run-outs and other lines between the mesh orders count.
-    """
-
-    mesh_frequency: ArrayLike | None = None
-    relative_speed: ArrayLike | None = None
-    speed_range: SpeedRange | None = None
-    points: int | None = None
-    frame_speed: FrameSpeed = "kinematic"
-    shaft_orders: bool = True
-
-    @property
-    def range_taken(self) -> dict[str, str]:
-        """The range as a result records it; nothing where speeds are given."""
-        given = self.mesh_frequency is not None or self.relative_speed is not None
-        return {} if given else {"speed_range": self.speed_range or "operation"}
 
 
 class ReportedLines(NamedTuple):
@@ -507,14 +482,14 @@ def _shells_up_to_limit(
     return labels
 
 
-def speeds_of(ready: Response, options: SpeedOptions) -> Array:
+def speeds_of(ready: Response, options: SweepOptions) -> Array:
     """Relative speeds (P,) [1] of the mesh frequencies or relative speeds asked for, else of a range.
 
     Raises
     ------
     ModelError : mesh frequencies and relative speeds are given, or a range or points beside either; an unknown range.
     """
-    tone, speed_range, points = float(ready.lines.tone), options.speed_range, options.points
+    tone, speed_range, points = float(ready.lines.tone), options.range, options.points
     if options.mesh_frequency is not None and options.relative_speed is not None:
         raise ModelError("give mesh_frequency or relative_speed, not both")
     if not options.range_taken:

@@ -1,109 +1,41 @@
 """The verbs steady and sweep, with and without contact loss."""
 
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
-from ...verbs.options import (
-    Folder,
-    FrameSpeed,
-    MeshFrequencies,
-    Range,
-    RelativeSpeed,
-    RelativeSpeeds,
-    Resume,
-    ShaftOrders,
-    ShaftTones,
-    Start,
-    Stop,
-    mesh_frequencies,
-    relative,
-    train_and_system,
-)
-from ...verbs.record import Option, Verb, bounded, given, refuse_without, require_folder
+from ...verbs.options import mesh_frequencies
+from ...verbs.record import Verb, asked, chosen, refuse_without, require_folder, takes
+from . import SteadyOptions, SweepOptions
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     import xarray as xr
 
-    from ...engine.source import Overrides, Source
+    from ...engine.source import Drive
 
 
-@bounded
-def steady(
-    source: "Source",
-    *,
-    overrides: "Overrides | None" = None,
-    relative_speed: RelativeSpeed = 1.0,
-    samples: Annotated[
-        int | None, Option("Phases of a mesh cycle in the result of linear contact.", least=1, default="64")
-    ] = None,
-    method: Annotated[
-        Literal["exact", "superposition"] | None,
-        Option("Of linear contact: coupled, or every frequency alone on the mean system.", default="exact"),
-    ] = None,
-    contact_loss: Annotated[bool, Option("Teeth only push; they part and touch again.")] = False,
-    shaft_orders: Annotated[
-        bool | None, Option("With --contact-loss: count run-outs and other shaft orders.", default="yes")
-    ] = None,
-    shaft_tones: ShaftTones = None,
-) -> "xr.Dataset":
+@takes(SteadyOptions)
+def steady(drive: "Drive", options: SteadyOptions) -> "xr.Dataset":
     """Steady vibration at one speed.
 
     Raises
     ------
     ModelError : the model or an option is wrong; no damping, no speed.  ConvergenceError : no steady motion found.
     """
-    refuse_without(contact_loss, "contact loss", shaft_orders=shaft_orders, shaft_tones=shaft_tones)
-    refuse_without(not contact_loss, "linear contact", samples=samples, method=method)
-    train, system = train_and_system(source, overrides)
-    speed = relative(relative_speed, system, train)
-    if contact_loss:
+    refuse_without(options.contact_loss, "contact loss", **chosen(options, "shaft_orders", "shaft_tones"))
+    refuse_without(not options.contact_loss, "linear contact", **chosen(options, "samples", "method"))
+    if options.contact_loss:
         from ..contact_loss.steady import contact_steady
 
-        options = given(shaft_orders=shaft_orders, shaft_tones=shaft_tones)
-        return contact_steady(system, relative_speed=speed, **options)
+        return contact_steady(drive.system, options)
     from .steady import steady as run
 
-    return run(system, relative_speed=speed, **given(samples=samples, method=method))
+    return run(drive.system, options)
 
 
-@bounded
-def sweep(
-    source: "Source",
-    *,
-    overrides: "Overrides | None" = None,
-    start: Start = None,
-    stop: Stop = None,
-    points: Annotated[int | None, Option("Number of speeds.", least=1, most=100_000, default="200")] = None,
-    range: Range = None,
-    mesh_frequency: MeshFrequencies = None,
-    relative_speed: RelativeSpeeds = None,
-    frame_speed: FrameSpeed = "kinematic",
-    shaft_orders: ShaftOrders = True,
-    orders: Annotated[
-        int | None,
-        Option("Mesh orders whose amplitudes are reported, of linear contact.", least=1, most=100, default="12"),
-    ] = None,
-    tolerance: Annotated[
-        float | None,
-        Option("Relative residual of the harmonics kept, of linear contact.", least=1e-14, most=0.1, default="1e-6"),
-    ] = None,
-    contact_loss: Annotated[bool, Option("Teeth part and touch again: run-up, coast-down, all branches.")] = False,
-    unstable: Annotated[
-        Literal["replace", "report", "ignore"] | None,
-        Option(
-            "With --contact-loss: replace motions that are not stable, or report them.",
-            default="replace",
-        ),
-    ] = None,
-    harmonics: Annotated[
-        int | None, Option("With --contact-loss: harmonics where teeth part.", least=1, default="as each point needs")
-    ] = None,
-    shaft_tones: ShaftTones = None,
-    folder: Folder = None,
-    resume: Resume = False,
-    progress: "Callable[[int, int], None] | None" = None,
-) -> "xr.Dataset":
+@takes(SweepOptions)
+def sweep(drive: "Drive", options: SweepOptions, progress: "Callable[[int, int], None] | None" = None) -> "xr.Dataset":
     """Steady vibration over speed: mesh and bearing forces, K_v, spectra, accelerations.
 
     A speed in rpm is that of the first member whose speed the model gives; % is of the operating speed. Without ends
@@ -119,36 +51,31 @@ def sweep(
     ------
     ModelError : the model or an option is wrong; no speed, torque or damping.
     """
-    refuse_without(contact_loss, "contact loss", unstable=unstable, harmonics=harmonics, shaft_tones=shaft_tones)
-    refuse_without(not contact_loss, "linear contact", orders=orders, tolerance=tolerance)
+    of_contact_loss = chosen(options, "unstable", "harmonics", "shaft_tones")
+    refuse_without(options.contact_loss, "contact loss", **of_contact_loss)
+    refuse_without(not options.contact_loss, "linear contact", **chosen(options, "orders", "tolerance"))
     from ...engine.run_folder import run_folder
 
-    require_folder(resume, folder)
-    train, system = train_and_system(source, overrides)
-    if start is not None or stop is not None:
-        refuse_without(start is None or stop is None, "at most one end of its own", range=range)
-        mesh_frequency = mesh_frequencies(system, train, start, stop, points or 200, range or "operation")
-        range = points = None
-    options: dict[str, Any] = {
-        "mesh_frequency": mesh_frequency,
-        "relative_speed": relative_speed,
-        "speed_range": range,
-        "points": points,
-        "frame_speed": frame_speed,
-        "shaft_orders": shaft_orders,
-        **given(orders=orders, tolerance=tolerance),
-        **given(unstable=unstable, harmonics=harmonics, shaft_tones=shaft_tones),
-    }
-    verb = "sweep with contact loss" if contact_loss else "sweep"
-    with run_folder(folder, system, verb=verb, options=options, resume=resume) as (system, kept):
-        if contact_loss:
-            from ..contact_loss.sweep import ContactSweepOptions, contact_sweep
+    require_folder(options.resume, options.folder)
+    if options.start is not None or options.stop is not None:
+        one = options.start is None or options.stop is None
+        refuse_without(one, "at most one end of its own", **chosen(options, "range"))
+        speeds = mesh_frequencies(
+            drive, options.start, options.stop, options.points or 200, options.range or "operation"
+        )
+        options = replace(options, mesh_frequency=speeds, start=None, stop=None, range=None, points=None)
+    verb = "sweep with contact loss" if options.contact_loss else "sweep"
+    with run_folder(options.folder, drive.system, verb=verb, options=asked(options), resume=options.resume) as (
+        system,
+        kept,
+    ):
+        if options.contact_loss:
+            from ..contact_loss.sweep import contact_sweep
 
-            return contact_sweep(system, ContactSweepOptions(**options), progress=progress, kept=kept)
-        from .steady import SweepOptions
+            return contact_sweep(system, options, progress=progress, kept=kept)
         from .steady import sweep as linear
 
-        return linear(system, SweepOptions(**options), progress=progress, kept=kept)
+        return linear(system, options, progress=progress, kept=kept)
 
 
 VERBS = (

@@ -672,21 +672,33 @@ def _frequencies(ready: ParametricSystem, mesh_frequency: ArrayLike | None, rela
     return np.linspace(0.2 * natural[0], 1.2 * natural[-1], _POINTS)
 
 
-def combination_names(
-    scan: FloquetScan, ranges: Sequence[Combination], mesh_frequency: Array, several: bool
-) -> list[str]:
-    """At each unstable mesh frequency (P,) [Hz] the combination whose predicted range holds it, the fastest; else "".
-
-    The ends of a range are known to first order: the next range counts up to half its width away.
-    """
-    return [
+def speed_columns(
+    mesh_frequency: Array, ready: ParametricSystem, scan: FloquetScan, ranges: Sequence[Combination]
+) -> dict[str, tuple[str, Any]]:
+    """Variables over mesh frequency (P,) [Hz], of a scan and of a row of a map."""
+    several = len(ready.tones) > 1
+    names = [
         "" if kind in ("", "stable") else _combination_at(ranges, float(frequency), several)
         for frequency, kind in zip(mesh_frequency, scan.kind, strict=True)
     ]
+    columns = {
+        "largest_multiplier": scan.largest,
+        "growth_rate": scan.growth,
+        "stable": scan.kind == "stable",
+        "instability": scan.kind,
+        "taking_part": np.array(names, dtype=object),
+        "period_steps": scan.steps,
+        "status": scan.status,
+    }
+    return {name: ("speed", values) for name, values in columns.items()}
 
 
 def _combination_at(ranges: Sequence[Combination], frequency: float, several: bool) -> str:
-    """Name of the combination at an unstable mesh frequency [Hz]; ``beyond first order`` without one."""
+    """Name of the combination whose predicted range holds an unstable mesh frequency [Hz], the fastest.
+
+    The ends of a range are known to first order: the next range counts up to half its width away; ``beyond first
+    order`` without one.
+    """
     for margin in (0.0, 0.5):
         around = [
             each
@@ -705,15 +717,6 @@ def combination_name(pair: Combination, several: bool) -> str:
     return f"{modes} = {mesh}" + (f" of {pair.stage}" if several else "")
 
 
-def resonance_columns(ranges: Sequence[Combination]) -> dict[str, tuple[str, Any]]:
-    """The predicted ranges as variables (resonance,)."""
-    columns: dict[str, tuple[str, Any]] = {}
-    for name in ("low", "centre", "high", "growth", "threshold", "first", "second", "order"):
-        kind = np.int64 if name in ("first", "second", "order") else np.float64
-        columns[f"resonance_{name}"] = "resonance", np.array([getattr(each, name) for each in ranges], dtype=kind)
-    return columns
-
-
 def _labelled(
     ready: ParametricSystem, frequency: Array, scan: FloquetScan, ranges: list[Combination], options: dict[str, Any]
 ) -> xr.Dataset:
@@ -721,18 +724,16 @@ def _labelled(
     from ...results.dataset import dataset
 
     several = len(ready.tones) > 1
+    columns: dict[str, tuple[str, Any]] = {}
+    for name in ("low", "centre", "high", "growth", "threshold", "first", "second", "order"):
+        kind = np.int64 if name in ("first", "second", "order") else np.float64
+        columns[f"resonance_{name}"] = "resonance", np.array([getattr(each, name) for each in ranges], dtype=kind)
     return dataset(
         {
             "floquet_multiplier": (("speed", "multiplier"), scan.multipliers),
-            "largest_multiplier": ("speed", scan.largest),
-            "growth_rate": ("speed", scan.growth),
-            "stable": ("speed", scan.kind == "stable"),
-            "instability": ("speed", scan.kind),
-            "taking_part": ("speed", np.array(combination_names(scan, ranges, frequency, several), dtype=object)),
-            "period_steps": ("speed", scan.steps),
-            "status": ("speed", scan.status),
+            **speed_columns(frequency, ready, scan, ranges),
             "frequency": ("mode", np.sqrt(ready.modal.squared) / (2 * np.pi)),  # the combinations count them from 1
-            **resonance_columns(ranges),
+            **columns,
         },
         {
             "speed": frequency / float(ready.tones[0]),
@@ -744,25 +745,25 @@ def _labelled(
         verb="stability",
         options={**options, "period": f"{ready.cycles} cycles of the first mesh"},
         provenance=ready.system.provenance,
-        warnings=[*ready.system.warnings, *scan_warnings(scan)],
+        warnings=[*ready.system.warnings, *scan_warnings([scan])],
         units={"speed": "1"},  # relative to the operating speed, not the rpm of `check`
     )
 
 
-def scan_warnings(scan: FloquetScan) -> list[CodedText]:
-    """Warnings: speeds without multipliers, and unstable speeds."""
-    notes, speeds = list[CodedText](), scan.status.size
-    failed = [str(status) for status in scan.status if status != "ok"]
+def scan_warnings(scans: Sequence[FloquetScan]) -> list[CodedText]:
+    """Warnings of scans as of one: speeds without multipliers, and unstable speeds."""
+    notes, speeds = list[CodedText](), sum(scan.status.size for scan in scans)
+    failed = [str(status) for scan in scans for status in scan.status if status != "ok"]
     if failed:
         notes.append(coded("stability-unknown", f"{len(failed)} of {speeds} speeds have no multipliers: {failed[0]}"))
-    if scan.alone.any():
+    if alone := sum(np.count_nonzero(scan.alone) for scan in scans):
         text = (
-            f"{np.count_nonzero(scan.alone)} of {speeds} speeds: the common period of all meshes is too "
+            f"{alone} of {speeds} speeds: the common period of all meshes is too "
             "long; each mesh frequency is judged alone, with the mean stiffness of the other meshes, combinations of "
             "several are not"
         )
         notes.append(coded("stability-unknown", text))
-    unstable = int(np.sum([kind not in ("", "stable") for kind in scan.kind]))
+    unstable = sum(kind not in ("", "stable") for scan in scans for kind in scan.kind)
     if unstable:
         notes.append(coded("motion-unstable", f"unstable at {unstable} of {speeds} speeds"))
     return notes

@@ -12,10 +12,10 @@ import json
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, Literal, TypeVar
+from typing import Any, Literal, NamedTuple, TypeVar
 
 import numpy as np
 import scipy.optimize
@@ -24,8 +24,9 @@ from numpy.typing import NDArray
 
 from ...document.tables import leaves
 from ...document.units import KINDS, factor
-from ...engine.source import train_of
-from ...errors import ConvergenceError, ModelError
+from ...engine.points import along, attempt, columns
+from ...engine.source import StudyAxis, train_of
+from ...errors import ModelError
 from ...results.dataset import EQUAL, SUFFIXES, dataset, largest, load_result
 from ...statics.tangent import linear
 from ...system.assembly import assemble
@@ -300,10 +301,9 @@ def compare(
         raise ModelError("varies a model alone", path="variants", allowed="a model file or ready drive first")
     compared = [_compared(source, overrides) for source in sources]
     for changes in variants:
-        train = load(first, overrides={**(overrides or {}), **changes})
         name = "; ".join(f"{path}={value}" for path, value in changes.items()) or "as drawn"
-        compared.append(_Compared(name=name, train=train, result=None))
-    names = _distinct([entry.name for entry in compared])
+        compared.append(replace(_compared(first, {**(overrides or {}), **changes}), name=name))
+    names = distinct_names([entry.name for entry in compared])
     trains = [entry.train for entry in compared if entry.train is not None]
     results = [entry.result for entry in compared if entry.result is not None]
     variables: _Variables = {}
@@ -318,7 +318,8 @@ def compare(
         allowed = "results alone, or models"
         raise ModelError("a result without its model", path="sources", given=missing, allowed=allowed)
     else:
-        said = _add_effects(variables, coords, trains, names)
+        changes_of = (*({} for _ in sources), *variants)
+        said = _add_effects(variables, coords, trains, StudyAxis(name="train", changes=changes_of, labels={}))
     return dataset(
         variables,
         coords,
@@ -355,7 +356,7 @@ def _compared(source: Source, overrides: Mapping[str, Any] | None) -> _Compared:
     return _Compared(name=train.title, train=train, result=None)
 
 
-def _distinct(names: Sequence[str]) -> list[str]:
+def distinct_names(names: Sequence[str]) -> list[str]:
     """Names with a number behind those that stand before already, by themselves or so numbered."""
     distinct: list[str] = []
     for name in names:
@@ -398,69 +399,52 @@ def _add_variables(variables: _Variables, coords: dict[Any, Any], entries: Seque
 
 
 def _add_effects(
-    variables: _Variables, coords: dict[Any, Any], trains: Sequence[Train], names: Sequence[str]
+    variables: _Variables, coords: dict[Any, Any], trains: Sequence[Train], axis: StudyAxis
 ) -> list[CodedText]:
     """Add speeds, modes, sharing and forces; returns the warnings, those of single trains with their names."""
-    effects = [effects_of(train) for train in trains]
-    if len({of_train.method for of_train in effects} - {""}) > 1:  # like with like
+    names, effects = coords["train"], [effects_of(train) for train in trains]
+    if len({str(of_train.figures.force_method.values) for of_train in effects} - {""}) > 1:  # like with like
         effects = [effects_of(train, methods=("static",)) for train in trains]
-    variables["transmission_ratio"] = ("train", np.array([of_train.ratio for of_train in effects]))
-    variables["k_gamma"] = ("train", np.array([of_train.k_gamma for of_train in effects]))
-    variables["worst_mesh"] = ("train", _texts(of_train.worst_mesh for of_train in effects))
-    variables["force_method"] = ("train", _texts(of_train.method for of_train in effects))
-    _add_table(variables, coords, "member", {"speed": [of_train.speed for of_train in effects]})
-    _add_table(variables, coords, "stage", {"mesh_frequency": [of_train.mesh_frequency for of_train in effects]})
-    columns = {
-        name: [{mesh: row[i] for mesh, row in of_train.meshes.items()} for of_train in effects]
-        for i, name in enumerate(("mean_load_sharing", "mesh_force_mean", "mesh_force_peak"))
+    first = effects[0].modes
+    figures = [
+        table if first is None or modes is None else table.merge(_paired(first, modes)) for table, modes, _ in effects
+    ]
+    # labels stand as they first come, not sorted
+    labels = {
+        dim: list(dict.fromkeys(name for table in figures if dim in table.dims for name in table[dim].values))
+        for dim in figures[0].dims
     }
-    _add_table(variables, coords, "mesh", columns)
+    whole = along((axis,), figures).reindex(labels).transpose(..., "train")
+    variables |= columns(whole)
+    coords |= {dim: whole[dim].values.astype(figures[0][dim].dtype) for dim in labels}
     said: list[CodedText] = []
     # warnings of all trains once, those of some with their names
     for text in dict.fromkeys(text for of_train in effects for text in of_train.warnings):
         where = [name for name, of_train in zip(names, effects, strict=True) if text in of_train.warnings]
         said.append(text if len(where) == len(names) else placed(", ".join(where), text))
-    return said + _add_modes(variables, coords, effects, names)
-
-
-def _add_table(
-    variables: _Variables, coords: dict[Any, Any], dim: str, columns: Mapping[str, Sequence[Mapping[str, float]]]
-) -> None:
-    """Add columns of numbers by name along a dim that has the names of all trains; nan where one has none."""
-    labels = list(dict.fromkeys(name for rows in columns.values() for row in rows for name in row))
-    coords[dim] = _texts(labels)
-    for name, rows in columns.items():
-        values = np.array([[row.get(label, math.nan) for row in rows] for label in labels], dtype=float)
-        variables[name] = ((dim, "train"), values.reshape(len(labels), len(rows)))
-
-
-def _add_modes(
-    variables: _Variables, coords: dict[Any, Any], effects: Sequence[Effects], names: Sequence[str]
-) -> list[CodedText]:
-    """Add the natural frequencies of every train beside those of the first; returns doubts about their pairs."""
-    first, count = effects[0].modes, len(effects)
     if first is None:
-        return []
-    n = first.frequency.size
-    frequency, criterion = np.full((n, count), np.nan), np.full((n, count), np.nan)
-    kind, pairing = np.full((n, count), "", dtype=object), np.full(count, "", dtype=object)
-    for column, modes in enumerate(of_train.modes for of_train in effects):
-        if modes is None:
-            continue
-        place, criterion[:, column], pairing[column] = mode_pairs(first, modes)
-        has = place >= 0
-        frequency[has, column] = modes.frequency[place[has]]
-        kind[has, column] = np.array(modes.kind, dtype=object)[place[has]]
-    variables["frequency"] = (("mode", "train"), frequency)
-    variables["mode_kind"] = (("mode", "train"), kind)
-    variables["modal_assurance"] = (("mode", "train"), criterion)
-    variables["mode_pairing"] = ("train", pairing)
-    coords["mode"] = np.arange(1, n + 1)
-    changed = [names[i] for i in range(1, count) if np.nanmin(criterion[:, i], initial=1.0) < _LIKE]
-    return [
+        return said
+    least = [np.nanmin(criterion, initial=1.0) for criterion in whole.modal_assurance.values.T]
+    return said + [
         coded("shapes-changed", f"{name}: some mode shapes have changed so much that their pairs are doubtful")
-        for name in changed
+        for name, assurance in zip(names, least, strict=True)
+        if assurance < _LIKE
     ]
+
+
+def _paired(first: TrainModes, modes: TrainModes) -> xr.Dataset:
+    """Natural frequencies (mode) of a train beside those of the first, and how modes are paired."""
+    place, criterion, pairing = mode_pairs(first, modes)
+    kinds = np.array(modes.kind, dtype=object)
+    return xr.Dataset(
+        {
+            "frequency": ("mode", np.where(place >= 0, modes.frequency[place], np.nan)),
+            "mode_kind": ("mode", np.where(place >= 0, kinds[place], "")),
+            "modal_assurance": ("mode", criterion),
+            "mode_pairing": ((), np.array(pairing, dtype=object)),
+        },
+        coords={"mode": np.arange(1, place.size + 1)},
+    )
 
 
 def _texts(values: Any) -> Any:
@@ -469,7 +453,8 @@ def _texts(values: Any) -> Any:
 
 Array = NDArray[np.float64]
 BY_SHAPE, BY_KIND = "mode shapes (MAC)", "kind and order"
-T = TypeVar("T")
+Of = TypeVar("Of")
+Result = TypeVar("Result")
 Method = Literal["steady", "static"]
 _RIGID = "rigid"
 # Coefficients of meshes this close are equal but for rounding of the linear solves: no mesh is the worst.
@@ -542,26 +527,19 @@ def _by_kind(a: Sequence[str], b: Sequence[str]) -> NDArray[np.int64]:
 # --- effects of one train --------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Effects:
+class Effects(NamedTuple):
     """What a train does; what is not known is empty or nan.
 
-    ratio : speed of the driving member per speed of the driven one [1].  speed : of members [rpm].
-    mesh_frequency : of stages [Hz].  modes : of the mean system.
-    k_gamma : `mean-load` of the train [1], and the mesh it is of, empty where all are alike.
-    method : of the mesh forces.
-    meshes : name -> coefficient `mean-load` [1], mean and largest force of the whole mesh [N].
+    figures : transmission_ratio, speed of the driving member per speed of the driven one [1]; k_gamma, `mean-load` of
+        the train [1], and worst_mesh, which it is of, empty where all are alike; force_method of the mesh forces;
+        speed (member) [rpm]; mesh_frequency (stage) [Hz]; mean_load_sharing, coefficient `mean-load` [1],
+        mesh_force_mean and mesh_force_peak (mesh) [N] of whole meshes.
+    modes : of the mean system.
     """
 
-    ratio: float = math.nan
-    speed: Mapping[str, float] = field(default_factory=dict)
-    mesh_frequency: Mapping[str, float] = field(default_factory=dict)
-    modes: TrainModes | None = None
-    k_gamma: float = math.nan
-    worst_mesh: str = ""
-    method: str = ""
-    meshes: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)
-    warnings: tuple[CodedText, ...] = ()
+    figures: xr.Dataset
+    modes: TrainModes | None
+    warnings: Sequence[CodedText]
 
 
 def effects_of(train: Train, *, methods: Sequence[Method] = ("steady", "static")) -> Effects:
@@ -570,26 +548,46 @@ def effects_of(train: Train, *, methods: Sequence[Method] = ("steady", "static")
     methods : of the mesh forces, the first that the model allows counts.
     """
     said: list[CodedText] = list(train.warnings)
-    speeds, frequencies = train.kinematics.speed or {}, train.kinematics.mesh_frequency or {}
-    effects = Effects(
-        ratio=_ratio(train),
-        speed={name: float(value) for name, value in speeds.items()},
-        mesh_frequency={stage: float(value) for stage, value in frequencies.items()},
+    system = _tried("equations", assemble, train, said)
+    modes = None if system is None else _tried("natural frequencies", _modes, system, said)
+    k_gamma, worst, used, mesh, forces = math.nan, "", "", _texts(()), np.zeros((3, 0))
+    refused: list[CodedText] = []
+    for method in methods if system is not None else ():
+        result = _tried(f"mesh forces by {method}", partial(sharing, method=method), system, refused)
+        if result is not None:
+            said += [*refused, *json.loads(result.attrs["warnings"])]
+            by_mean = result.sel(definition="mean-load")
+            used, mesh, k_gamma = method, _texts(map(str, result.mesh.values)), float(by_mean.system_load_sharing)
+            forces = np.array([by_mean.load_sharing, result.mesh_force_mean, result.mesh_force_peak])
+            known = forces[0][np.isfinite(forces[0])]
+            worst = mesh[largest(forces[0])] if known.size and np.ptp(known) > _SAME else ""
+            break
+    else:
+        said += refused[-1:]
+    speed, tone = train.kinematics.speed or {}, train.kinematics.mesh_frequency or {}
+    figures = xr.Dataset(
+        {
+            "transmission_ratio": _ratio(train),
+            "k_gamma": k_gamma,
+            "worst_mesh": ((), np.array(worst, dtype=object)),
+            "force_method": ((), np.array(used, dtype=object)),
+            "speed": ("member", np.array([float(value) for value in speed.values()])),
+            "mesh_frequency": ("stage", np.array([float(value) for value in tone.values()])),
+            "mean_load_sharing": ("mesh", forces[0]),
+            "mesh_force_mean": ("mesh", forces[1]),
+            "mesh_force_peak": ("mesh", forces[2]),
+        },
+        coords={"member": _texts(speed), "stage": _texts(tone), "mesh": mesh},
     )
-    system = _tried("equations", lambda: assemble(train), said)
-    if system is not None:
-        effects = replace(effects, modes=_tried("natural frequencies", lambda: _modes(system), said))
-        effects = _with_loads(effects, system, methods, said)
-    return replace(effects, warnings=tuple(dict.fromkeys(said)))
+    return Effects(figures, modes, tuple(dict.fromkeys(said)))
 
 
-def _tried(what: str, run: Callable[[], T], said: list[CodedText]) -> T | None:
+def _tried(what: str, work: Callable[[Of], Result], of: Of, said: list[CodedText]) -> Result | None:
     """What a function gives; None and a warning where the model does not allow it."""
-    try:
-        return run()
-    except (ModelError, ConvergenceError) as error:
-        said.append(coded("section-left-out", f"no {what}: {error}"))
-        return None
+    outcome = attempt(work, of)
+    if outcome.error is not None:
+        said.append(coded("section-left-out", f"no {what}: {outcome.reason}"))
+    return outcome.value
 
 
 def _ratio(train: Train) -> float:
@@ -612,30 +610,3 @@ def _modes(system: System) -> TrainModes:
         kind=tuple(_RIGID if value == 0 else kind for kind, value in zip(kinds.kind, squared, strict=True)),
         dofs=tuple(tangent.dofs.names),
     )
-
-
-def _with_loads(effects: Effects, system: System, methods: Sequence[Method], said: list[CodedText]) -> Effects:
-    """The same with K_gamma and mesh forces by the first method that the model allows."""
-    refused: list[CodedText] = []
-    for method in methods:
-        result = _tried(f"mesh forces by {method}", partial(sharing, system, method=method), refused)
-        if result is None:
-            continue
-        said += [*refused, *json.loads(result.attrs["warnings"])]
-        names = [str(name) for name in result.mesh.values]
-        coefficient = result.load_sharing.sel(definition="mean-load").values
-        mean, most = result.mesh_force_mean.values.tolist(), result.mesh_force_peak.values.tolist()
-        rows = zip(coefficient.tolist(), mean, most, strict=True)
-        known = coefficient[np.isfinite(coefficient)]
-        alike = not known.size or np.ptp(known) <= _SAME
-        return replace(
-            effects,
-            k_gamma=float(result.system_load_sharing.sel(definition="mean-load")),
-            worst_mesh="" if alike else names[largest(coefficient)],
-            method=method,
-            meshes={
-                name: (float(k), float(mean), float(most)) for name, (k, mean, most) in zip(names, rows, strict=True)
-            },
-        )
-    said += refused[-1:]
-    return effects

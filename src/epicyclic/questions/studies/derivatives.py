@@ -14,6 +14,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from fractions import Fraction
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -21,7 +22,8 @@ import numpy as np
 from ...document.schema import collect, nearest
 from ...document.tables import expand_path, leaves
 from ...document.units import Written, written
-from ...errors import ConvergenceError, ModelError
+from ...engine.points import Outcome, outcomes
+from ...errors import ModelError
 from ...statics.tangent import linear
 from ...system.assembly import assemble
 from ...system.system import Array, System
@@ -69,26 +71,20 @@ class Parameter:
         values = (*self.number.values[: self.index], value, *self.number.values[self.index + 1 :])
         return {**dict(self.companions), **dict.fromkeys(self.leaves, self.number.text(values))}
 
-
-class ParameterDerivative(NamedTuple):
-    """Derivative of a System's numbers per unit of one parameter, or why there is none.
-
-    change : derivatives, per unit of the parameter as written; None where there is none.  problem : "" or the reason.
-    """
-
-    parameter: Parameter
-    change: SystemNumbers | None
-    problem: str = ""
+    def system_at(self, document: Mapping[str, object], value: float) -> System:
+        """Linearised System of a model with another value, in `unit`; its numbers alone, without its warnings."""
+        return linear(assemble(load(document, overrides=self.at(value))), asks_laws=True)
 
 
 class SystemDerivatives(NamedTuple):
     """A linearised System and its derivatives along parameters.
 
-    system : with an empty line at every frequency that a parameter would excite.  along : one entry a parameter.
+    system : with an empty line at every frequency that a parameter would excite.
+    along : of every parameter the derivatives of its numbers, per unit as written, or why there are none.
     """
 
     system: System
-    along: tuple[ParameterDerivative, ...]
+    along: list[Outcome[SystemNumbers]]
 
 
 class _Stencil(NamedTuple):
@@ -268,31 +264,18 @@ def system_derivatives(
 ) -> SystemDerivatives:
     """Derivatives of the linearised assembly of a train, `base`, along each parameter; derived here.
 
-    A parameter without derivative holds the reason in place of the derivative.
-
     Parameters
     ----------
     progress : called with the share done, 0..1.
     """
     # tolerances, and reasons for what may be removed, move no number of the System but take time to check
     document = {name: table for name, table in train.document.items() if name not in ("tolerance", "assumed")}
-    stencils: list[_Stencil | str] = []
-    frequencies: dict[Fraction, None] = {}  # that some parameter excites
-    for count, parameter in enumerate(parameters, start=1):
-        try:
-            stencil = _stencil(document, base, parameter)
-            for system in stencil.systems:
-                if system.tones == base.tones:
-                    frequencies |= dict.fromkeys(line.frequency for line in system.lines)
-            stencils.append(stencil)
-        except (ModelError, ConvergenceError) as error:
-            stencils.append(getattr(error, "problem", None) or str(error))
-        if progress is not None:
-            progress(count / len(parameters))
+    stencils = outcomes(partial(_stencil, document, base), parameters, workers=False, progress=progress)
+    systems = [system for stencil in stencils if stencil.value is not None for system in stencil.value.systems]
+    # that some parameter excites
+    frequencies = dict.fromkeys(line.frequency for s in systems if s.tones == base.tones for line in s.lines)
     whole = with_lines(base, tuple(frequencies))
-    pairs = zip(parameters, stencils, strict=True)
-    along = tuple(_derivative(base, whole, parameter, stencil) for parameter, stencil in pairs)
-    return SystemDerivatives(system=whole, along=along)
+    return SystemDerivatives(whole, [stencil.then(partial(_derivative, base, whole)) for stencil in stencils])
 
 
 def _stencil(document: Mapping[str, object], base: System, parameter: Parameter) -> _Stencil:
@@ -305,8 +288,7 @@ def _stencil(document: Mapping[str, object], base: System, parameter: Parameter)
     step = _STEP * abs(parameter.value) or _STEP_AT_ZERO.get(parameter.unit, 1e-3)
 
     def at(share: float) -> System:
-        there = load(document, overrides=parameter.at(parameter.value + share * step))
-        system = linear(assemble(there), asks_laws=True)  # its numbers alone: the base has the warnings
+        system = parameter.system_at(document, parameter.value + share * step)
         if system.dofs.names != base.dofs.names or system.meshes.name != base.meshes.name:
             raise ModelError("another number of motions beside this value: no derivative")
         return system
@@ -345,27 +327,27 @@ def _one_sided_stencil(at: Callable[[float], System], base: System, step: float)
     )
 
 
-def _derivative(base: System, whole: System, parameter: Parameter, stencil: _Stencil | str) -> ParameterDerivative:
-    """Richardson extrapolation of the two quotients, refused where they do not agree."""
-    if isinstance(stencil, str):
-        return ParameterDerivative(parameter=parameter, change=None, problem=stencil)
-    try:
-        values = [_aligned(system, base, whole) for system in stencil.systems]
-        # differences to the value first: an array that does not change has a derivative of exactly zero
-        differences = [combined([1.0, -1.0], [value, values[stencil.unchanged]]) for value in values]
-        soft = _soft_link_changes(stencil)
-        if soft is not None:
-            differences = [replace(change, K=K) for change, K in zip(differences, soft, strict=True)]
-        coarse, fine = combined(stencil.coarse, differences), combined(stencil.fine, differences)
-    except ModelError as error:
-        return ParameterDerivative(parameter=parameter, change=None, problem=error.problem)
+def _derivative(base: System, whole: System, stencil: _Stencil) -> SystemNumbers:
+    """Richardson extrapolation of the two quotients.
+
+    Raises
+    ------
+    ModelError : they do not agree, or something appears or vanishes beside the value.
+    """
+    values = [_aligned(system, base, whole) for system in stencil.systems]
+    # differences to the value first: an array that does not change has a derivative of exactly zero
+    differences = [combined([1.0, -1.0], [value, values[stencil.unchanged]]) for value in values]
+    soft = _soft_link_changes(stencil)
+    if soft is not None:
+        differences = [replace(change, K=K) for change, K in zip(differences, soft, strict=True)]
+    coarse, fine = combined(stencil.coarse, differences), combined(stencil.fine, differences)
     power = 2**stencil.order
     change = combined([power / (power - 1), -1 / (power - 1)], [fine, coarse])
     rounded = _without_rounding(change, values[stencil.unchanged], stencil.step)
     change = rounded if soft is None else replace(rounded, K=change.K)
     if not _smooth(coarse, change) or _kinked(stencil, values):
-        return ParameterDerivative(parameter=parameter, change=None, problem="not smooth at this value: no derivative")
-    return ParameterDerivative(parameter=parameter, change=change)
+        raise ModelError("not smooth at this value: no derivative")
+    return change
 
 
 def _soft_link_changes(stencil: _Stencil) -> list[Array] | None:

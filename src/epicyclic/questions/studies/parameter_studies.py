@@ -13,31 +13,31 @@ Stability maps: Floquet growth rates over mesh frequency and a second parameter,
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
 
 from ...document.units import written
 from ...engine.plan import require_time
-from ...engine.source import Source, system_of
-from ...engine.workers import each
-from ...errors import ConvergenceError, ModelError
+from ...engine.points import along, attempt, columns, failures, numbers, outcomes
+from ...engine.source import Source, StudyAxis, system_of, written_labels
+from ...errors import ModelError
 from ...results.dataset import dataset
-from ...statics.tangent import flank_warnings, linear
+from ...statics.tangent import flank_warnings
 from ...system.assembly import assemble, train_provenance
 from ...system.system import System
 from ...train.resolution import load
 from ...train.train import Train
 from ...user_input import checked
-from ...warning_codes import CodedText, coded
+from ...warning_codes import placed
 from ..modes.campbell import LocusEvent, ModeSet, locus_events, repeated_loci, track_modes
 from ..modes.eigen import classify_modes, eigen
 from ..stability.stability import (
@@ -45,22 +45,16 @@ from ..stability.stability import (
     FloquetScan,
     ParametricSystem,
     combination_name,
-    combination_names,
     floquet_scan,
     parametric_system,
     predicted_combinations,
-    resonance_columns,
     scan_warnings,
+    speed_columns,
 )
 from .derivatives import Parameter, parameter_at
 
 if TYPE_CHECKING:
-    import xarray as xr
-    from numpy.typing import NDArray
-
-    from ...engine.run_folder import KeptPart, RunFolder
-    from ...system.system import System
-    from ...train.train import Train
+    from ...engine.run_folder import RunFolder
     from ..response.response import FrameSpeed
 
 Array = NDArray[np.float64]
@@ -101,7 +95,7 @@ def track(
     """
     parameter = parameter_at(train, over)
     low, high = _limits(parameter, start, stop)
-    first = _system(train, parameter, low)
+    first = parameter.system_at(train.document, low)
     assembled = [0]
 
     @cache
@@ -109,7 +103,7 @@ def track(
         assembled[0] += 1
         if progress is not None:
             progress(min(0.95, assembled[0] / (4 * points)))
-        return _system(train, parameter, value)
+        return parameter.system_at(train.document, value)
 
     def modes_at(value: float) -> ModeSet:
         here = system(value)
@@ -137,11 +131,6 @@ def _initial_values(low: float, high: float, points: int) -> list[float]:
     wide = low * high > 0 and max(low / high, high / low) > _WIDE_RANGE
     spaced = np.geomspace(low, high, points) if wide else np.linspace(low, high, points)
     return [low, *spaced[1:-1].tolist(), high]
-
-
-def _system(train: Train, parameter: Parameter, value: float) -> System:
-    """Linearised System with the parameter at a value."""
-    return linear(assemble(load(train.document, overrides=parameter.at(value))), asks_laws=True)
 
 
 def _limits(parameter: Parameter, start: str | float | None, stop: str | float | None) -> tuple[float, float]:
@@ -228,25 +217,16 @@ def _mode_numbers(loci: tuple[int, ...]) -> str:
 FACTORS = ("variation", "damping")
 """Factors of the assembled train: of the variation of every mesh stiffness, and of all damping."""
 
-_NUMBER = r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)"
-_UNIT = r"([A-Za-z%°µ].*?)"
-# Variables of a combination that do not depend on the value.
-_FIXED = ("resonance_first", "resonance_second", "resonance_order")
 # Cells of a map, whose multipliers take 1 kB each, and the time of one, as measured on trains of 30 coordinates [s].
 _CELLS, _CELL = 1_000_000, 0.05
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _MapRow:
-    """Results at one value of the parameter: the prepared System, its scan over speed, its predicted combinations.
+class _MapRow(NamedTuple):
+    """Results at one value of the parameter: the prepared System, its scan over speed, its predicted combinations."""
 
-    status : "ok", or why there are none.
-    """
-
-    status: str
-    ready: ParametricSystem | None = None
-    floquet: FloquetScan | None = None
-    ranges: tuple[Combination, ...] = ()
+    ready: ParametricSystem
+    scan: FloquetScan
+    ranges: list[Combination]
 
 
 def stability_map(
@@ -293,14 +273,43 @@ def stability_map(
     if path in FACTORS:  # assembled once for all of them
         source, overrides = system_of(source, overrides=overrides), None
     frequency = np.asarray(mesh_frequency, dtype=float)
-    rows = []
-    for i, value in enumerate(values):
+    labels, unit = written_labels(values)
+    axis = StudyAxis(name="value", changes=tuple({path: value} for value in values), labels={"value": (labels, {})})
+    rows: list[_MapRow | None] = []
+    reasons: list[str] = []
+    for i, change in enumerate(axis.changes):
+        prepared = attempt(partial(_prepared, source, overrides or {}, frame_speed), change)
+        reasons.append(prepared.reason)
+        if prepared.value is None:
+            rows.append(None)
+            continue
         share = None if progress is None else partial(_row_progress, progress, i * frequency.size, cells)
         done = None if kept is None else kept.part(f"value {i}")
-        rows.append(_row(source, path, value, overrides or {}, frequency, frame_speed, share, done))
-    if all(row.floquet is None for row in rows):
-        raise ModelError(rows[0].status)
-    return _labelled_map(path, values, frequency, rows, frame_speed)
+        scan = floquet_scan(prepared.value, frequency, progress=share, kept=done)
+        rows.append(_MapRow(prepared.value, scan, predicted_combinations(prepared.value, frequency)))
+    known = [row for row in rows if row is not None]
+    if not known:
+        raise ModelError(reasons[0])
+    whole = along((axis,), [None if row is None else xr.Dataset(speed_columns(frequency, *row)) for row in rows])
+    whole["stable"] = whole.instability == "stable"  # of a value that fails nothing is known
+    whole["status"] = whole.status.where(whole.status != "", np.array(reasons, dtype=object)[:, None])
+    ready = known[0].ready
+    ranges = _joined_ranges(rows)
+    result = dataset(
+        columns(whole.drop_vars("period_steps")) | columns(ranges),
+        {
+            "value": labels,
+            "speed": frequency / float(ready.tones[0]),
+            "mesh_frequency": ("speed", frequency),
+            "resonance": ranges.resonance.values.tolist(),
+        },
+        verb="stability",
+        options={"over": path, "values": list(values), "frame_speed": frame_speed},
+        provenance=ready.system.provenance,
+        warnings=[*ready.system.warnings, *failures(reasons, "values"), *scan_warnings([row.scan for row in known])],
+        units={"speed": "1", "value": unit},  # speed relative to the operating speed
+    )
+    return result.assign_attrs(over=path)
 
 
 def _row_progress(progress: Callable[[int, int], None], before: int, whole: int, done: int, _: int) -> None:
@@ -308,26 +317,13 @@ def _row_progress(progress: Callable[[int, int], None], before: int, whole: int,
     progress(before + done, whole)
 
 
-def _row(
-    source: Source,
-    path: str,
-    value: Any,
-    overrides: Mapping[str, Any],
-    frequency: NDArray[np.float64],
-    frame_speed: FrameSpeed,
-    progress: Callable[[int, int], None] | None,
-    kept: KeptPart | None,
-) -> _MapRow:
-    """Growth rates (P,) and predicted combinations at one value of the path."""
-    try:
-        if path in FACTORS:
-            ready = parametric_system(system_of(source), frame_speed=frame_speed, **{path: _factor(path, value)})
-        else:
-            ready = parametric_system(system_of(source, overrides={**overrides, path: value}), frame_speed=frame_speed)
-    except (ModelError, ConvergenceError) as error:
-        return _MapRow(status=str(error))
-    floquet = floquet_scan(ready, frequency, progress=progress, kept=kept)
-    return _MapRow(status="ok", ready=ready, floquet=floquet, ranges=tuple(predicted_combinations(ready, frequency)))
+def _prepared(
+    source: Source, overrides: Mapping[str, Any], frame_speed: FrameSpeed, change: Mapping[str, Any]
+) -> ParametricSystem:
+    """The System at one value of the path, or with a factor of `FACTORS`."""
+    factors = {path: _factor(path, value) for path, value in change.items() if path in FACTORS}
+    changed = None if factors else {**overrides, **change}
+    return parametric_system(system_of(source, overrides=changed), frame_speed=frame_speed, **factors)
 
 
 def _factor(path: str, value: Any) -> float:
@@ -338,110 +334,28 @@ def _factor(path: str, value: Any) -> float:
         raise ModelError("not a factor", path=path, given=value, allowed="a number of 0 or more") from None
 
 
-def _labelled_map(
-    path: str, values: Sequence[Any], frequency: NDArray[np.float64], rows: Sequence[_MapRow], frame_speed: str
-) -> xr.Dataset:
-    """Dataset of the map: V values, frequency : (P,) of the first mesh [Hz], rows : one a value."""
-    ready = next(row.ready for row in rows if row.ready is not None)
-    several = len(ready.tones) > 1
-    numbers, unit = _value_axis(values)
-    status = [
-        np.full(frequency.size, row.status, dtype=object) if row.floquet is None else row.floquet.status for row in rows
-    ]
-    unknown = np.full(frequency.size, "", dtype=object)
-    kinds = _stacked(rows, "kind", unknown)
-    names = [
-        [""] * frequency.size if row.floquet is None else combination_names(row.floquet, row.ranges, frequency, several)
-        for row in rows
-    ]
-    cells, blank = ("value", "speed"), np.full(frequency.size, np.nan)
-    result = dataset(
-        {
-            "largest_multiplier": (cells, _stacked(rows, "largest", blank)),
-            "growth_rate": (cells, _stacked(rows, "growth", blank)),
-            "stable": (cells, kinds == "stable"),
-            "instability": (cells, kinds),
-            "taking_part": (cells, np.array(names, dtype=object)),
-            "status": (cells, np.array(status, dtype=object)),
-            **_resonance_ranges(rows),
-        },
-        {
-            "value": numbers,
-            "speed": frequency / float(ready.tones[0]),
-            "mesh_frequency": ("speed", frequency),
-            "resonance": [combination_name(combination, several) for combination in _widest_combinations(rows)],
-        },
-        verb="stability",
-        options={"over": path, "values": list(values), "frame_speed": frame_speed},
-        provenance=ready.system.provenance,
-        warnings=[*ready.system.warnings, *_warnings(rows)],
-        units={"speed": "1", "value": unit},  # speed relative to the operating speed
-    )
-    return result.assign_attrs(over=path)
+def _joined_ranges(rows: Sequence[_MapRow | None]) -> xr.Dataset:
+    """Boundaries [Hz] and growth rates [1/s] of all combinations (value, resonance), nan where a range is closed.
 
-
-def _stacked(rows: Sequence[_MapRow], name: str, blank: Any) -> Any:
-    """One array (P,) of the scans as (V, P), `blank` in place of a row that failed."""
-    return np.array([blank if row.floquet is None else getattr(row.floquet, name) for row in rows], dtype=blank.dtype)
-
-
-def _value_axis(values: Sequence[Any]) -> tuple[Any, str]:
-    """Coordinate of the values and its unit: numbers where all have one unit, else texts."""
-    split = [re.fullmatch(rf"\s*{_NUMBER}\s*{_UNIT}?\s*", str(value)) for value in values]
-    units = {part[2] or "" for part in split if part}
-    if all(split) and len(units) == 1:
-        return [float(part[1]) for part in split if part], units.pop()
-    return [str(value) for value in values], ""
-
-
-def _identity(combination: Combination) -> tuple[int, int, int, str]:
-    """Modes, order and stage, by which combinations at different values are one."""
-    return combination.first, combination.second, combination.order, combination.stage
-
-
-def _widest_combinations(rows: Sequence[_MapRow]) -> list[Combination]:
-    """Every combination that grows at any value, at the value of its widest range, widest first."""
-    widest: dict[tuple[int, int, int, str], Combination] = {}
-    for combination in (combination for row in rows for combination in row.ranges):
-        kept = widest.setdefault(_identity(combination), combination)
-        if combination.high - combination.low > kept.high - kept.low:
-            widest[_identity(combination)] = combination
-    return sorted(widest.values(), key=lambda combination: combination.low - combination.high)
-
-
-def _resonance_ranges(rows: Sequence[_MapRow]) -> dict[str, tuple[Sequence[str], Any]]:
-    """Boundaries [Hz] and growth rates [1/s] of C combinations (V, C), nan where a range is closed.
-
-    Where a combination has two ranges, these are their outer ends.
+    Combinations of one name are one; where one has two ranges, these are their outer ends.  The widest stands first.
     """
-    combinations = _widest_combinations(rows)
-    column = {_identity(combination): j for j, combination in enumerate(combinations)}
-    low, high, rate = (np.full((len(rows), len(combinations)), np.nan) for _ in range(3))
-    for i, row in enumerate(rows):
-        for combination in row.ranges:
-            j = column[_identity(combination)]
-            low[i, j], high[i, j] = np.fmin(low[i, j], combination.low), np.fmax(high[i, j], combination.high)
-            rate[i, j] = np.fmax(rate[i, j], combination.growth)
-    dims = ("value", "resonance")
-    fixed = {name: values for name, values in resonance_columns(combinations).items() if name in _FIXED}
-    return {"resonance_low": (dims, low), "resonance_high": (dims, high), "resonance_growth": (dims, rate), **fixed}
-
-
-def _warnings(rows: Sequence[_MapRow]) -> list[CodedText]:
-    """Number of failed values, and the warnings of all scans as of one."""
-    failed = [row.status for row in rows if row.floquet is None]
-    messages = [coded("points-failed", f"{len(failed)} of {len(rows)} values failed: {failed[0]}")] if failed else []
-    scans = [row.floquet for row in rows if row.floquet is not None]
-    whole = FloquetScan(
-        multipliers=np.zeros((0, 0), complex),
-        largest=np.concatenate([scan.largest for scan in scans]),
-        growth=np.concatenate([scan.growth for scan in scans]),
-        kind=np.concatenate([scan.kind for scan in scans]),
-        steps=np.concatenate([scan.steps for scan in scans]),
-        status=np.concatenate([scan.status for scan in scans]),
-        alone=np.concatenate([scan.alone for scan in scans]),
+    names = ["value", "resonance", "low", "high", "growth", "first", "second", "order"]
+    table = pd.DataFrame(
+        [
+            (i, combination_name(each, len(row.ready.tones) > 1), *(getattr(each, name) for name in names[2:]))
+            for i, row in enumerate(rows)
+            if row is not None
+            for each in row.ranges
+        ],
+        columns=names,
     )
-    return messages + scan_warnings(whole)
+    widest = table.iloc[np.argsort((table.low - table.high).to_numpy(float), kind="stable")].drop_duplicates(
+        "resonance"
+    )
+    ends = table.groupby(["value", "resonance"]).agg({"low": "min", "high": "max", "growth": "max"}).astype(float)
+    joined: xr.Dataset = ends.to_xarray().reindex(value=range(len(rows)), resonance=widest.resonance.to_numpy(object))
+    joined = joined.assign({name: ("resonance", widest[name].to_numpy(np.int64)) for name in names[5:]})
+    return joined.rename({name: f"resonance_{name}" for name in joined.data_vars})
 
 
 Progress = Callable[[float], None] | None
@@ -505,34 +419,31 @@ def vary(
     counts = {path: len(values) for path, values in path_values.items()}
     if len(set(counts.values())) != 1:
         raise ModelError("needs the same number of values for each path", path="path_values", given=counts)
-    count = next(iter(counts.values()))
-    quantities, status = np.full(count, np.nan), np.full(count, "ok", dtype=object)
-    for point in range(count):
-        values = {path: values[point] for path, values in path_values.items()}
-        try:
-            quantities[point] = _evaluate(source, {**(overrides or {}), **values}, quantity)
-        except (ModelError, ConvergenceError) as error:
-            status[point] = str(error)
-        if progress is not None:
-            progress((point + 1) / count)
+    changes = [dict(zip(path_values, values, strict=True)) for values in zip(*path_values.values(), strict=True)]
+    at_point = partial(_quantity_at, source, overrides or {}, quantity)
+    found = outcomes(at_point, changes, workers=False, progress=progress)
+    quantities, status = numbers(found, (len(changes),))
     return dataset(
         {"quantity": ("point", quantities), "status": ("point", status)},
-        coords={"point": np.arange(count), **{path: ("point", list(values)) for path, values in path_values.items()}},
+        coords={
+            "point": np.arange(status.size),
+            **{path: ("point", list(values)) for path, values in path_values.items()},
+        },
         verb="vary",
         options={"paths": list(path_values), "overrides": dict(overrides or {})},
         units={"quantity": unit},
-        warnings=[coded("points-failed", f"{int(np.sum(status != 'ok'))} of {count} points failed")]
-        if np.any(status != "ok")
-        else (),
+        warnings=failures([outcome.reason for outcome in found]),
     )
 
 
-def _evaluate(
-    source: str | Path | Mapping[str, Any], overrides: Mapping[str, Any], quantity: Callable[[System], float]
+def _quantity_at(
+    source: str | Path | Mapping[str, Any],
+    overrides: Mapping[str, Any],
+    quantity: Callable[[System], float],
+    changes: Mapping[str, Any],
 ) -> float:
-    from ...train.resolution import load
-
-    return float(quantity(assemble(load(source, overrides=overrides))))
+    """A quantity of the System with some changes of the model."""
+    return float(quantity(assemble(load(source, overrides={**overrides, **changes}))))
 
 
 def support_study(train: Train, *, points: int = 9, progress: Progress = None) -> xr.Dataset:
@@ -605,20 +516,10 @@ def _sharing_study(
     words : name of the coordinate of the values, and title of the study.
     """
     points = [dict.fromkeys(paths, float(value)) for paths in changes.values() for value in values]
-    arrived: list[int] = []
-
-    def count(place: int, _: tuple[float, str]) -> None:
-        arrived.append(place)
-        if progress is not None:
-            progress(len(arrived) / len(points))
-
-    coefficients, texts = zip(*each(partial(_sharing_point, train.document), points, arrived=count), strict=True)
-    shape = len(changes), len(values)
-    sharing = np.array(coefficients).reshape(shape)
-    status = np.array(texts, dtype=object).reshape(shape)
-    failed = int((status != "ok").sum())
-    if failed == status.size:
-        raise ModelError(str(status.flat[0]))
+    found = outcomes(partial(_quantity_at, train.document, {}, worst_sharing), points, progress=progress)
+    sharing, status = numbers(found, (len(changes), len(values)))
+    if all(outcome.error for outcome in found):
+        raise ModelError(found[0].reason)
     coordinate, title = words
     dims = "member", coordinate
     result = dataset(
@@ -626,18 +527,10 @@ def _sharing_study(
         coords={"member": [_member_name(path) for path in changes], coordinate: values},
         verb="vary",
         options={"definition": "cycle-peak" if _has_laws(assemble(train)) else "worst-case", "method": "static"},
-        warnings=[coded("points-failed", f"{title}: {failed} of {status.size} points failed")] if failed else (),
+        warnings=[placed(title, text) for text in failures([outcome.reason for outcome in found])],
         provenance=train_provenance(train),
     )
     return result.assign_attrs(study=title)
-
-
-def _sharing_point(document: Mapping[str, Any], values: Mapping[str, float]) -> tuple[float, str]:
-    """`worst_sharing` [1] with values in place of those of a document, and "ok"; nan and the message where it fails."""
-    try:
-        return _evaluate(document, values, worst_sharing), "ok"
-    except (ModelError, ConvergenceError) as error:
-        return float("nan"), str(error)
 
 
 def _has_laws(system: System) -> bool:

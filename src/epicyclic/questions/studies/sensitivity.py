@@ -90,14 +90,14 @@ def sensitivity(
     parameters: list[Parameter] = []
     changes: list[SystemNumbers] = []
     left_out: dict[str, str] = {}  # path of a parameter that is not listed -> reason
-    for along in derivatives.along:
-        if along.change is None and paths is not None:
-            raise ModelError(along.problem, path=along.parameter.path, given=along.parameter.value)
-        if along.change is not None and (paths is not None or is_nonzero(along.change)):
-            parameters.append(along.parameter)
-            changes.append(along.change)
+    for parameter, along in zip(candidates, derivatives.along, strict=True):
+        if along.value is None and paths is not None:
+            raise ModelError(along.problem, path=parameter.path, given=parameter.value)
+        if along.value is not None and (paths is not None or is_nonzero(along.value)):
+            parameters.append(parameter)
+            changes.append(along.value)
         else:
-            left_out[along.parameter.path] = along.problem or "moves nothing"
+            left_out[parameter.path] = along.problem or "moves nothing"
     if of == "frequency":
         quantity = _frequencies(system, changes, relative_speed or 0.0, mode)
     else:

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from ...document.tolerances import Tolerance
 from ...engine.plan import PIECE, SamplingPlan, scramble_uniforms
+from ...engine.points import outcomes
 from ...errors import ConvergenceError, ModelError
 from ...statics.load_map import MEAN_LOADS
 from ...statics.sample_loads import ContactMethod
@@ -367,16 +368,18 @@ def _add_planets(effects: EffectColumns, train: Train, nominal: Array, common: _
     if len(counted) != 1:
         effects.left_out[name] = "several stages have planets" if counted else "planets stand at given angles"
         return
-    curve = np.full((len(PLANETS), common.probability.size), np.nan)
-    for i, planets in enumerate(PLANETS):
+
+    def quantiles(planets: int) -> Array:
+        """Quantiles (P,) of the train with a number of planets."""
         if planets == train.planets[counted[0]]:
-            curve[i] = nominal
-        else:
-            try:
-                drawn = tolerance_map(load(dict(train.document), {f"stages.{counted[0]}.planets": planets}))
-                curve[i] = common.quantiles(drawn, common.uniforms(drawn.dimension_entry.size))[0, -1]
-            except (ModelError, ConvergenceError) as error:
-                effects.left_out[f"{name}, {planets}"] = str(error)
-        common.step()
+            return nominal
+        drawn = tolerance_map(load(dict(train.document), {f"stages.{counted[0]}.planets": planets}))
+        return np.asarray(common.quantiles(drawn, common.uniforms(drawn.dimension_entry.size))[0, -1])
+
+    found = outcomes(quantiles, PLANETS, workers=False, progress=lambda _: common.step())
+    unknown = np.full(common.probability.size, np.nan)
+    curve = np.array([unknown if outcome.value is None else outcome.value for outcome in found])
+    reasons = zip(PLANETS, (outcome.reason for outcome in found), strict=True)
+    effects.left_out |= {f"{name}, {planets}": reason for planets, reason in reasons if reason}
     effects.columns[name] = (("planets", "probability"), curve)
     effects.coords["planets"] = np.array(PLANETS)

@@ -2,66 +2,21 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING
 
 from ...errors import ModelError
-from ...limits import JUDGED_AT
-from ...verbs.record import Option, Progress, Verb, bounded
+from ...options import Progress
+from ...verbs.record import Verb, asked, takes
+from . import AllocateOptions, ToleranceOptions
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from ...engine.source import Overrides, Source
+    from ...engine.source import Drive
 
 
-@bounded
-def tolerance(
-    source: "Source",
-    *,
-    overrides: "Overrides | None" = None,
-    samples: Annotated[int, Option("Number of samples, rounded up to a power of two.", least=1, most=2**40)] = 131_072,
-    seed: Annotated[int, Option("The same seed, the same samples.", least=0)] = 1,
-    limit: Annotated[
-        Sequence[str] | Sequence[float],
-        Option(
-            "K_gamma whose exceedance is counted, or a table of limits; may be repeated, the first is the verdict's.",
-            metavar="K",
-            default="[limits] of the model, else IEC 61400-4",
-        ),
-    ] = (),
-    method: Annotated[
-        Literal["auto", "linear", "static"],
-        Option("Contact closed where it stays closed, closed always, or solved for every sample."),
-    ] = "auto",
-    sampler: Annotated[Literal["sobol", "random"], Option("Scrambled Sobol sequences, or random numbers.")] = "sobol",
-    effects: Annotated[
-        Literal["none", "shares", "all"] | None,
-        Option(
-            "What buys what: shares of the variance, slopes and curves over spread and torque; all: over support "
-            "stiffness and number of planets too.",
-            default="all from 65536 samples, else shares",
-        ),
-    ] = None,
-    reference: Annotated[
-        Mapping[str, float] | Sequence[str],
-        Option("A value to compare with, of your source: NAME=1.35; may be repeated.", metavar="NAME=K"),
-    ] = (),
-    worst: Annotated[
-        str | Path | None, Option("Folder for model files of the worst samples.", metavar="DIR", default="none")
-    ] = None,
-    raw: Annotated[bool, Option("Keep K_gamma of every sample.")] = False,
-    store: Annotated[
-        str | Path | None, Option("Zarr store that keeps what is done.", metavar="DIR", default="none")
-    ] = None,
-    resume: Annotated[bool, Option("Go on with the store of a run that was stopped.")] = False,
-    workers: Annotated[
-        int | None, Option("Processes of a local cluster.", least=1, most=1000, default="this process")
-    ] = None,
-    scheduler: Annotated[
-        str | None, Option("Dask scheduler, e.g. tcp://HOST:8786.", metavar="URL", default="none")
-    ] = None,
-    progress: Progress | None = None,
-) -> "xr.Dataset":
+@takes(ToleranceOptions)
+def tolerance(drive: "Drive", options: ToleranceOptions, progress: Progress | None = None) -> "xr.Dataset":
     """The mesh-load factor K_gamma as a distribution, from the tolerances of the drawing.
 
     The model states them in its table [tolerance]. Quantiles come with 95 % bands. With --store, Ctrl-C keeps what is
@@ -74,21 +29,21 @@ def tolerance(
     from .tolerance import tolerance as run
 
     return run(
-        source,
-        overrides=overrides,
-        samples=samples,
-        seed=seed,
-        limits=limit,
-        method=method,
-        sampler=sampler,
-        effects=effects,
-        reference=_named(reference),
-        worst=None if worst is None else Path(worst),
-        raw=raw,
-        store=None if store is None else Path(store),
-        resume=resume,
-        workers=workers,
-        scheduler=scheduler,
+        drive.source,
+        overrides=drive.overrides,
+        samples=options.samples,
+        seed=options.seed,
+        limits=options.limit,
+        method=options.method,
+        sampler=options.sampler,
+        effects=options.effects,
+        reference=_named(options.reference),
+        worst=None if options.worst is None else Path(options.worst),
+        raw=options.raw,
+        store=None if options.store is None else Path(options.store),
+        resume=options.resume,
+        workers=options.workers,
+        scheduler=options.scheduler,
         progress=progress,
     )
 
@@ -117,37 +72,8 @@ def _named(reference: Mapping[str, float] | Sequence[str]) -> dict[str, float]:
     return values
 
 
-@bounded
-def allocate(
-    source: "Source",
-    *,
-    overrides: "Overrides | None" = None,
-    target: Annotated[
-        float | None,
-        Option(
-            "K_gamma that is not to be exceeded, e.g. 1.15.",
-            above=1,
-            most=1000,
-            default="smallest limit of its stages: [limits] of the model, else IEC 61400-4",
-        ),
-    ] = None,
-    probability: Annotated[float, Option("Share of the trains that meet it.", least=0.01, most=0.999999)] = JUDGED_AT,
-    definition: Annotated[
-        Literal["mean-load", "mean-load-turning"], Option("Mean over the hunting period, or largest while turning.")
-    ] = "mean-load",
-    samples: Annotated[
-        int, Option("Samples on which grades are compared, rounded up to a power of two.", least=256, most=2**20)
-    ] = 16_384,
-    seed: Annotated[int, Option("The same seed, the same samples; the next one verifies.", least=0)] = 1,
-    method: Annotated[
-        Literal["auto", "linear", "static"],
-        Option("Contact closed where it stays closed, closed always, or solved for every sample."),
-    ] = "auto",
-    fresh_samples: Annotated[
-        int, Option("Samples of the run that verifies the grades found.", least=256, most=2**30)
-    ] = 131_072,
-    progress: Progress | None = None,
-) -> "xr.Dataset":
+@takes(AllocateOptions)
+def allocate(drive: "Drive", options: AllocateOptions, progress: Progress | None = None) -> "xr.Dataset":
     """The cheapest grades of the drawing that keep K_gamma below a target in a share of the trains.
 
     The model has prices of grades in [tolerance.cost]. With -o MODEL.toml the model is written with the grades found.
@@ -158,18 +84,7 @@ def allocate(
     """
     from .allocation import allocate as run
 
-    return run(
-        source,
-        overrides=overrides,
-        target=target,
-        probability=probability,
-        definition=definition,
-        samples=samples,
-        seed=seed,
-        method=method,
-        fresh_samples=fresh_samples,
-        progress=progress,
-    )
+    return run(drive.source, overrides=drive.overrides, **asked(options), progress=progress)
 
 
 def _model_text(result: "xr.Dataset") -> str:

@@ -16,6 +16,7 @@ from ...statics.record import positive_count, reference_tone
 from ...system.gaps import groups_past_the_end, net_force, past_the_end
 from ...system.system import Array, ComplexArray, System, faces
 from ...warning_codes import CodedText, coded
+from . import TransientOptions
 from .equation import (
     Contact,
     Motion,
@@ -41,7 +42,7 @@ from .integrators import (
     starting_slider,
     steps_for,
 )
-from .scenario import METHODS, History, Method, RunPlan, RunRecord, Scenario, run, scenario_motion
+from .scenario import METHODS, Method, RunPlan, RunRecord, Scenario, run, scenario_motion
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -148,22 +149,7 @@ def group_force(moving: Motion, times: Array, states: Array, sliders: Array) -> 
 
 
 def transient(
-    system: System,
-    *,
-    duration: float | None = None,
-    cycles: float | None = None,
-    mesh_frequency: float | tuple[float, float] | None = None,
-    torque_ramp: float | None = None,
-    torque_step: tuple[float, float] | None = None,
-    history: History | None = None,
-    start: Start | Array | xr.Dataset = "equilibrium",
-    samples: int = 32,
-    decimate: int = 1,
-    contact: Contact = "unilateral",
-    method: Method = "rk4",
-    folder: str | Path | None = None,
-    resume: bool = False,
-    progress: Callable[[float], None] | None = None,
+    system: System, options: TransientOptions, *, progress: Callable[[float], None] | None = None
 ) -> xr.Dataset:
     """Mesh forces and displacements over time, from any start, through ramps of speed and torque; teeth may part.
 
@@ -173,17 +159,6 @@ def transient(
 
     Parameters
     ----------
-    duration : [s], or cycles : of the first mesh; neither: that of the history, else 100 mesh cycles.
-    mesh_frequency : of the first mesh [Hz], or at the beginning and at the end, with a straight line between; that of
-        the operating point where None.
-    torque_ramp : all operating torques grow from zero in so long [s].  torque_step : factor of them, and from when [s].
-    history : torques of members over time.
-    start : ``equilibrium``: what neither moves nor accelerates at time 0; ``rest``: nothing displaced; a state (2, n)
-        q, q'; or a result of this verb, whose end is the beginning.
-    samples : per mesh cycle at the highest speed, at least.  decimate : keep every so many of them.
-    contact : ``unilateral``, or ``linear`` as in the steady response.
-    method : ``rk4``, fixed steps, compiled where numba is installed; ``dop853``, ``radau``: scipy's, tolerance 1e-8.
-    folder : keeps what is done there, so that a run that was stopped goes on with ``resume``, to the same bits.
     progress : called with the share done, 0..1.
 
     Raises
@@ -195,41 +170,43 @@ def transient(
     if tone <= 0:
         problem = "motion in time needs a mesh frequency above zero"
         raise ModelError(problem, path="operation.speed", allowed="the speed of one member")
+    start, history = options.initial, options.history
+    contact, method, samples, decimate = options.contact, options.method, options.samples, options.decimate
     end: Any = start if hasattr(start, "attrs") else None
-    speed = _speeds(mesh_frequency, tone)
+    speed = _speeds(options.mesh_frequency, tone)
     scenario = Scenario(
-        duration=_duration(duration, cycles, history, speed, tone),
+        duration=_duration(options, speed, tone),
         speed=speed,
-        ramp=torque_ramp or 0.0,
-        step=torque_step,
+        ramp=options.torque_ramp or 0.0,
+        step=options.torque_step,
         history=history,
         phase=float(end["end_phase"]) if end is not None and "end_phase" in end else 0.0,
     )
-    if sum(given is not None for given in (torque_ramp, torque_step, history)) > 1:
+    if sum(given is not None for given in (options.torque_ramp, options.torque_step, history)) > 1:
         raise ModelError("give one of torque_ramp, torque_step and history", path="torque")
     fine = 1.0 / (positive_count("samples", samples, 32) * tone * max(speed))
     moving, plan = _planned(system, scenario, contact, method, fine, positive_count("decimate", decimate, 1))
-    _check_time(moving, plan, most=_LONGEST if folder is None else _RESUMED)
+    _check_time(moving, plan, most=_LONGEST if options.folder is None else _RESUMED)
     state = to_modal(moving, _state(moving, start))
     record = run(
         moving,
         plan,
         state,
         starting_slider(moving, state, slider=None if end is None else _end_slider(moving, end)),
-        folder=None if folder is None else Path(folder),
+        folder=None if options.folder is None else Path(options.folder),
         asked={**_asked(scenario, start), "contact": contact, "samples": samples, "decimate": decimate},
-        resume=resume,
+        resume=options.resume,
         progress=progress,
     )
-    options: dict[str, Any] = {
+    recorded: dict[str, Any] = {
         "duration": scenario.duration, "mesh_frequency": [value * tone for value in speed], "contact": contact,
         "method": method, "samples": samples, "decimate": decimate, "step": record.plan.step,
         "start": start if isinstance(start, str) else "state",
-        **({"torque_ramp": torque_ramp} if torque_ramp else {}),
-        **({"torque_step": list(torque_step)} if torque_step else {}),
+        **({"torque_ramp": options.torque_ramp} if options.torque_ramp else {}),
+        **({"torque_step": list(options.torque_step)} if options.torque_step else {}),
         **({"history": list(history.torque)} if history else {}),
     }  # fmt: skip
-    return _labelled(record, tone, options)
+    return _labelled(record, tone, recorded)
 
 
 def _asked(scenario: Scenario, start: Any) -> dict[str, object]:
@@ -266,10 +243,9 @@ def _speeds(mesh_frequency: float | tuple[float, float] | None, tone: float) -> 
     return float(ends[0] / tone), float(ends[-1] / tone)
 
 
-def _duration(
-    duration: float | None, cycles: float | None, history: History | None, speed: tuple[float, float], tone: float
-) -> float:
+def _duration(options: TransientOptions, speed: tuple[float, float], tone: float) -> float:
     """Length of the run [s]; mesh cycles are counted at the mean speed."""
+    duration, cycles, history = options.duration, options.cycles, options.history
     if duration is not None and cycles is not None:
         raise ModelError("give duration or cycles, not both", path="duration")
     if duration is None and cycles is None and history is not None:

@@ -22,7 +22,8 @@ from epicyclic.cockpit.computing.speed_view import Effort, force_curves, speed_m
 from epicyclic.cockpit.computing.train_view import live_sharing, twin_of
 from epicyclic.cockpit.state.frames import PageFrame, Request, pack, unpack
 from epicyclic.document.document import drive_text, ready_drives
-from epicyclic.questions.response.steady import SweepOptions, sweep
+from epicyclic.questions.response import SweepOptions
+from epicyclic.questions.response.steady import sweep
 from epicyclic.statics.sample_loads import mean_loads
 from epicyclic.train import resolution
 

@@ -16,7 +16,8 @@ from epicyclic.questions.contact_loss.branch_set import branch_set, scan_closed_
 from epicyclic.questions.contact_loss.continuation import Stepping, arclength_unit, branch, linear_start, solve
 from epicyclic.questions.contact_loss.problem import dynamic_size
 from epicyclic.questions.contact_loss.solutions import Refinement
-from epicyclic.questions.contact_loss.sweep import ContactSweepOptions, contact_sweep
+from epicyclic.questions.contact_loss.sweep import contact_sweep
+from epicyclic.questions.response import SweepOptions
 from epicyclic.questions.response.response import response
 from epicyclic.system.system import System
 
@@ -87,7 +88,7 @@ def test_a_branch_that_winds_through_unstable_motions_is_cut(monkeypatch: pytest
     system = replace(system, lines=tuple(one for one in system.lines if one.frequency in system.tones))
     monkeypatch.setattr(module, "_UNSTABLE_PARTS", 2)
     found = contact_sweep(
-        system, ContactSweepOptions(mesh_frequency=np.array([410.0, 455.0]), harmonics=16, unstable="report")
+        system, SweepOptions(mesh_frequency=np.array([410.0, 455.0]), harmonics=16, unstable="report")
     )
     assert unstable_parts(found)[:3] == [False, True, True]
     assert found.sizes["fold"] == 3

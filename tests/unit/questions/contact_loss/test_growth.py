@@ -17,7 +17,8 @@ from epicyclic.errors import ConvergenceError
 from epicyclic.questions.contact_loss.branch_set import branch_set
 from epicyclic.questions.contact_loss.solutions import Refinement, load_continuation, solution, with_stability
 from epicyclic.questions.contact_loss.steady import contact_steady
-from epicyclic.questions.contact_loss.sweep import ContactSweepOptions, contact_sweep
+from epicyclic.questions.contact_loss.sweep import contact_sweep
+from epicyclic.questions.response import SteadyOptions, SweepOptions
 from epicyclic.questions.response.response import response
 
 # stiffness variation of the first order, and speed per natural frequency: the first range of parametric instability
@@ -39,8 +40,8 @@ def size_of_multiplier(zeta: float) -> float:
 def test_closed_teeth_grow_above_one_by_however_little(made: Any, above: float) -> None:
     zeta = float(brentq(lambda ratio: size_of_multiplier(ratio) - 1 - above, 0.005, 0.02))
     system = made.single(variation=(SWING,), zeta=zeta, load=1130.0, backlash=5e-5)
-    swept = contact_sweep(system, ContactSweepOptions(relative_speed=[SPEED], unstable="report"))
-    still = contact_steady(system, relative_speed=SPEED)
+    swept = contact_sweep(system, SweepOptions(relative_speed=[SPEED], unstable="report"))
+    still = contact_steady(system, SteadyOptions(relative_speed=SPEED))
     assert not swept.contact_open.any()
     for found in (swept.sel(direction="up").isel(speed=0), still):
         # the integration's own tolerance

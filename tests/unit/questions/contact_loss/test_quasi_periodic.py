@@ -24,8 +24,9 @@ from epicyclic.questions.contact_loss.solutions import (
     window_cycles,
     with_stability,
 )
-from epicyclic.questions.contact_loss.sweep import ContactSweepOptions, contact_sweep
+from epicyclic.questions.contact_loss.sweep import contact_sweep
 from epicyclic.questions.contact_loss.sweep_direction import sweep_direction
+from epicyclic.questions.response import SweepOptions
 from epicyclic.questions.response.response import response
 from epicyclic.system.system import System
 
@@ -187,9 +188,7 @@ def test_windows_bring_both_tones_back() -> None:
 
 
 def test_a_sweep_of_two_tones_has_verdicts(train: Any) -> None:
-    result = contact_sweep(
-        train(ratio=Fraction(13, 8)), ContactSweepOptions(relative_speed=[0.4, 0.5], unstable="replace")
-    )
+    result = contact_sweep(train(ratio=Fraction(13, 8)), SweepOptions(relative_speed=[0.4, 0.5], unstable="replace"))
     assert np.all(result.stable)
     assert np.all(result.path_stable)
     assert np.all((result.largest_multiplier > 0.3) & (result.largest_multiplier < 1))

@@ -12,7 +12,8 @@ import xarray as xr
 from epicyclic.engine import run_folder as run_folder_module
 from epicyclic.engine import workers
 from epicyclic.engine.run_folder import run_folder
-from epicyclic.questions.contact_loss.sweep import ContactSweepOptions, contact_sweep
+from epicyclic.questions.contact_loss.sweep import contact_sweep
+from epicyclic.questions.response import SweepOptions
 
 
 @pytest.mark.parametrize("jobs", ["1", "2"])
@@ -22,7 +23,7 @@ def test_doubled_periods(made: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(run_folder_module, "_EVERY", 0.0)
     system = made.single(variation=(0.045,), zeta=0.008, load=1130.0, backlash=5e-5)
     speeds = np.array([1.99, 2.0, 2.01])
-    whole = contact_sweep(system, ContactSweepOptions(relative_speed=speeds))
+    whole = contact_sweep(system, SweepOptions(relative_speed=speeds))
     assert (whole.motion == "period 2").any()
     for stop in range(1, 6):
 
@@ -35,8 +36,6 @@ def test_doubled_periods(made: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPa
             pytest.raises(KeyboardInterrupt),
             run_folder(folder, system, verb="sweep", options=options, resume=False) as (given, kept),
         ):
-            contact_sweep(given, ContactSweepOptions(relative_speed=speeds), progress=interrupt, kept=kept)
+            contact_sweep(given, SweepOptions(relative_speed=speeds), progress=interrupt, kept=kept)
         with run_folder(folder, system, verb="sweep", options=options, resume=True) as (given, kept):
-            xr.testing.assert_identical(
-                contact_sweep(given, ContactSweepOptions(relative_speed=speeds), kept=kept), whole
-            )
+            xr.testing.assert_identical(contact_sweep(given, SweepOptions(relative_speed=speeds), kept=kept), whole)

@@ -15,8 +15,9 @@ import epicyclic
 from epicyclic.errors import ModelError
 from epicyclic.questions.contact_loss import shaft_orders as orders_module
 from epicyclic.questions.contact_loss.steady import contact_steady
-from epicyclic.questions.contact_loss.sweep import ContactSweepOptions, contact_sweep
+from epicyclic.questions.contact_loss.sweep import contact_sweep
 from epicyclic.questions.contact_loss.torus import Torus, TorusPoint, respond_torus, torus_of
+from epicyclic.questions.response import SteadyOptions, SweepOptions
 from epicyclic.questions.response.response import response
 from epicyclic.questions.transient.equation import constant, motion
 from epicyclic.questions.transient.integrators import integrate
@@ -31,11 +32,11 @@ SPEED, CYCLES, SLOW = 2.3, 9, [(F(2, 9), 6e-6)]
 
 @pytest.fixture(scope="module")
 def swept(train: Train) -> xr.Dataset:
-    return contact_sweep(train(slow=SLOW), ContactSweepOptions(relative_speed=[SPEED]))
+    return contact_sweep(train(slow=SLOW), SweepOptions(relative_speed=[SPEED]))
 
 
 def test_a_stable_speed_is_what_the_torus_alone_says(train: Train, swept: xr.Dataset) -> None:
-    alone = contact_steady(train(slow=SLOW), relative_speed=SPEED)
+    alone = contact_steady(train(slow=SLOW), SteadyOptions(relative_speed=SPEED))
     assert (swept.status == "ok").all()
     assert swept.stable.all()
     assert float(alone.open_share.max()) > 0.01
@@ -68,7 +69,7 @@ def test_a_stable_speed_is_time_integration(train: Train, swept: xr.Dataset) -> 
     assert stated < 0.01
     assert np.abs(ours - rms).max() < stated * rms.max()
     assert f"rows dropped are up to {stated:.2g} of the dynamic motion" in str(swept.attrs["warnings"])
-    without = contact_sweep(train(slow=SLOW), ContactSweepOptions(relative_speed=[SPEED], shaft_orders=False))
+    without = contact_sweep(train(slow=SLOW), SweepOptions(relative_speed=[SPEED], shaft_orders=False))
     # the shaft line is seen: mesh orders alone are far off
     assert np.abs(without.mesh_force_rms.values[0, :, 0] - rms).max() > 0.1 * rms.max()
     assert any("left out" in text for text in without.attrs["warnings"].split('", "'))
@@ -88,8 +89,8 @@ def test_closed_teeth_are_the_linear_sweep() -> None:
 
 def test_lines_beside_the_torus_are_reported(train: Train) -> None:
     system = train(slow=[(F(1, 13), 5e-6), (F(1, 9), 4e-6)])
-    one = contact_sweep(system, ContactSweepOptions(relative_speed=[1.8], unstable="report"))
-    two = contact_sweep(system, ContactSweepOptions(relative_speed=[1.8], unstable="report", shaft_tones=2))
+    one = contact_sweep(system, SweepOptions(relative_speed=[1.8], unstable="report"))
+    two = contact_sweep(system, SweepOptions(relative_speed=[1.8], unstable="report", shaft_tones=2))
     assert float(one.superposed_error.max()) > 0.01
     assert "superposed" in one.attrs["warnings"]
     assert (two.superposed_error == 0).all()
@@ -104,7 +105,7 @@ def test_a_torus_that_fails_says_so(train: Train, monkeypatch: pytest.MonkeyPatc
         return replace(point, converged=point.converged and not given.shaft_tones.tones)
 
     monkeypatch.setattr(orders_module, "respond_torus", lost)
-    failed = contact_sweep(train(slow=SLOW), ContactSweepOptions(relative_speed=[SPEED]))
+    failed = contact_sweep(train(slow=SLOW), SweepOptions(relative_speed=[SPEED]))
     assert [str(text).startswith("the torus of shaft orders") for text in failed.status.values.ravel()] == [True, True]
     assert np.isnan(failed.mesh_force_rms).all()
     assert np.isnan(failed.amplitude).all()
@@ -113,12 +114,12 @@ def test_a_torus_that_fails_says_so(train: Train, monkeypatch: pytest.MonkeyPatc
 
 def test_wrong_shaft_tones_are_refused(train: Train) -> None:
     with pytest.raises(ModelError, match="shaft_tones"):
-        contact_sweep(train(slow=SLOW), ContactSweepOptions(relative_speed=[SPEED], shaft_tones=4))
+        contact_sweep(train(slow=SLOW), SweepOptions(relative_speed=[SPEED], shaft_tones=4))
 
 
 def test_shaft_orders_are_prepared_for_a_system_that_has_them(train: Train) -> None:
     assert not response(train()).lines.shaft
-    plain = contact_sweep(train(), ContactSweepOptions(relative_speed=[SPEED], unstable="report"))
+    plain = contact_sweep(train(), SweepOptions(relative_speed=[SPEED], unstable="report"))
     assert "superposed_error" not in plain
 
 

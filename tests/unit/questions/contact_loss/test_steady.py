@@ -19,9 +19,11 @@ from typer.testing import CliRunner
 import epicyclic
 from epicyclic.errors import ConvergenceError, ModelError
 from epicyclic.questions.contact_loss.steady import contact_steady
-from epicyclic.questions.contact_loss.sweep import ContactSweepOptions, contact_sweep
+from epicyclic.questions.contact_loss.sweep import contact_sweep
 from epicyclic.questions.contact_loss.torus import respond_torus
+from epicyclic.questions.response import SteadyOptions, SweepOptions
 from epicyclic.questions.response.steady import steady
+from epicyclic.questions.transient import TransientOptions
 from epicyclic.questions.transient.equation import constant, motion
 from epicyclic.questions.transient.integrators import integrate
 from epicyclic.questions.transient.transient import mesh_force, transient
@@ -62,7 +64,10 @@ def _two_tones(train: Train, load: float, slow: Sequence[tuple[Fraction, complex
 
 def test_two_mesh_frequencies_in_contact_are_the_linear_response(train: Train) -> None:
     system = _two_tones(train, 2e4, [(F(1, 31), 1e-6)])
-    linear, ours = steady(system, relative_speed=0.3), contact_steady(system, relative_speed=0.3)
+    linear, ours = (
+        steady(system, SteadyOptions(relative_speed=0.3)),
+        contact_steady(system, SteadyOptions(relative_speed=0.3)),
+    )
     # truncation residual of the linear response; the torus is 9e-3 away
     np.testing.assert_allclose(ours.mesh_force_rms, linear.mesh_force_rms, rtol=1e-4)
     # one looks at 256 samples of a phase, the other at 45; the torus is 2e-2 away
@@ -84,7 +89,10 @@ def _integrated(system: System, speed: float, *, steps: int, settle: int) -> NDA
 def test_two_mesh_frequencies_in_contact_are_time_integration(train: Train) -> None:
     pytest.importorskip("numba")
     system = _two_tones(train, 2e4)
-    force, ours = _integrated(system, 0.3, steps=512, settle=20), contact_steady(system, relative_speed=0.3)
+    force, ours = (
+        _integrated(system, 0.3, steps=512, settle=20),
+        contact_steady(system, SteadyOptions(relative_speed=0.3)),
+    )
     np.testing.assert_allclose(ours.mesh_force_rms, force.std(axis=1), rtol=1e-3)
     # every instant lies between the extremes over all phases
     assert np.all(force.max(axis=1) <= ours.mesh_force_bound.values * 1.001)
@@ -93,7 +101,7 @@ def test_two_mesh_frequencies_in_contact_are_time_integration(train: Train) -> N
 def test_rows_dropped_are_measured_on_the_linear_response(train: Train) -> None:
     pytest.importorskip("numba")
     system = _two_tones(train, 600.0)
-    result = contact_steady(system, relative_speed=1.5)
+    result = contact_steady(system, SteadyOptions(relative_speed=1.5))
     assert result.contact_lost.any()
     (warning,) = [text for text in json.loads(result.attrs["warnings"]) if text.startswith("rows dropped")]
     rms, largest = (float(value) for value in re.findall(r"up to ([0-9.e-]+) in .* and ([0-9.e-]+) in", warning)[0])
@@ -109,11 +117,11 @@ def test_shares_of_contact_are_those_of_the_sweep_and_of_integration(train: Trai
     """Teeth that fly between both flanks: apart means on neither, in every verb."""
     pytest.importorskip("numba")
     system = train(load=30.0, backlash=3e-6)
-    ours = contact_steady(system, relative_speed=2.3)
+    ours = contact_steady(system, SteadyOptions(relative_speed=2.3))
     tone = 2.3 * float(system.tones[0])
-    settled = transient(system, cycles=200, mesh_frequency=tone, samples=64)
-    moved = transient(system, cycles=50, mesh_frequency=tone, samples=64, start=settled)
-    swept = contact_sweep(system, ContactSweepOptions(relative_speed=[2.3], unstable="report"))
+    settled = transient(system, TransientOptions(cycles=200, mesh_frequency=tone, samples=64))
+    moved = transient(system, TransientOptions(cycles=50, mesh_frequency=tone, samples=64, initial=settled))
+    swept = contact_sweep(system, SweepOptions(relative_speed=[2.3], unstable="report"))
     # one sample of 192, of 64, of 256; steps of the integration tally the same
     np.testing.assert_allclose(ours.open_share, moved.open_share, atol=2e-2)
     np.testing.assert_allclose(ours.far_share, moved.far_share, atol=2e-2)
@@ -125,7 +133,7 @@ def test_shares_of_contact_are_those_of_the_sweep_and_of_integration(train: Trai
 
 def test_what_parts_is_said_and_saved(train: Train, tmp_path: Any) -> None:
     system = train(slow=[(F(1, 13), 5e-6), (F(1, 9), 4e-6)], load=600.0)
-    result = contact_steady(system, relative_speed=2.0)
+    result = contact_steady(system, SteadyOptions(relative_speed=2.0))
     assert result.open_share.values[0] > 0.05
     assert result.contact_lost.values[0]
     assert np.all(result.mesh_force_least <= result.mesh_force + 1e-9)
@@ -148,8 +156,8 @@ def test_what_parts_is_said_and_saved(train: Train, tmp_path: Any) -> None:
 
 def test_lines_that_found_no_phase_are_named(train: Train) -> None:
     system = train(slow=[(F(1, 27), 1e-6), (F(3, 7), 1e-6)])
-    both = contact_steady(system, relative_speed=2.0)
-    one = contact_steady(system, relative_speed=2.0, shaft_tones=1)
+    both = contact_steady(system, SteadyOptions(relative_speed=2.0))
+    one = contact_steady(system, SteadyOptions(relative_speed=2.0, shaft_tones=1))
     assert json.loads(one.attrs["options"])["shaft_tones"] == 1
     assert json.loads(both.attrs["warnings"]) == []
     (warning,) = json.loads(one.attrs["warnings"])
@@ -157,14 +165,14 @@ def test_lines_that_found_no_phase_are_named(train: Train) -> None:
     assert "superposed" in warning
     # which the answer bears out: 1 um is a fifth of the deflection under load
     np.testing.assert_allclose(one.mesh_force_rms, both.mesh_force_rms, rtol=0.02)
-    none = contact_steady(system, relative_speed=2.0, shaft_orders=False)
+    none = contact_steady(system, SteadyOptions(relative_speed=2.0, shaft_orders=False))
     assert json.loads(none.attrs["warnings"]) == []
 
 
 def test_contact_is_lost_where_a_superposed_line_pulls(train: Train) -> None:
     """The motion of mesh orders parts the first mesh alone; a line of 0.1 mm has more force than the other carries."""
     for size, pulls in ((1e-6, False), (1e-4, True)):
-        found = contact_steady(train(slow=[(F(1, 27), size)]), relative_speed=2.0, shaft_tones=0)
+        found = contact_steady(train(slow=[(F(1, 27), size)]), SteadyOptions(relative_speed=2.0, shaft_tones=0))
         table = force_table(found).columns
         np.testing.assert_allclose(table["least [N]"], found.mesh_force_least.min("mesh_phase"))
         assert (table["least [N]"][1] < 0) == pulls
@@ -176,12 +184,12 @@ def test_contact_is_lost_where_a_superposed_line_pulls(train: Train) -> None:
 @pytest.mark.parametrize("options", [{"relative_speed": 0.0}, {"relative_speed": np.nan}, {"shaft_tones": 4}])
 def test_options_out_of_range(train: Train, options: dict[str, Any]) -> None:
     with pytest.raises(ModelError, match="out of range"):
-        contact_steady(train(), **options)
+        contact_steady(train(), SteadyOptions(**options))
 
 
 def test_without_damping_it_is_refused(train: Train) -> None:
     with pytest.raises(ModelError, match="damping"):
-        contact_steady(replace(train(), zeta=None))
+        contact_steady(replace(train(), zeta=None), SteadyOptions())
 
 
 def test_no_solution_is_an_error(train: Train, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -190,15 +198,15 @@ def test_no_solution_is_an_error(train: Train, monkeypatch: pytest.MonkeyPatch) 
 
     monkeypatch.setattr("epicyclic.questions.contact_loss.steady.respond_torus", lost)
     with pytest.raises(ConvergenceError, match="2000 Hz"):
-        contact_steady(train(slow=[(F(1, 13), 5e-6)]), relative_speed=2.0)
+        contact_steady(train(slow=[(F(1, 13), 5e-6)]), SteadyOptions(relative_speed=2.0))
 
 
 def test_a_torus_that_is_not_found_leaves_its_lines_superposed(train: Train, monkeypatch: pytest.MonkeyPatch) -> None:
     """No Newton steps on the torus: the mesh orders stand, and the lines say what they are worth."""
     system = train(slow=[(F(1, 27), 1e-6), (F(3, 7), 1e-6)])
-    right = contact_steady(system, relative_speed=2.0)
+    right = contact_steady(system, SteadyOptions(relative_speed=2.0))
     monkeypatch.setattr("epicyclic.questions.contact_loss.torus._STEPS", 0)
-    result = contact_steady(system, relative_speed=2.0)
+    result = contact_steady(system, SteadyOptions(relative_speed=2.0))
     warnings = json.loads(result.attrs["warnings"])
     assert len(warnings) == 2
     assert all("superposed" in text for text in warnings)
@@ -208,7 +216,8 @@ def test_a_torus_that_is_not_found_leaves_its_lines_superposed(train: Train, mon
 def test_slices_converge_and_add_up() -> None:
     """8 slices within 0.5 % of 32, where teeth part; one row of a mesh in one piece is 2e-3 away."""
     eight, many = (
-        contact_steady(system, relative_speed=at(system, 1200.0)) for system in (sliced_xu2020(8), sliced_xu2020(32))
+        contact_steady(system, SteadyOptions(relative_speed=at(system, 1200.0)))
+        for system in (sliced_xu2020(8), sliced_xu2020(32))
     )
     assert eight.open_share.max() > 0.1
     np.testing.assert_allclose(eight.mesh_force_rms, many.mesh_force_rms, rtol=5e-3)
@@ -220,7 +229,7 @@ def test_slices_converge_and_add_up() -> None:
 
 def test_a_tilt_loads_one_end_of_the_face() -> None:
     straight, tilted = (
-        contact_steady(system, relative_speed=at(system, 800.0))
+        contact_steady(system, SteadyOptions(relative_speed=at(system, 800.0)))
         for system in (sliced_xu2020(8), sliced_xu2020(8, **{"deviations.sun.tilt": {"x": "2 mrad"}}))
     )
     for result in (straight, tilted):

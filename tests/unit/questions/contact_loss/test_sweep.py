@@ -24,10 +24,10 @@ from epicyclic.questions.contact_loss.solutions import (
     solution,
     with_stability,
 )
-from epicyclic.questions.contact_loss.sweep import ContactSweepOptions, _several_motions, contact_sweep
+from epicyclic.questions.contact_loss.sweep import _several_motions, contact_sweep
 from epicyclic.questions.contact_loss.sweep_direction import initial_state
+from epicyclic.questions.response import SweepOptions
 from epicyclic.questions.response.response import critical_speed, response
-from epicyclic.questions.response.steady import SweepOptions
 from epicyclic.questions.response.steady import sweep as linear_sweep
 from epicyclic.results.dataset import load_result, save_result, to_json
 from epicyclic.system.assembly import assemble
@@ -56,7 +56,7 @@ def integrated_on(made: Any, system: System, speeds: Array) -> Iterator[float]:
 
 @pytest.fixture(scope="module")
 def swept(made: Any) -> xr.Dataset:
-    return contact_sweep(spur_like(made), ContactSweepOptions(relative_speed=SPEEDS))
+    return contact_sweep(spur_like(made), SweepOptions(relative_speed=SPEEDS))
 
 
 def test_run_up_and_coast_down_are_what_time_integration_says(made: Any, swept: xr.Dataset) -> None:
@@ -91,7 +91,7 @@ def test_closed_teeth_are_the_linear_sweep(made: Any) -> None:
     system = made.bench(scale=1.0)
     speeds = [0.6, 0.75, 3.5]
     ours, linear = (
-        contact_sweep(system, ContactSweepOptions(relative_speed=speeds)),
+        contact_sweep(system, SweepOptions(relative_speed=speeds)),
         linear_sweep(system, SweepOptions(relative_speed=speeds)),
     )
     assert not ours.contact_open.any()
@@ -104,7 +104,7 @@ def test_closed_teeth_are_the_linear_sweep(made: Any) -> None:
 
 def test_speeds_in_any_order_and_wrong_ones_do_not_poison(made: Any, swept: xr.Dataset) -> None:
     order = np.array([0.9, np.nan, 0.75, -1.0, 0.82, 0.82])
-    mixed = contact_sweep(spur_like(made), ContactSweepOptions(relative_speed=order, harmonics=16))
+    mixed = contact_sweep(spur_like(made), SweepOptions(relative_speed=order, harmonics=16))
     assert list(mixed.status.sel(direction="up").values) == [
         "ok",
         "speed is not a number above zero",
@@ -122,7 +122,7 @@ def test_speeds_in_any_order_and_wrong_ones_do_not_poison(made: Any, swept: xr.D
 
 
 def test_without_stability_a_run_follows_its_branch(made: Any) -> None:
-    quick = contact_sweep(spur_like(made), ContactSweepOptions(relative_speed=SPEEDS, unstable="ignore"))
+    quick = contact_sweep(spur_like(made), SweepOptions(relative_speed=SPEEDS, unstable="ignore"))
     assert np.isnan(quick.largest_multiplier).all()
     assert (quick.motion == "periodic").all()
     assert np.isfinite(quick.mesh_force_rms).all()
@@ -152,7 +152,7 @@ def test_stability_of_a_point_is_computed_once(made: Any, monkeypatch: pytest.Mo
         return floquet_stability(refinement, at)
 
     monkeypatch.setattr(refinement_module, "floquet_stability", counted)
-    contact_sweep(spur_like(made), ContactSweepOptions(relative_speed=SPEEDS, unstable="report"))
+    contact_sweep(spur_like(made), SweepOptions(relative_speed=SPEEDS, unstable="report"))
     assert len(set(asked)) == len(asked) > len(SPEEDS)
 
 
@@ -174,7 +174,7 @@ def test_a_side_that_stays_open_needs_no_branch() -> None:
 
 def test_a_branch_that_begins_at_a_speed_asked_for(made: Any) -> None:
     system = made.single(variation=(0.2,), zeta=0.05, load=2000.0)
-    one = contact_sweep(system, ContactSweepOptions(relative_speed=[1.0], unstable="ignore"))
+    one = contact_sweep(system, SweepOptions(relative_speed=[1.0], unstable="ignore"))
     assert one.status.values.tolist() == [["ok"], ["ok"]]
     assert one.contact_open.max() > 0.05
 
@@ -208,9 +208,7 @@ def test_a_ready_drive_that_parts_is_what_time_integration_says(made: Any) -> No
 
 
 def test_no_backlash_on_the_far_side_is_fine(made: Any) -> None:
-    one = contact_sweep(
-        made.single(variation=(0.2,), zeta=0.05, load=2000.0), ContactSweepOptions(relative_speed=[0.8, 1.0])
-    )
+    one = contact_sweep(made.single(variation=(0.2,), zeta=0.05, load=2000.0), SweepOptions(relative_speed=[0.8, 1.0]))
     assert (one.status == "ok").all()
     assert (one.mesh_force_minimum > -1e-9).all()
     assert one.contact_open.max() > 0.05
@@ -229,7 +227,7 @@ def test_no_backlash_on_the_far_side_is_fine(made: Any) -> None:
 )
 def test_wrong_input_is_refused(made: Any, system: dict[str, Any], options: dict[str, Any], path: str) -> None:
     with pytest.raises(ModelError) as caught:
-        contact_sweep(made.single(**system), ContactSweepOptions(**options))
+        contact_sweep(made.single(**system), SweepOptions(**options))
     assert path in str(caught.value)
 
 
@@ -237,12 +235,12 @@ def test_motions_found_ahead_on_several_cores_have_the_bits_of_one(made: Any, mo
     # a pair near twice its natural frequency, where its stiffness shakes it most
     system = made.single(variation=(0.045,), zeta=0.008, load=1130.0, backlash=5e-5)
     speeds = np.array([1.99, 2.0, 2.01])
-    one = contact_sweep(system, ContactSweepOptions(relative_speed=speeds))
+    one = contact_sweep(system, SweepOptions(relative_speed=speeds))
     assert (one.motion == "period 2").any()
     monkeypatch.setenv("EPICYCLIC_JOBS", "2")
     monkeypatch.setattr(workers, "_WORTH", {"fork": 0.0, "spawn": 0.0})
     steps = list[tuple[int, int]]()
-    two = contact_sweep(system, ContactSweepOptions(relative_speed=speeds), progress=lambda *step: steps.append(step))
+    two = contact_sweep(system, SweepOptions(relative_speed=speeds), progress=lambda *step: steps.append(step))
     assert to_json(one) == to_json(two)
     assert steps == [(count + 1, 6) for count in range(6)]
 
@@ -251,7 +249,7 @@ def test_a_speed_without_a_steady_motion_holds_nan_and_a_warning_says_so(made: A
     system = made.coupled(far=False, load=3000.0)
     system = made.replace(system, Kg=-2e5 * np.eye(6))
     critical = critical_speed(response(system))[0]
-    found = contact_sweep(system, ContactSweepOptions(relative_speed=[0.5 * critical, 3.0 * critical]))
+    found = contact_sweep(system, SweepOptions(relative_speed=[0.5 * critical, 3.0 * critical]))
     for direction in found.status.values:
         assert list(direction) == ["ok", "mean system unstable"]
     assert np.isnan(found.mesh_force_rms.values[..., 1]).all()

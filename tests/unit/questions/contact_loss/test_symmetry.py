@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 import epicyclic
 from epicyclic.questions.contact_loss.branch_set import BranchSet, branch_set
 from epicyclic.questions.contact_loss.solutions import Refinement, Solution, symmetry_is_broken
-from epicyclic.questions.contact_loss.sweep import ContactSweepOptions, contact_sweep
+from epicyclic.questions.contact_loss.sweep import contact_sweep
 from epicyclic.questions.contact_loss.sweep_direction import initial_state, sweep_direction
+from epicyclic.questions.response import SweepOptions
 from epicyclic.questions.response.response import response
 from epicyclic.system.system import System
 from epicyclic.train.resolution import load
@@ -76,7 +77,7 @@ def test_equal_meshes_with_unequal_forces_are_a_broken_symmetry(through_1880: An
     if unstable == "replace":
         pytest.importorskip("numba")
     system, speeds, refinement, branches = through_1880
-    found = contact_sweep(system, ContactSweepOptions(relative_speed=speeds, unstable=unstable))
+    found = contact_sweep(system, SweepOptions(relative_speed=speeds, unstable=unstable))
     sun = found.mesh_force_rms.values[:, :3]
     unequal = np.ptp(sun, axis=1) > 1e-2 * sun.max(axis=1)
     np.testing.assert_array_equal(found.motion.values == "symmetry broken", unequal)
@@ -115,7 +116,7 @@ def test_a_pin_off_its_place_breaks_the_train_and_not_the_motion(tmp_path: Path)
     refinement = Refinement(ready=response(system, asks_laws=True))
     (crossing,) = branch_set(refinement, np.array([1.3])).crossings[0]
     assert not symmetry_is_broken(refinement, crossing.solution)
-    found = contact_sweep(system, ContactSweepOptions(relative_speed=[1.3], unstable="report", shaft_orders=False))
+    found = contact_sweep(system, SweepOptions(relative_speed=[1.3], unstable="report", shaft_orders=False))
     force = found.mesh_force_peak.values[0, :3, 0]
     assert np.ptp(force) > 1e-2 * force.max()
     assert set(found.motion.values.ravel()) == {"periodic"}

@@ -12,7 +12,7 @@ import xarray as xr
 
 import epicyclic
 from epicyclic.errors import ModelError
-from epicyclic.questions.flanks.contact import ContactOptions
+from epicyclic.questions.flanks import ContactOptions
 from epicyclic.questions.flanks.contact_resolution import Resolution, doubled, estimated_error, mesh_phases
 from epicyclic.questions.flanks.pair_contact import helices_of, pair_contact
 from epicyclic.system.tooth_pairs import pair_of
@@ -54,7 +54,7 @@ def numbers(result: xr.Dataset) -> np.ndarray:
 def refined(request: pytest.FixtureRequest) -> tuple[xr.Dataset, ...]:
     """By default, with three times the phases, and with three times the slices."""
     train = epicyclic.load(pair(request.param))
-    found = pair_contact(train, None, ContactOptions(factors=[1.0]))
+    found = pair_contact(train, ContactOptions(loads=[1.0]))
     helices = helices_of(train, None)
     pairs = [pair_of(train, one) for one in helices]
 
@@ -62,7 +62,7 @@ def refined(request: pytest.FixtureRequest) -> tuple[xr.Dataset, ...]:
         more = {"samples": phases * found.attrs["samples"], "slices": slices * found.attrs["slices"]}
         phase = mesh_phases(helices, pairs, more["samples"])
         cut = Resolution(phase=phase, graded=True, error=np.full(3, np.nan), **more)
-        return pair_contact(train, None, ContactOptions(factors=[1.0]), cut=cut)
+        return pair_contact(train, ContactOptions(loads=[1.0]), cut=cut)
 
     # a uniform face is one slice
     return found, with_more(3, 1), *([] if request.param == "spur" else [with_more(1, 3)])
@@ -162,8 +162,8 @@ def test_a_small_first_change_of_the_slices_is_confirmed() -> None:
     stage["wheel"] |= {"teeth": 55}
     document["operation"]["torque"]["pinion"] = "700 N m"
     train = epicyclic.load(document)
-    found = pair_contact(train, None, ContactOptions(factors=[1.0], samples=32))  # of the slices alone: few phases
-    fine = pair_contact(train, None, ContactOptions(factors=[1.0], samples=32, slices=120))
+    found = pair_contact(train, ContactOptions(loads=[1.0], samples=32))  # of the slices alone: few phases
+    fine = pair_contact(train, ContactOptions(loads=[1.0], samples=32, slices=120))
     assert found.attrs["slices"] > 20
     assert float(found.transmission_error_peak_to_peak[0]) == pytest.approx(
         float(fine.transmission_error_peak_to_peak[0]), rel=0.01

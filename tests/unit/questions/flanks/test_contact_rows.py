@@ -9,7 +9,8 @@ import pytest
 
 import epicyclic
 from epicyclic.errors import ModelError
-from epicyclic.questions.response.steady import SweepOptions, sweep
+from epicyclic.questions.response import SweepOptions
+from epicyclic.questions.response.steady import sweep
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
 from epicyclic.system.tooth_pairs import ContactHistory, mean_force, pair_of, with_contact_tangent

@@ -16,7 +16,7 @@ import xarray as xr
 import epicyclic
 from epicyclic.cli.main import app
 from epicyclic.errors import ModelError
-from epicyclic.questions.flanks.relief import genetic_search, relief, relief_model
+from epicyclic.questions.flanks.relief import genetic_search, relief_model
 from epicyclic.show.charts.flanks import relief_effect, relief_search
 
 pytest.importorskip("pymoo")
@@ -226,7 +226,7 @@ def test_a_relief_drawn_keeps_what_is_not_varied() -> None:
     document = copy.deepcopy(PAIR)
     drawn = {"amount": "10 um", "length": "2 mm", "shape": "parabolic"}
     document["stages"]["main"]["flank"] = {"tip_relief": drawn, "crown": "4 um"}
-    result = relief(document, vary={"wheel.tip_relief.amount": "0..30 um"}, **SHORT)
+    result = epicyclic.relief(document, vary={"wheel.tip_relief.amount": "0..30 um"}, **SHORT)
     changes = json.loads(result.attrs["overrides"])
     assert set(changes) == {f"stages.main.wheel.flank.tip_relief.{key}" for key in ("amount", "length", "shape")}
     assert changes["stages.main.wheel.flank.tip_relief.length"] == "2 mm"
@@ -258,7 +258,7 @@ def test_relief_makes_entry_and_exit_smooth() -> None:
     assert 0.5 * deflection < float(result.solution_value[0, 0]) < 1.5 * deflection
     heavy = copy.deepcopy(PAIR)
     heavy["operation"]["torque"]["pinion"] = "400 N m"
-    twice = relief(
+    twice = epicyclic.relief(
         heavy,
         vary={"tip_relief.amount": "0..80 um", "tip_relief.length": "3 mm"},
         **SHORT | {"population": 12, "generations": 8},
@@ -388,6 +388,8 @@ def test_teeth_without_a_face_width_are_named() -> None:
         epicyclic.relief("lin1999-n4", vary={"crown": "0..3 um"})
     with pytest.raises(ModelError, match="face width"):
         epicyclic.relief("yue2014-i", mesh="sun-p", vary={"crown": "0..3 um"})
+    with pytest.raises(ModelError, match="start, stop: go together"):
+        found(objectives=["force_rms"], start="20 Hz", generations=1)
 
 
 def test_without_pymoo_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 import xarray as xr
 
+from epicyclic.questions.modulation import ModulationOptions
 from epicyclic.questions.modulation.modulation import modulation
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
@@ -71,4 +72,4 @@ def system_of() -> Callable[..., System]:
 @cache
 def every_line(group: str) -> xr.Dataset:
     """All lines of a group without deviations, the least too, with the options that `modulation` takes by itself."""
-    return modulation(_built(group, ()), floor=0.0)
+    return modulation(_built(group, ()), ModulationOptions(floor=0.0))

@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 
 from epicyclic.errors import ModelError
+from epicyclic.questions.modulation import ModulationOptions
 from epicyclic.questions.modulation.modulation import modulation
 from epicyclic.questions.modulation.spectrum import sensor_position
+from epicyclic.questions.response import SteadyOptions
 from epicyclic.questions.response.steady import steady
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
@@ -30,17 +32,17 @@ def star() -> System:
 
 def test_no_ring_that_turns(star: System) -> None:
     with pytest.raises(ModelError, match=r"main/ring turns at .* rpm") as error:
-        modulation(star)
+        modulation(star, ModulationOptions())
     assert "main/carrier, housing" in str(error.value)
 
 
 @pytest.mark.parametrize("body", ["housing", "main/carrier"])
 def test_planets_that_do_not_pass_do_not_modulate(star: System, body: str) -> None:
-    result = modulation(star, body=body, window="cos2", sensor=0.8, floor=1e-9)
+    result = modulation(star, ModulationOptions(body=body, window="cos2", sensor=0.8, floor=1e-9))
     assert result.attrs["carrier_frequency"] == 0
     assert "carrier" not in "".join(map(str, result.line.values))
     assert np.isnan(result.passage.values).all()
-    forces = steady(star).mesh_force_harmonic
+    forces = steady(star, SteadyOptions()).mesh_force_harmonic
     ring = forces.values[["planet-ring" in str(name) for name in forces.mesh.values]]
     gains = np.cos((2 * np.pi * np.arange(4) / 4 - 0.8) / 2) ** 2
     mesh = {
@@ -84,7 +86,7 @@ def test_the_sun_mesh_is_heard_through_the_planet(system_of: Make) -> None:
     system = system_of("even, in phase")
     without, half, more = (
         every_line("even, in phase"),
-        *(modulation(system, through_planet=share, floor=0.0) for share in (0.5, 1.0)),
+        *(modulation(system, ModulationOptions(through_planet=share, floor=0.0)) for share in (0.5, 1.0)),
     )
     a, b, c = (
         dict(zip(r.exact_frequency.values, r.signal_amplitude.values, strict=True)) for r in (without, half, more)
@@ -116,12 +118,12 @@ def test_the_sun_mesh_is_heard_through_the_planet(system_of: Make) -> None:
 )
 def test_bad_input_is_named(system_of: Make, options: dict[str, Any], path: str) -> None:
     with pytest.raises(ModelError, match=rf"^{path}\b"):
-        modulation(system_of("even, in phase"), **options)
+        modulation(system_of("even, in phase"), ModulationOptions(**options))
 
 
 def test_a_train_without_speeds_or_rings() -> None:
     with pytest.raises(ModelError, match=r"operation\.speed"):
-        modulation(assemble(load("lin1999-n4")))
+        modulation(assemble(load("lin1999-n4")), ModulationOptions())
     pair = {
         "format": 2,
         "title": "no ring",
@@ -139,4 +141,4 @@ def test_a_train_without_speeds_or_rings() -> None:
         "operation": {"held": ["carrier"], "speed": {"sun": "1200 rpm"}},
     }
     with pytest.raises(ModelError, match="no ring"):
-        modulation(assemble(load(pair)))
+        modulation(assemble(load(pair)), ModulationOptions())

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from epicyclic.questions.modulation import ModulationOptions
 from epicyclic.questions.modulation.modulation import modulation
 from epicyclic.questions.modulation.spectrum import (
     SensorContributions,
@@ -21,6 +22,7 @@ from epicyclic.questions.modulation.spectrum import (
     named_window,
     windowed_forces,
 )
+from epicyclic.questions.response import SteadyOptions
 from epicyclic.questions.response.steady import steady
 from epicyclic.system.system import System
 
@@ -83,8 +85,8 @@ def test_closed_form_of_planets_that_are_alike(group: str, turn: Fraction) -> No
 def test_lines_follow_from_the_mesh_forces(group: str, system_of: Make) -> None:
     """Whatever the forces are: the harmonics of `steady` through the window, summed by hand."""
     system = system_of(group)
-    result = modulation(system, window="cos4", sensor=0.7, floor=0.0)
-    forces = steady(system).mesh_force_harmonic
+    result = modulation(system, ModulationOptions(window="cos4", sensor=0.7, floor=0.0))
+    forces = steady(system, SteadyOptions()).mesh_force_harmonic
     ring = forces.values[["planet-ring" in str(name) for name in forces.mesh.values]]
     teeth, sides = GROUPS[group][0][2], named_window("cos4", planets=1).sides
     away, found = np.array(angles(group)) - 0.7, by_order(result)
@@ -154,7 +156,7 @@ def test_any_phase_has_everything_and_no_symmetry() -> None:
 
 def test_families_of_trains_as_drawn(system_of: Make) -> None:
     for group in GROUPS:
-        result = modulation(system_of(group), floor=1e-5)
+        result = modulation(system_of(group), ModulationOptions(floor=1e-5))
         families = set(result.family.values)
         wanted = {"mesh", "planets passing"} | (set() if group.startswith("even") else {"uneven planets"})
         assert families == wanted, group
@@ -164,7 +166,7 @@ def test_families_of_trains_as_drawn(system_of: Make) -> None:
 
 def test_a_pin_out_of_place_fills_the_gaps_and_is_named(system_of: Make) -> None:
     system = system_of("even, in sequence", {"deviations.planet.position.y": "[30, 0, 0, 0] um"})
-    result = modulation(system, floor=1e-4)
+    result = modulation(system, ModulationOptions(floor=1e-4))
     unlike = result.isel(line=result.family.values == "unlike planets")
     assert unlike.sizes["line"] > 10
     assert all("deviations.main.planet.position" in text for text in unlike.causes.values)
@@ -177,7 +179,7 @@ def test_a_pin_out_of_place_fills_the_gaps_and_is_named(system_of: Make) -> None
 def test_sun_run_out_stands_at_the_predicted_orders(system_of: Make) -> None:
     """Even planets: f_sun + j N f_carrier beside any mesh order, exactly; the sun as seen from the housing."""
     system = system_of("even, in sequence", {"deviations.sun.run_out": "20 um"})
-    result = modulation(system, floor=0.0)
+    result = modulation(system, ModulationOptions(floor=0.0))
     sun, carrier = (
         dict(zip(system.dofs.bodies, system.body_turns, strict=True))[f"main/{m}"] for m in ("sun", "carrier")
     )
@@ -198,7 +200,9 @@ def test_sun_run_out_stands_at_the_predicted_orders(system_of: Make) -> None:
 
 
 def test_planet_run_out_is_named_by_its_path_and_label(system_of: Make) -> None:
-    result = modulation(system_of("even, in phase", {"deviations.planet.run_out": "[20, 0, 0] um"}), floor=1e-5)
+    result = modulation(
+        system_of("even, in phase", {"deviations.planet.run_out": "[20, 0, 0] um"}), ModulationOptions(floor=1e-5)
+    )
     mine = result.isel(line=result.family.values == "planet run-out")
     assert set(mine.causes.values) == {"deviations.main.planet.run_out"}
     f_mesh, f_carrier = (
@@ -215,13 +219,15 @@ def test_measured_pitch_has_its_orders_in_the_labels(system_of: Make) -> None:
     turn = 2 * np.pi * np.arange(24) / 24
     samples = tuple((3e-6 * np.cos(2 * turn) + 2e-6 * np.cos(3 * turn)).tolist())
     system = system_of("even, in phase", {"deviations.sun.pitch": samples})
-    families = {str(name) for name in modulation(system, floor=1e-6).family.values}
+    families = {str(name) for name in modulation(system, ModulationOptions(floor=1e-6)).family.values}
     assert {"2 x sun pitch", "3 x sun pitch"} <= families
 
 
 def test_ring_run_out_and_mesh_share_lines_and_causes(system_of: Make) -> None:
     """The ring stands still: its run-out turns backwards with the carrier's speed in the stage, on the same orders."""
-    result = modulation(system_of("even, in phase", {"deviations.ring.run_out": "30 um"}), floor=1e-6)
+    result = modulation(
+        system_of("even, in phase", {"deviations.ring.run_out": "30 um"}), ModulationOptions(floor=1e-6)
+    )
     assert all(order == round(order) for order in result.carrier_order.values.round(9))
     both = [text for text in result.causes.values if "ring.run_out" in text and "fault-free" in text]
     assert both
@@ -230,7 +236,7 @@ def test_ring_run_out_and_mesh_share_lines_and_causes(system_of: Make) -> None:
 def test_uneven_planets_and_a_pin_are_distinguished(system_of: Make) -> None:
     """Opposite pairs leave even orders only: what stands at odd ones is the pin's, although the planets are uneven."""
     changes = {"deviations.planet.position.y": "[40, 0, 0, 0] um"}
-    result = modulation(system_of("uneven, in opposite phase", changes), floor=1e-4)
+    result = modulation(system_of("uneven, in opposite phase", changes), ModulationOptions(floor=1e-4))
     odd = result.carrier_order.values.round().astype(int) % 2 == 1
     assert odd.any()
     assert set(result.family.values[odd]) == {"unlike planets"}
@@ -239,7 +245,7 @@ def test_uneven_planets_and_a_pin_are_distinguished(system_of: Make) -> None:
 
 
 def test_weight_is_no_fault(system_of: Make) -> None:
-    result = modulation(system_of("even, in phase", {"operation.gravity": True}), floor=1e-8)
+    result = modulation(system_of("even, in phase", {"operation.gravity": True}), ModulationOptions(floor=1e-8))
     mine = result.isel(line=result.family.values == "gravity")
     assert mine.sizes["line"]
     amplitude, healthy = np.abs(mine.signal_amplitude.values), np.abs(mine.fault_free_amplitude.values)

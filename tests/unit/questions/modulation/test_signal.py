@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from fractions import Fraction
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pytest
 import xarray as xr
 from numpy.typing import NDArray
 
+from epicyclic.questions.modulation import ModulationOptions
 from epicyclic.questions.modulation.modulation import modulation
 from epicyclic.questions.modulation.spectrum import Window, tabulated_transfer
 from epicyclic.questions.response.measures import periodic
@@ -71,7 +72,7 @@ def test_lines_are_the_fft_of_the_passing_forces(
     system_of: Make, window: str | Window, gain: Callable[[Array], Array], speed: float
 ) -> None:
     system = system_of("even, in phase", RUN_OUTS)
-    result = modulation(system, window=window, sensor=0.9, floor=0.0, relative_speed=speed)
+    result = modulation(system, ModulationOptions(window=window, sensor=0.9, floor=0.0, relative_speed=speed))
     cycles = 3 * 96  # three turns of the carrier: the planets, 36 teeth, are then as at the start
     time, force, _ = record(system, cycles, speed)
     ring = [i for i, internal in enumerate(system.meshes.internal) if internal]
@@ -90,7 +91,7 @@ def test_lines_are_the_fft_of_the_passing_forces(
 
 def test_the_mean_load_passes_where_asked_for(system_of: Make) -> None:
     system = system_of("even, in sequence")
-    result = modulation(system, window="hann", floor=0.0, mean_load=True)
+    result = modulation(system, ModulationOptions(window="hann", floor=0.0, mean_load=True))
     mean = result.isel(line=result.family.values == "mean load passing")
     ring = float(
         np.mean(
@@ -100,14 +101,14 @@ def test_the_mean_load_passes_where_asked_for(system_of: Make) -> None:
     (at_n,) = np.abs(mean.signal_amplitude.values[mean.carrier_order.values.round(9) == 4])
     # four Hann windows over a quarter turn add up to 1 with c_N = c_0 / 2, c_0 = 1/8: no swing at N, one at N only each
     assert at_n == pytest.approx(2 * 4 * (1 / 16) * ring, rel=1e-3)
-    assert "mean load passing" not in set(modulation(system).family.values)
+    assert "mean load passing" not in set(modulation(system, ModulationOptions()).family.values)
 
 
 @pytest.mark.parametrize("direction", ["radial", "tangential"])
-def test_the_ring_is_felt_as_seen_from_the_housing(system_of: Make, direction: str) -> None:
+def test_the_ring_is_felt_as_seen_from_the_housing(system_of: Make, direction: Literal["radial", "tangential"]) -> None:
     system = system_of("even, in phase", RUN_OUTS)
     angle, cycles, names = 0.6, 3 * 96, list(system.dofs.names)
-    result = modulation(system, sensor=angle, direction=direction, floor=0.0, window="constant")
+    result = modulation(system, ModulationOptions(sensor=angle, direction=direction, floor=0.0, window="constant"))
     time, _, moved = record(system, cycles)
     x, y = (moved[names.index(f"main/ring/{axis}")] for axis in "xy")
     rz = names.index("main/ring/rz")
@@ -128,7 +129,9 @@ def test_the_ring_is_felt_as_seen_from_the_housing(system_of: Make, direction: s
 
 def test_the_sensor_angle_turns_phases(system_of: Make) -> None:
     system = system_of("even, in phase", RUN_OUTS)
-    first, second = (modulation(system, window="cos4", sensor=angle, floor=1e-6) for angle in (0.0, 1.3))
+    first, second = (
+        modulation(system, ModulationOptions(window="cos4", sensor=angle, floor=1e-6)) for angle in (0.0, 1.3)
+    )
     assert list(first.line.values) == list(second.line.values)
     for label, a, b in zip(
         first.line.values, first.signal_amplitude.values, second.signal_amplitude.values, strict=True
@@ -143,7 +146,7 @@ def test_the_sensor_angle_turns_phases(system_of: Make) -> None:
 
 def test_a_constant_window_is_the_plain_sum(system_of: Make) -> None:
     system = system_of("even, in sequence")
-    result = modulation(system, window="constant", floor=0.0, turns=1)
+    result = modulation(system, ModulationOptions(window="constant", floor=0.0, turns=1))
     _, force, _ = record(system, 95)
     total = sum(force[row] for row, inner in enumerate(system.meshes.internal) if inner)
     fft = np.fft.rfft(total - total.mean()) * 2 / total.size
@@ -156,7 +159,7 @@ def test_a_constant_window_is_the_plain_sum(system_of: Make) -> None:
 
 
 def test_the_signal_is_the_sum_of_its_lines(system_of: Make) -> None:
-    result = modulation(system_of("even, in phase", RUN_OUTS), window="cos4", turns=3)
+    result = modulation(system_of("even, in phase", RUN_OUTS), ModulationOptions(window="cos4", turns=3))
     time = result.sample_time.values
     turn = np.exp(2j * np.pi * np.outer(time[::97], result.line_frequency.values))
     assert result.signal.values[::97] == pytest.approx(
@@ -173,7 +176,7 @@ def test_the_signal_is_the_sum_of_its_lines(system_of: Make) -> None:
 def test_halves_of_a_herringbone_ring_add_up() -> None:
     system = assemble(load("ren2021"))
     left, right, both = (
-        modulation(system, body=body, floor=0.0, sensor=0.4)
+        modulation(system, ModulationOptions(body=body, floor=0.0, sensor=0.4))
         for body in ("main/ring/left", "main/ring/right", "main/ring")
     )
     total: dict[str, complex] = {}
@@ -189,15 +192,17 @@ def test_halves_of_a_herringbone_ring_add_up() -> None:
 def test_transfer_paths(system_of: Make) -> None:
     system = system_of("even, in phase")
     plain = every_line("even, in phase")
-    twice = modulation(system, floor=0.0, transfer=tabulated_transfer([0, 1e6], [2, 2], math.pi / 2))
+    twice = modulation(system, ModulationOptions(floor=0.0, transfer=tabulated_transfer([0, 1e6], [2, 2], math.pi / 2)))
     assert twice.signal_amplitude.values == pytest.approx(2j * plain.signal_amplitude.values, rel=1e-12)
     assert twice.signal.attrs["units"] == "N"
-    moved = modulation(system, floor=0.0, transfer=tabulated_transfer([0, 1e6], [3e-3, 3e-3], unit="m/s2/N"))
+    moved = modulation(
+        system, ModulationOptions(floor=0.0, transfer=tabulated_transfer([0, 1e6], [3e-3, 3e-3], unit="m/s2/N"))
+    )
     same = dict(zip(plain.exact_frequency.values, plain.signal_amplitude.values, strict=True))
     expected = [3e-3 * same.get(text, 0) for text in moved.exact_frequency.values] + moved.sensor_acceleration.values
     assert moved.signal_amplitude.values == pytest.approx(expected, rel=1e-9, abs=1e-12)
     assert moved.signal.attrs["units"] == moved.signal_amplitude.attrs["units"] == "m/s2"
-    narrow = modulation(system, transfer=tabulated_transfer([300, 500], [1, 1]))
+    narrow = modulation(system, ModulationOptions(transfer=tabulated_transfer([300, 500], [1, 1])))
     assert narrow.line_frequency.values.min() >= 300
     assert narrow.line_frequency.values.max() <= 500
     assert "transfer path is given from 300 to 500 Hz" in narrow.attrs["warnings"]
@@ -229,7 +234,7 @@ def test_transfer_paths_that_are_none(columns: tuple[Any, Any, Any]) -> None:
 def test_a_sensor_over_both_halves_feels_their_mean() -> None:
     system = assemble(load("ren2021"))
     left, right, both = (
-        modulation(system, body=body, floor=0.0, window="constant").sensor_acceleration.values
+        modulation(system, ModulationOptions(body=body, floor=0.0, window="constant")).sensor_acceleration.values
         for body in ("main/ring/left", "main/ring/right", "main/ring")
     )
     assert both == pytest.approx((left + right) / 2, abs=1e-12 * np.abs(both).max())

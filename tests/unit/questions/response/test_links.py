@@ -13,9 +13,11 @@ from numpy.typing import NDArray
 
 import epicyclic
 from epicyclic.questions.modes.eigen import mean_modes
+from epicyclic.questions.response import SteadyOptions
 from epicyclic.questions.response.response import respond, response
 from epicyclic.questions.response.spectra import force_signal, link_signal, motion_signal
 from epicyclic.questions.response.steady import steady
+from epicyclic.statics import StaticOptions
 from epicyclic.statics.equilibrium import compliance_of, equilibrium
 from epicyclic.statics.static import static
 from epicyclic.statics.tangent import linear
@@ -116,8 +118,8 @@ def test_slow_is_static(case: Any) -> None:
     force[0] += pair.links.B @ (pair.links.stiffness * gap)
     force[1:] = 0.0
     slow = replace(pair, C=np.zeros((6, 6)), lines=(replace(line, link_gap=gap.astype(complex), force=force),))
-    moving = steady(slow, relative_speed=1e-4, samples=32)
-    resting = static(slow, cycles=1, samples=32)
+    moving = steady(slow, SteadyOptions(relative_speed=1e-4, samples=32))
+    resting = static(slow, StaticOptions(cycles=1, samples=32))
     size = float(np.abs(resting.link_force).max())
     # inertia and damping of 0.01 Hz beside 100 Hz: 1e-4 of the damping ratio
     np.testing.assert_allclose(moving.link_force, resting.link_force, atol=1e-5 * size)
@@ -156,7 +158,7 @@ def test_a_law_keeps_its_force_at_the_mean_load(case: Any) -> None:
         laws=system.laws,
     )
     expected = float(np.hypot(*state.group_force[0]))
-    result = steady(system)
+    result = steady(system, SteadyOptions())
     names = list(result.link_row.values)
     radial, across = names.index("main/a/support/radial"), names.index("main/a/support/tangential")
     assert expected > 100.0
@@ -171,7 +173,7 @@ def test_the_weight_on_a_support_stands_still_in_the_housing(one_stage: dict[str
     """It turns in the carrier's frame, forwards or backwards, but loads the bearing as a constant force."""
     for speed in (300, -300):
         given = {"operation.gravity": True, "operation.speed.carrier": f"{speed} rpm", "operation.torque": None}
-        found = steady(epicyclic.assemble(epicyclic.load(one_stage, SPUR | given)))
+        found = steady(epicyclic.assemble(epicyclic.load(one_stage, SPUR | given)), SteadyOptions())
         mean, rms = (found[f"bearing_force_{name}"].sel(bearing="main/carrier/support") for name in ("mean", "rms"))
         # the ring stands on its own; sun and planets hang between the carrier and the ring's teeth
         assert float(mean) > 9.81 * 40
@@ -188,7 +190,7 @@ def test_a_planet_bearing_holds_the_centrifugal_load_of_its_planet(one_stage: di
     train = epicyclic.load(one_stage, SPUR | given)
     planet = next(body for body in train.bodies if body.name == "main/planet/1")
     radius, omega = math.hypot(*planet.centre), speed * 900 * math.pi / 30
-    found = steady(epicyclic.assemble(train), relative_speed=speed)
+    found = steady(epicyclic.assemble(train), SteadyOptions(relative_speed=speed))
     # exact but for the change of the mesh stiffness beside the mean
     np.testing.assert_allclose(
         found.bearing_force_mean.sel(bearing="main/planet/1/bearing"),

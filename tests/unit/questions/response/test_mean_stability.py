@@ -11,8 +11,9 @@ import scipy.linalg
 
 import epicyclic
 from epicyclic.errors import ConvergenceError
+from epicyclic.questions.response import SteadyOptions, SweepOptions
 from epicyclic.questions.response.response import critical_speed, response, unstable_speeds
-from epicyclic.questions.response.steady import SweepOptions, steady, sweep
+from epicyclic.questions.response.steady import steady, sweep
 from epicyclic.system.system import System
 
 SPEEDS = np.linspace(0.5, 14.0, 28)
@@ -60,7 +61,7 @@ def test_an_unstable_speed_holds_nan_and_a_warning_says_from_where_on(case: Any)
     assert np.isfinite(found.mesh_force_mean.values[:, 0]).all()
     assert f"above {critical * 137:.6g} Hz the centripetal terms exceed" in str(found.attrs["warnings"])
     with pytest.raises(ConvergenceError, match="the mean system is unstable"):
-        steady(system, relative_speed=1.1 * critical)
+        steady(system, SteadyOptions(relative_speed=1.1 * critical))
     still = sweep(system, SweepOptions(relative_speed=[1.1 * critical], shaft_orders=False, frame_speed="operating"))
     assert list(still.status.values) == ["ok"]
 

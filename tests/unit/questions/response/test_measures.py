@@ -14,6 +14,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from epicyclic.errors import ModelError
+from epicyclic.questions.response import SteadyOptions, SweepOptions
 from epicyclic.questions.response.measures import (
     Periodic,
     Signals,
@@ -27,7 +28,7 @@ from epicyclic.questions.response.measures import (
 )
 from epicyclic.questions.response.response import response
 from epicyclic.questions.response.spectra import Signal, Spectrum, lateral_pairs, signal_of_samples
-from epicyclic.questions.response.steady import SweepOptions, steady, sweep
+from epicyclic.questions.response.steady import steady, sweep
 from epicyclic.questions.response.sweep_table import empty_table, sweep_dataset
 from epicyclic.questions.response.views import steady_tables, sweep_tables
 from epicyclic.results.dataset import load_result, save_result
@@ -168,7 +169,7 @@ def test_without_shaft_lines_the_extremes_are_reached(case: Any) -> None:
 @pytest.mark.parametrize("build", [with_shafts, with_two_tones])
 def test_one_speed_equals_a_sweep_there(case: Any, build: Callable[[Any], System]) -> None:
     system = build(case)
-    alone = steady(system, relative_speed=1.3)
+    alone = steady(system, SteadyOptions(relative_speed=1.3))
     result = sweep(system, SweepOptions(relative_speed=[1.3], tolerance=1e-8)).isel(speed=0)
     names = ["link_force_mean", "link_force_rms", "link_force_peak", "link_force_peak_to_peak"]
     for name in [*names, "bearing_force_mean", "bearing_force_rms", "bearing_force_peak", "dynamic_factor"]:
@@ -244,7 +245,7 @@ def test_of_several_mesh_frequencies_the_largest_is_called_a_bound(case: Any) ->
     for build, bound in ((with_shafts, False), (with_two_tones, True)):
         system = build(case)
         for result, tables in (
-            (steady(system), steady_tables),
+            (steady(system, SteadyOptions()), steady_tables),
             (sweep(system, SweepOptions(relative_speed=[1.0, 1.3])), sweep_tables),
         ):
             words = str([list(table.columns) for table in tables(result)])

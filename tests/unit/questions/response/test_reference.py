@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from epicyclic.questions.modes.eigen import mean_modes
+from epicyclic.questions.response import SweepOptions
 from epicyclic.questions.response.measures import periodic
-from epicyclic.questions.response.steady import SweepOptions, sweep
+from epicyclic.questions.response.steady import sweep
 from epicyclic.system.system import System
 
 # mesh frequency [Hz]: RMS of the dynamic mesh force of meshes 0 and 1 [N]

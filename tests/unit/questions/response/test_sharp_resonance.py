@@ -12,8 +12,9 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from epicyclic.errors import ConvergenceError, ModelError
+from epicyclic.questions.response import SteadyOptions, SweepOptions
 from epicyclic.questions.response.balance import sharpened
-from epicyclic.questions.response.steady import SweepOptions, steady, sweep
+from epicyclic.questions.response.steady import steady, sweep
 from epicyclic.system.system import System
 
 Array = NDArray[np.float64]
@@ -85,7 +86,7 @@ def test_resonance_of_a_constant_stiffness(case: Any) -> None:
         assert refused.status.values[0] == "resonance too sharp for double precision"
         assert np.isnan(refused.mesh_force_rms.values).all()
     with pytest.raises(ConvergenceError, match="so sharp that double precision"):
-        steady(made[1e-15], relative_speed=speed)
+        steady(made[1e-15], SteadyOptions(relative_speed=speed))
 
 
 def test_a_small_residual_in_a_resonant_coordinate_is_resolved() -> None:
@@ -113,5 +114,5 @@ def test_a_small_residual_in_a_resonant_coordinate_is_resolved() -> None:
 def test_zero_damping_is_no_damping(case: Any) -> None:
     for zeta in (0.0, None):
         with pytest.raises(ModelError, match="damping") as caught:
-            steady(replace(light(case, 0.0), zeta=zeta))
+            steady(replace(light(case, 0.0), zeta=zeta), SteadyOptions())
         assert caught.value.path == "damping"

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 import epicyclic
 from epicyclic.errors import ConvergenceError, ModelError
 from epicyclic.questions.modes.eigen import mean_modes
+from epicyclic.questions.response import SteadyOptions
 from epicyclic.questions.response.measures import Periodic, periodic
 from epicyclic.questions.response.steady import steady
 from epicyclic.system.system import Line, System
@@ -198,7 +199,7 @@ def test_response_is_affine_in_the_errors(case: Any) -> None:
 
 def test_steady_reports_the_same_solution_with_units(case: Any) -> None:
     system = case.pair(lines=shafts(case))
-    found, result = periodic(system, samples=64), steady(system, samples=64)
+    found, result = periodic(system, samples=64), steady(system, SteadyOptions(samples=64))
     np.testing.assert_allclose(result.mesh_force, found.force)
     np.testing.assert_allclose(result.displacement, found.displacement * system.dofs.radius[:, None])
     assert list(result.line.values) == ["deviations.a", "deviations.b"]
@@ -216,8 +217,8 @@ def test_steady_reports_the_same_solution_with_units(case: Any) -> None:
 
 def test_tensile_mesh_force_is_a_warning(case: Any) -> None:
     loud = case.pair(lines=(case.line(Fraction(137), [2e-3, 2e-3]),))
-    assert "tensile mesh force" in steady(loud).attrs["warnings"]
-    assert "tensile" not in steady(case.pair()).attrs["warnings"]
+    assert "tensile mesh force" in steady(loud, SteadyOptions()).attrs["warnings"]
+    assert "tensile" not in steady(case.pair(), SteadyOptions()).attrs["warnings"]
 
 
 def refusal(case: Any, **changes: Any) -> str:

@@ -12,9 +12,10 @@ import pytest
 import xarray as xr
 
 from epicyclic.errors import ModelError
+from epicyclic.questions.response import SteadyOptions, SweepOptions
 from epicyclic.questions.response.measures import periodic
 from epicyclic.questions.response.response import respond, response
-from epicyclic.questions.response.steady import SweepOptions, steady, sweep
+from epicyclic.questions.response.steady import steady, sweep
 from epicyclic.results.dataset import to_json
 from epicyclic.system.system import System
 
@@ -37,7 +38,7 @@ def test_a_sweep_is_one_steady_response_after_another(system: System) -> None:
     result = sweep(system, SweepOptions(relative_speed=SPEEDS))
     assert set(result.status.values) == {"ok"}
     for i in (0, 9, 22):
-        alone = steady(system, relative_speed=SPEEDS[i])
+        alone = steady(system, SteadyOptions(relative_speed=SPEEDS[i]))
         # the sweep drops harmonics below 1e-4 of the dynamic part, which its RMS feels squared and its peak directly
         np.testing.assert_allclose(result.mesh_force_rms[:, i], alone.mesh_force_rms, rtol=1e-6)
         np.testing.assert_allclose(result.mesh_force_peak[:, i], alone.mesh_force_bound, rtol=1e-4)

@@ -12,10 +12,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from epicyclic.questions.response import SteadyOptions, SweepOptions
 from epicyclic.questions.response.lattice import bundle, kept_points
 from epicyclic.questions.response.measures import Periodic, periodic, periodic_by_tone
 from epicyclic.questions.response.response import respond, response
-from epicyclic.questions.response.steady import SweepOptions, steady, sweep
+from epicyclic.questions.response.steady import steady, sweep
 from epicyclic.system.system import System
 
 Array = NDArray[np.float64]
@@ -80,7 +81,7 @@ def test_integration_stays_on_the_solution_over_a_whole_period(case: Any, speed:
     # rows dropped are below 1e-8, and rtol 1e-10 leaves about 1e-8: 1e-6 of the signal is the accuracy asked for
     assert np.abs(force - expected).max() < 1e-6 * np.abs(expected).max()
     assert np.abs(q - moved).max() < 1e-6 * np.abs(moved).max()
-    whole = steady(system, relative_speed=speed)
+    whole = steady(system, SteadyOptions(relative_speed=speed))
     # over the whole period the RMS is exact, combinations of equal frequency included
     np.testing.assert_allclose(whole.mesh_force_rms, expected[:, :-1].std(axis=1), rtol=1e-6)
     assert np.all(whole.mesh_force_bound >= expected.max(axis=1))
@@ -108,7 +109,9 @@ def test_a_tone_split_in_two_gives_the_same_response(case: Any, ratio: Fraction)
             pair, tones=(Fraction(137), Fraction(137)), meshes=replace(pair.meshes, tone=np.array([0, 1]))
         )
         assert len(response(several).lines.tones) == 1  # equal tones are one
-        np.testing.assert_allclose(steady(several).mesh_force_rms, steady(pair).mesh_force_rms, rtol=1e-12)
+        np.testing.assert_allclose(
+            steady(several, SteadyOptions()).mesh_force_rms, steady(pair, SteadyOptions()).mesh_force_rms, rtol=1e-12
+        )
         return
     several = two_tones(case, slow=slow)
     variation = np.zeros((2, 2 * several.meshes.variation.shape[1]), complex)
@@ -117,7 +120,9 @@ def test_a_tone_split_in_two_gives_the_same_response(case: Any, ratio: Fraction)
     meshes = replace(several.meshes, variation=variation, tone=np.zeros(2, np.int64))
     one = replace(several, tones=(slow,), meshes=meshes)
     # amplitudes of one frequency add before they are squared, so what is dropped, 1e-6, may show directly
-    np.testing.assert_allclose(steady(several).mesh_force_rms, steady(one).mesh_force_rms, rtol=1e-6)
+    np.testing.assert_allclose(
+        steady(several, SteadyOptions()).mesh_force_rms, steady(one, SteadyOptions()).mesh_force_rms, rtol=1e-6
+    )
     times = np.linspace(0, 0.2, 301)
     a, b = (record(periodic(system, tolerance=1e-10), times, "force") for system in (several, one))
     np.testing.assert_allclose(a, b, atol=1e-6 * np.abs(b).max())
@@ -129,7 +134,7 @@ def test_a_sweep_is_one_steady_response_after_another(case: Any) -> None:
     assert set(result.status.values) == {"ok"}
     np.testing.assert_allclose(result.mesh_frequency, 137 * np.array(speeds))
     for i, speed in enumerate(speeds):
-        alone = steady(system, relative_speed=speed)
+        alone = steady(system, SteadyOptions(relative_speed=speed))
         # the sweep drops rows below 1e-4 of the dynamic part, which its RMS feels squared and its peak directly
         np.testing.assert_allclose(result.mesh_force_rms[:, i], alone.mesh_force_rms, rtol=1e-5)
         np.testing.assert_allclose(result.mesh_force_peak[:, i], alone.mesh_force_bound, rtol=1e-3)
@@ -141,7 +146,7 @@ def test_a_sweep_is_one_steady_response_after_another(case: Any) -> None:
 
 def test_combinations_rebuild_the_mesh_force(case: Any) -> None:
     system = two_tones(case)
-    result = steady(system)
+    result = steady(system, SteadyOptions())
     times = np.linspace(0, 0.1, 201)
     wave = np.exp(2j * np.pi * np.outer(result.combination_frequency, times))
     expected = record(periodic(system), times, "force")
@@ -171,7 +176,7 @@ def test_superposition_is_the_limit_of_small_stiffness_fluctuation(case: Any) ->
     for swing in swings:
         # without errors the response is of the order of the fluctuation itself
         system = replace(two_tones(case, swing=swing), lines=())
-        exact, plain = steady(system), steady(system, method="superposition")
+        exact, plain = steady(system, SteadyOptions()), steady(system, SteadyOptions(method="superposition"))
         size = np.abs(exact.mesh_force_harmonic.values[:, 1:9] - plain.mesh_force_harmonic.values[:, 1:9]).max()
         differences.append(size / float(exact.mesh_force.mean()))
         assert size < 0.5 * np.abs(exact.mesh_force_harmonic.values[:, 1:]).max()
@@ -182,7 +187,7 @@ def test_superposition_is_the_limit_of_small_stiffness_fluctuation(case: Any) ->
 
 def test_superposition_is_exact_without_fluctuation(case: Any) -> None:
     system = two_tones(case, swing=0.0, shaft=True)
-    exact, plain = steady(system), steady(system, method="superposition")
+    exact, plain = steady(system, SteadyOptions()), steady(system, SteadyOptions(method="superposition"))
     np.testing.assert_allclose(plain.mesh_force_rms, exact.mesh_force_rms, rtol=1e-10)
 
 
@@ -197,7 +202,7 @@ def test_superposition_by_hand(case: Any) -> None:
     X = np.linalg.solve(mean - w**2 * system.M + 1j * w * C, push)
     expected = (meshes.stiffness + 1j * w * meshes.damping) * (meshes.B.T @ X)
     expected[0] += meshes.stiffness[0] * meshes.variation[0, 0] * bar[0]
-    plain = steady(system, method="superposition")
+    plain = steady(system, SteadyOptions(method="superposition"))
     at = list(plain.combination_frequency.values).index(137.0)
     np.testing.assert_allclose(plain.combination_force.values[:, at], expected, rtol=1e-6)
 

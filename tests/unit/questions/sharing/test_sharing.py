@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 import epicyclic
 from epicyclic.errors import ModelError
+from epicyclic.questions.response import SteadyOptions
 from epicyclic.questions.response.measures import Periodic, ShaftLine, periodic
 from epicyclic.questions.response.steady import steady
 from epicyclic.questions.sharing import tone_forces
@@ -32,6 +33,7 @@ from epicyclic.questions.sharing.sharing import sharing
 from epicyclic.questions.sharing.tone_forces import Method, mean_force
 from epicyclic.questions.sharing.views import tables
 from epicyclic.results.dataset import load_result, save_result
+from epicyclic.statics import StaticOptions
 from epicyclic.statics.equilibrium import compliance_of, equilibrium
 from epicyclic.statics.load_map import MEAN_LOADS
 from epicyclic.statics.record import excitation, parallel_meshes
@@ -301,7 +303,7 @@ def test_static_sharing_is_static(build: Any, torque: float) -> None:
     """Wave form and open instants together equal the equilibrium solved instant by instant."""
     system = loaded(build, torque=torque)
     result = sharing(system, method="static", samples=16)
-    whole = static(system, samples=16)
+    whole = static(system, StaticOptions(samples=16))
     force = whole.mesh_force.values
     assert result.contact_lost.values.any() == (torque < 100)
     # two ways of solving, condition 1e4
@@ -472,7 +474,7 @@ def test_superposition_shares_like_the_full_solution_where_nothing_varies(build:
 def test_the_bound_of_two_mesh_frequencies_is_that_of_the_steady_state(build: Any, method: Method) -> None:
     system = two_tones(build, swing=0.1)
     found = sharing(system, method=method, cycles=7 * 19)
-    exact = steady(system, method="exact" if method == "steady" else "superposition")
+    exact = steady(system, SteadyOptions(method="exact" if method == "steady" else "superposition"))
     np.testing.assert_allclose(found.mesh_force_bound, exact.mesh_force_bound, rtol=1e-9)
     # harmonics of the other mesh frequency have tied phases: their sum is above what any phases make
     np.testing.assert_array_less(found.mesh_force_peak, found.mesh_force_bound * (1 + 1e-3))

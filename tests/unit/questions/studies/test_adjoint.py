@@ -13,11 +13,11 @@ import pytest
 from numpy.typing import NDArray
 
 from epicyclic.errors import ModelError
-from epicyclic.questions.response import balance
+from epicyclic.questions.response import SweepOptions, balance
 from epicyclic.questions.response.lattice import product, truncated_product
 from epicyclic.questions.response.measures import periodic
 from epicyclic.questions.response.response import Block, Response, _block, response
-from epicyclic.questions.response.steady import SweepOptions, sweep
+from epicyclic.questions.response.steady import sweep
 from epicyclic.questions.studies.adjoint import (
     SystemNumbers,
     adjoint_form,

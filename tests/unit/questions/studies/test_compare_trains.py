@@ -182,6 +182,10 @@ def test_differences_carry_path_text_number_and_unit() -> None:
     assert rows["stages.main.sun.profile_shift"][2:4] == (0.0, 0.1)
     assert rows["damping.modal"][:2] == ("0.03", "")
     assert set(rows) == set(changes)
+    # a support that differs in x and y has no equations in a frame that turns: nothing stands beside the first modes
+    assert np.isfinite(found.frequency.values[:, 0]).all()
+    assert np.isnan(found.frequency.values[:, 1]).all()
+    assert found.mode_pairing.values.tolist() == ["mode shapes (MAC)", ""]
 
 
 def test_x_and_y_that_differ_alike_are_one_path(floating: xr.Dataset) -> None:

@@ -13,6 +13,7 @@ import xarray as xr
 import epicyclic
 from epicyclic.cli.main import app
 from epicyclic.errors import ModelError
+from epicyclic.questions.stability.stability import Combination
 from epicyclic.show.charts.speed_maps import stability_map as drawn_map
 from epicyclic.show.charts.speed_maps import stability_over_speed
 
@@ -72,7 +73,33 @@ def test_a_value_that_fails_fails_alone() -> None:
     assert np.isfinite(found.growth_rate.values[0]).all()
     assert np.isnan(found.growth_rate.values[1]).all()
     assert "stages.main.sun.support" in str(found.status.values[1, 0])
-    assert "1 of 2 values failed" in found.attrs["warnings"]
+    assert "1 of 2 values failed, the first with: stages.main.sun.support" in found.attrs["warnings"]
+    assert found.stable.values.tolist()[1] == [False, False]
+
+
+def test_ranges_of_one_combination_are_one_and_the_widest_stands_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A narrow sum of modes 1 and 2 at the first value alone; modes 3 and 4 in two ranges there, in one at the last."""
+
+    def ranges(modes: tuple[int, int], *ends: tuple[float, float, float]) -> list[Combination]:
+        first, second = modes
+        words: dict[str, Any] = {"first": first, "second": second, "order": 1, "stage": "main", "threshold": 0.5}
+        return [Combination(**words, low=a, centre=(a + b) / 2, high=b, growth=rate) for a, b, rate in ends]
+
+    rows = iter(
+        [
+            [*ranges((1, 2), (10.0, 11.0, 5.0)), *ranges((3, 4), (20.0, 22.0, 7.0), (23.0, 26.0, 6.0))],
+            [],
+            ranges((3, 4), (21.0, 25.0, 9.0)),
+        ]
+    )
+    monkeypatch.setattr("epicyclic.questions.studies.parameter_studies.predicted_combinations", lambda *_: next(rows))
+    found = over("damping", [0.5, 1.0, 2.0], mesh_frequency=[3600.0], start=None, stop=None, points=None)
+    nan = np.nan
+    assert found.resonance.values.tolist() == ["f3 + f4 = f", "f1 + f2 = f"]
+    assert found.resonance_first.values.tolist() == [3, 1]
+    np.testing.assert_array_equal(found.resonance_low, [[20.0, 10.0], [nan, nan], [21.0, nan]])
+    np.testing.assert_array_equal(found.resonance_high, [[26.0, 11.0], [nan, nan], [25.0, nan]])
+    np.testing.assert_array_equal(found.resonance_growth, [[7.0, 5.0], [nan, nan], [9.0, nan]])
 
 
 @pytest.mark.parametrize(

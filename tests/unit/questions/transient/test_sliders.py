@@ -12,7 +12,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.integrate import trapezoid
 
-from epicyclic.questions.transient import integrators
+from epicyclic.questions.transient import TransientOptions, integrators
 from epicyclic.questions.transient import scenario as run_module
 from epicyclic.questions.transient.equation import constant, from_modal, motion, program, to_modal
 from epicyclic.questions.transient.integrators import AHEAD, adaptive_states, at_equilibrium, at_rest, integrate
@@ -276,16 +276,16 @@ def test_equilibrium_with_a_slider_that_has_slipped(made: Any) -> None:
 
 def test_a_run_of_two_halves_is_the_run(made: Any) -> None:
     system = replace(plane(made), meshes=replace(plane(made).meshes, tone=np.zeros(1, np.int64)))
-    whole = transient(system, cycles=6, start="rest")
-    first = transient(system, cycles=3, start="rest")
-    second = transient(system, cycles=3, start=first)
+    whole = transient(system, TransientOptions(cycles=6, initial="rest"))
+    first = transient(system, TransientOptions(cycles=3, initial="rest"))
+    second = transient(system, TransientOptions(cycles=3, initial=first))
     assert first.end_slider.dims == ("group_row",)
     assert first.end_slider.attrs["units"] == "m"
     count = second.sizes["time"]
     np.testing.assert_allclose(second.group_force, whole.group_force[:, -count:], rtol=1e-6, atol=1e-6 * FRICTION)
     np.testing.assert_allclose(second.end_slider, whole.end_slider, rtol=1e-7)
     lost = first.drop_vars("end_slider")
-    other = transient(system, cycles=3, start=lost)
+    other = transient(system, TransientOptions(cycles=3, initial=lost))
     assert float(np.abs(other.group_force - second.group_force.values).max()) > 1e-2 * FRICTION
     assert "sticks" not in whole.attrs["warnings"]
 
@@ -303,11 +303,11 @@ def test_a_stopped_run_continues_to_the_same_bits(
 
     system = oscillator(made, amplitude=60.0, c=40.0)
     options: dict[str, Any] = {"cycles": 1, "start": "rest", "method": method}
-    whole = transient(system, **options)
+    whole = transient(system, TransientOptions(**options))
     with pytest.raises(KeyboardInterrupt):
-        transient(system, **options, folder=tmp_path / "run", progress=interrupt)
+        transient(system, TransientOptions(**options, folder=tmp_path / "run"), progress=interrupt)
     seen: list[float] = []
-    again = transient(system, **options, folder=tmp_path / "run", resume=True, progress=seen.append)
+    again = transient(system, TransientOptions(**options, folder=tmp_path / "run", resume=True), progress=seen.append)
     assert seen[0] > 0.4
     assert np.array_equal(again.group_force, whole.group_force)
     assert np.array_equal(again.end_slider, whole.end_slider)

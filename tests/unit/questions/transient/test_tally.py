@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 import epicyclic
-from epicyclic.questions.transient import integrators
+from epicyclic.questions.transient import TransientOptions, integrators
 from epicyclic.questions.transient.integrators import steps_for
 from epicyclic.questions.transient.scenario import Scenario, scenario_motion
 from epicyclic.questions.transient.transient import transient as unbounded
@@ -99,6 +99,6 @@ def test_nothing_parts_in_a_steady_run(system: System) -> None:
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("factor", [1000.0])
 def test_no_warnings_of_numpy_reach_a_user(system: System, factor: float) -> None:
-    found = unbounded(system, cycles=2, torque_step=(factor, 0.001))  # the verb refuses such a factor
+    found = unbounded(system, TransientOptions(cycles=2, torque_step=(factor, 0.001)))  # the verb refuses such a factor
     columns = tables(found)[0].columns
     assert max(columns["most [N]"]) > 1e5

@@ -26,7 +26,7 @@ from conftest import system_of
 from test_sliders import group
 from test_tables import curved
 import epicyclic
-from epicyclic.questions.transient import integrators, transient
+from epicyclic.questions.transient import TransientOptions, integrators, transient
 from epicyclic.questions.transient import scenario as run
 from epicyclic.system.flank_laws import LawRows
 from dataclasses import replace
@@ -45,14 +45,14 @@ for kind in kinds:
     run._STEPS, run._PIECES = (200, 1) if kind == "compiled" else (10, 1)
     integrators.numba_available = lambda: kind == "compiled"
     folder = base + "-" + kind
-    options = dict(cycles=4 if kind == "compiled" else 0.4, samples=16, folder=folder)
+    options = TransientOptions(cycles=4 if kind == "compiled" else 0.4, samples=16, folder=folder)
     if how == "begin":
         try:
-            transient.transient(system, **options, progress=stop)
+            transient.transient(system, options, progress=stop)
             sys.exit("not stopped")
         except KeyboardInterrupt:
             shutil.copytree(folder, base + "-copy-" + kind)
-    found = transient.transient(system, **options, resume=True)
+    found = transient.transient(system, replace(options, resume=True))
     np.savez(folder + ".npz", **{name: found[name].values for name in found.data_vars})
 """
 
