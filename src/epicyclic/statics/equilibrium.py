@@ -361,26 +361,21 @@ def require_balance(free: Array, force: Array, system: System) -> None:
     )
 
 
-def closed_force(flexible: Compliance, stiffness: Array, gap: Values, load: Values) -> tuple[Values, Array, Array]:
-    """Mesh forces (..., T, m) [N] with all meshes closed, tension allowed, and their `imbalance`, twice (..., T) [N].
+def closed_state(
+    flexible: Compliance, stiffness: Array, gap: Values, load: Values
+) -> tuple[Values, Values, Array, Array]:
+    """Stretches [m] and forces [N] (..., T, M) of rows that may all pull, and their `imbalance`, twice (..., T) [N].
 
     Parameters
     ----------
-    stiffness : (T, m) [N/m].  gap : (..., T, m) errors e [m], real or complex.  load : (..., T, n) F [N, N m].
+    stiffness : (T, M), 0 of an open row [N/m].  gap : (..., T, M) errors e [m], real or complex.
+    load : (..., T, n) F [N, N m].
     """
     free_gap = load @ flexible.gap_of_force.T
     pull = _closed_pull(flexible, stiffness, gap, free_gap)
-    force: Values = flexible.stiffness * (free_gap + pull @ flexible.to_mesh) - pull
-    return force, *imbalance(flexible, load, pull, force)
-
-
-def closed_approach(flexible: Compliance, stiffness: Array, gap: Values, free_gap: Values) -> Values:
-    """Approach B'q (..., T, M) [m] of all rows where every one of them has its given stiffness, tension allowed.
-
-    Parameters as of `closed_force`, of M rows; a row of stiffness 0 is open.
-    """
-    approach: Values = free_gap + _closed_pull(flexible, stiffness, gap, free_gap) @ flexible.to_mesh
-    return approach
+    approach = free_gap + pull @ flexible.to_mesh
+    force: Values = flexible.stiffness * approach - pull
+    return approach - gap, force, *imbalance(flexible, load, pull, force)
 
 
 def _closed_pull(flexible: Compliance, stiffness: Array, gap: Values, free_gap: Values) -> Values:

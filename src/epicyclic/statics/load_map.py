@@ -42,11 +42,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ConvergenceError, ModelError
-from ..system.flank_laws import LinearAt
-from ..system.gaps import FlanksAt, flanks
 from ..system.system import Array, ComplexArray, Faces, Line, MeshRows, System, elastic_rows, faces
 from .equilibrium import Compliance, Values, compliance, imbalance, require_balance
-from .record import MeshGroup, RecordExcitation, group_gap, parallel_meshes
+from .record import (
+    MeshGroup,
+    RecordExcitation,
+    excitation_of,
+    line_excitation,
+    parallel_meshes,
+    still_excitation,
+)
 from .static import HeldTrain, held_train, settled
 
 MEAN_LOADS = ("mean-load", "mean-load-turning")
@@ -285,26 +290,6 @@ def falls_below(force: Array, wave: ComplexArray, phases: SlowPhases, limit: Arr
     return below
 
 
-def loads_at_phases(force: Array, mean: Array, members: Sequence[MeshGroup]) -> Array:
-    """N F_i / sum F (2, S, w) [1] by `MEAN_LOADS`; inf where the sum is zero or less.
-
-    Parameters
-    ----------
-    force : (S, T, w) at T slow phases, the worst among them [N].  mean : (S, w) over all slow phases [N].
-    """
-    return np.stack([shares(mean[:, None], members)[:, 0], shares(force, members).max(axis=1)])
-
-
-def shares(force: Array, members: Sequence[MeshGroup]) -> Array:
-    """N F_i / sum F (S, T, w) [1] of forces (S, T, w) [N]; inf where the sum is zero or less."""
-    share = np.empty_like(force)
-    for group in members:
-        total = force[:, :, group].sum(axis=2, keepdims=True)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            share[:, :, group] = np.where(total > 0, len(group) * force[:, :, group] / total, np.inf)
-    return share
-
-
 # Columns of a line that is left out, of one that stands still, and from 0 on of the turning frequencies.
 _LEFT_OUT, _STILL = -2, -1
 # Phases of the mesh cycle over which the force of a table is averaged; tables follow some twelve orders, whose aliases
@@ -517,22 +502,12 @@ def law_map(system: System, columns: Sequence[Line] = (), *, tables: bool = Fals
     meshes, far = system.meshes, system.far
     even_meshes = replace(meshes, variation=np.zeros_like(meshes.variation), laws=meshes.laws if tables else ())
     even_far = far and replace(far, variation=np.zeros_like(far.variation), laws=far.laws if tables else ())
-    m, R, behind = len(meshes.name), system.group_rows.shape[1], system.far_flanks.mesh
-
-    def value(line: Line) -> ComplexArray:
-        """Errors and force at rest of one line, (m + R + c + n,)."""
-        gaps = system.flank_gaps(line)[: m + behind.size]
-        return np.concatenate([gaps[:m], group_gap(line, R), gaps[m:], line.force[0]])
-
-    gaps = np.concatenate([np.zeros(m + R), meshes.backlash[behind]])
+    still = still_excitation(system)
+    torque = np.where(np.arange(still.size) < still.size - len(system.force), 0.0, still)
     return LawMap(
         held=held_train(replace(system, meshes=even_meshes, far=even_far)),
         excitation=line_map(
-            system,
-            columns,
-            value,
-            constant=np.concatenate([gaps, np.zeros(len(system.force))]),
-            torque=np.concatenate([np.zeros_like(gaps), system.force]),
+            system, columns, lambda line: line_excitation(system, line), constant=still - torque, torque=torque
         ),
     )
 
@@ -547,11 +522,11 @@ def law_forces(laws: LawMap, values: Array, stiffness: Array | None) -> tuple[Ar
     values : (T, m + R + c + n) excitation.  stiffness : (T, m) of the mesh rows without a table; None: the mean.
     """
     system, T = laws.held.system, len(values)
-    k = np.tile(system.meshes.stiffness, (T, 1)) if stiffness is None else stiffness
     phases = _mesh_phases(system)
-    force, found = np.zeros(k.shape), np.ones(T, bool)
+    force, found = np.zeros((T, len(system.meshes.name))), np.ones(T, bool)
     for phase in phases:
-        net, known = _settled(laws.held, _excitation(system, values, k, phase))
+        here = excitation_of(system, values, np.tile(phase, (T, 1)), stiffness=stiffness)
+        net, known = _settled(laws.held, here)
         force += net / len(phases)
         found &= known
     return force, found
@@ -566,26 +541,6 @@ def _mesh_phases(system: System) -> Array:
     step = np.mod(np.cumprod(np.r_[1, np.full(count - 1, 5)]), _MESH_PHASES)
     phases: Array = np.mod(np.outer(np.arange(_MESH_PHASES) / _MESH_PHASES, step), 1.0)
     return phases
-
-
-def _excitation(system: System, values: Array, stiffness: Array, phase: Array) -> RecordExcitation:
-    """Excitation of T instants at one phase (tones,) of the mesh cycle [turns]."""
-    m, R, c = len(system.meshes.name), system.group_rows.shape[1], system.far_flanks.mesh.size
-    gap, far, force = np.split(values, [m + R, m + R + c], axis=1)
-    if system.meshes.laws:
-        laws = flanks(system).at(np.tile(phase, (len(values), 1)))
-    else:
-        both = np.hstack([stiffness, stiffness[:, system.far_flanks.mesh]])
-        laws = FlanksAt(parts=((LinearAt(stiffness=both), slice(0, m + c)),), count=m + c)
-    return RecordExcitation(
-        stiffness=stiffness,
-        gap=gap,
-        link_gap=np.zeros((len(values), 0)),
-        force=force,
-        flanks=laws.rows(slice(0, m)),
-        far_gap=far if c else None,
-        both=laws if c else None,
-    )
 
 
 def _settled(held: HeldTrain, here: RecordExcitation) -> tuple[Array, NDArray[np.bool_]]:

@@ -17,7 +17,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from math import lcm
+from math import gcd, lcm
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +26,6 @@ from numpy.typing import NDArray
 from ..engine.plan import MOST_NUMBERS, require_memory
 from ..errors import ModelError
 from ..system.flank_laws import LinearLaw
-from ..system.gaps import FlanksAt, flanks
 from ..system.system import Array, ComplexArray, Line, MeshRows, System, faces
 from ..warning_codes import CodedText, code_of, coded
 
@@ -106,9 +106,8 @@ def contradicting_radii(system: System) -> str:
 
 def standing_load(system: System) -> Array:
     """Load (n,) [N, N m] that stands still in the frame of its stage: torques, gravity and lines that do not turn."""
-    still = (line.force[0].real for line in system.lines if line.frequency == 0)
-    force: Array = system.force + sum(still, np.zeros(len(system.force)))
-    return force
+    load: Array = standing_excitation(system)[-len(system.force) :]
+    return load
 
 
 def unheld_warnings(system: System, free: Array) -> list[CodedText]:
@@ -152,46 +151,37 @@ _EXACT_PRODUCT = 2**31
 _NONE = 1e-6
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class RecordExcitation:
+class RecordExcitation(NamedTuple):
     """Stiffness, errors and load at T instants.
 
-    stiffness : (T, m) of the meshes, tangents where they have laws [N/m].
+    stiffness, far_stiffness : (T, m), (T, c) of the loaded and the far flanks, tangents where they have laws [N/m].
     gap : (T, m + R) errors of the meshes and the rows of groups [m].
-    link_gap : (T, p) of the linear links [m, rad].  force : (T, n) generalised force at rest [N, N m].
-    flanks : laws of the loaded flanks; None: linear.
-    far_gap : (T, c) errors and backlash of the far flanks [m], both : laws of the loaded and the far flanks; None where
-        no backlash is finite.
+    far_gap : (T, c) errors and backlash of the far flanks [m].
+    force : (T, n) generalised force at rest [N, N m].  link_gap : (T, p) of the linear links [m, rad].
+    phases : (T, tones) of the mesh frequencies [turns].
     """
 
     stiffness: Array
+    far_stiffness: Array
     gap: Array
-    link_gap: Array
+    far_gap: Array
     force: Array
-    flanks: FlanksAt | None = None
-    far_gap: Array | None = None
-    both: FlanksAt | None = None
+    link_gap: Array
+    phases: Array
 
-    def at(self, chosen: NDArray[np.int64]) -> RecordExcitation:
+    def at(self, chosen: NDArray[np.int64] | slice) -> RecordExcitation:
         """The same at the instants `chosen` (t,)."""
-        return RecordExcitation(
-            stiffness=self.stiffness[chosen],
-            gap=self.gap[chosen],
-            link_gap=self.link_gap[chosen],
-            force=self.force[chosen],
-            flanks=None if self.flanks is None else self.flanks.instants(chosen),
-            far_gap=None if self.far_gap is None else self.far_gap[chosen],
-            both=None if self.both is None else self.both.instants(chosen),
-        )
+        return RecordExcitation(*(values[chosen] for values in self))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Record:
-    """Instants i / (samples unit), i = 0 .. count samples - 1.
+    """Instants of so many units of time, mesh cycles or turns.
 
     unit : frequency of what is counted, exact [Hz].  name : what that is, ``mesh cycles``.
     count : units of the record.  samples : instants per unit.
     period : units after which all lines and mesh stiffnesses are as they were.  period_name : what that is.
+    spread : whether the units are spread over the period, as of `spread_cycles`; else they stand in a row from 0 on.
     """
 
     unit: Fraction
@@ -200,33 +190,56 @@ class Record:
     samples: int
     period: int
     period_name: str = "common period"
+    spread: bool = False
 
     @property
     def instants(self) -> int:
         """Number of instants."""
         return self.count * self.samples
 
+    @property
+    def units(self) -> NDArray[np.int64]:
+        """Which units these are, rising (count,)."""
+        return spread_cycles(self.period, self.count) if self.spread else np.arange(self.count, dtype=np.int64)
+
+    @property
+    def index(self) -> NDArray[np.int64]:
+        """The instants in parts 1 / samples of a unit (T,)."""
+        return (self.units[:, None] * self.samples + np.arange(self.samples)).ravel()
+
+    @property
+    def options(self) -> dict[str, object]:
+        """Length and instants per unit, as results state them: of mesh cycles by the name of the option."""
+        return {"cycles" if self.name == "mesh cycles" else self.name: self.count, "samples": self.samples}
+
     def warnings(self, least: Array, most: Array) -> list[CodedText]:
-        """A warning where the record is shorter than the period and the forces change in it.
+        """A warning where the record is shorter than the period and any force changes in it by more than rounding.
 
         least, most : extremes of forces over the record (m,) [N, N m].
         """
-        if self.count >= self.period or not changing(least, most):
+        largest = np.max(np.abs([least, most]), initial=0.0)
+        if self.count >= self.period or not np.max(most - least, initial=0.0) > _CONSTANT * largest:
             return []
         option = "--turns" if self.name.startswith("turns") else "--cycles"
-        return [short_record(self.count, self.name, self.period_name, self.period, option)]
+        text = f"record of {self.count} {self.name} is shorter than the {self.period_name} of {self.period}"
+        return [coded("short-record", f"{text}; {option} takes more of it")]
 
 
-def short_record(count: int, name: str, period_name: str, period: int, option: str = "--cycles") -> CodedText:
-    """The warning of a record of `count` units that are shorter than a period, with the option that cures it."""
-    text = f"record of {count} {name} is shorter than the {period_name} of {period}; {option} takes more of it"
-    return coded("short-record", text)
+def spread_cycles(period: int, count: int) -> NDArray[np.int64]:
+    """At most `count` mesh cycles of a hunting period, rising, at phases of all lines as even as may be, (c,).
 
-
-def changing(least: Array, most: Array) -> bool:
-    """Whether any force changes by more than rounding; least, most : its extremes (m,) [N, N m]."""
-    largest = np.max(np.abs([least, most]), initial=0.0)
-    return bool(np.max(most - least, initial=0.0) > _CONSTANT * largest)
+    Of one line of frequency p/q per mesh frequency the mesh cycles 0, d, 2 d ... take every phase in turn where d and q
+    share no factor.  The step d is the first from an even division of the period on that shares no factor with the
+    period, so that the cycles are even in time and the phases of every line are too, whatever the tooth numbers (a step
+    that divides the period would leave some lines at one phase).  Derived here.
+    """
+    if period <= count:
+        return np.arange(period, dtype=np.int64)
+    step = -(-period // count)
+    while gcd(step, period) > 1:  # next to any number there is a coprime one within a few steps
+        step += 1
+    # Python's integers: period times count may be beyond 64 bits
+    return np.array(sorted(place * step % period for place in range(count)), dtype=np.int64)
 
 
 def period_name(system: System, mesh_cycles: bool = True) -> str:
@@ -350,6 +363,25 @@ def parallel_meshes(meshes: MeshRows) -> list[MeshGroup]:
     return [np.array([i for i, other in enumerate(keys) if other == key]) for key in dict.fromkeys(keys)]
 
 
+def shares(force: Array, members: Sequence[MeshGroup]) -> Array:
+    """N F_i / sum_j F_j [1] of each mesh in its group, of forces (.., m) [N], as of `group_shares`."""
+    share = np.empty_like(force)
+    for group in members:
+        share[..., group] = group_shares(force[..., group])
+    return share
+
+
+def group_shares(force: Array, axis: int = -1) -> Array:
+    """N F_i / sum_j F_j [1] of the N meshes of one group, along an axis of their forces [N] [ren2021, eq. 21-24].
+
+    inf where the forces sum to nothing or less, as those of a linear model pulled open.
+    """
+    total = force.sum(axis=axis, keepdims=True)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share: Array = np.where(total > 0, force.shape[axis] * force / total, np.inf)
+    return share
+
+
 def samples_per_cycle(meshes: MeshRows, chosen: MeshGroup, least: int) -> int:
     """Samples of a mesh cycle for which equal branches whose meshes are equally out of phase have equal peaks.
 
@@ -403,29 +435,59 @@ def excitation_at(system: System, waves: ComplexArray, phases: Array, *, links: 
     waves : (T, lines) exp(i phase) of every line.  phases : (T, tones) of the mesh frequencies [turns].
     links : whether errors of the linear links are wanted; without them ``link_gap`` has no columns.
     """
-    far = system.far_flanks
-    m, p, c = len(system.meshes.name), len(system.links.name), far.mesh.size
-    R = sum(len(group.rows) for group in system.groups)
-    lines = system.lines
-    laws = flanks(system).at(phases) if c or system.meshes.laws else None
+    lines, still = system.lines, still_excitation(system)
+    m, c, n = len(system.meshes.name), system.far_flanks.mesh.size, len(system.force)
+    amplitude = np.array([line_excitation(system, line) for line in lines], complex).reshape(len(lines), still.size)
+    # the product of each kind by itself: its bits are the same whether a train has the others or not
+    kinds = np.split(amplitude, [m, -n - c, -n], axis=1)
+    values = still + np.hstack([(waves @ kind).real for kind in kinds])
+    link_gap = None
+    if links:
+        amplitude = np.array([line.link_gap for line in lines], complex).reshape(len(lines), len(system.links.name))
+        link_gap = (waves @ amplitude).real
+    return excitation_of(system, values, phases, link_gap=link_gap)
 
-    def summed(amplitudes: list[ComplexArray], width: int) -> Array:
-        """Real part of the sum over lines (T, width) of their amplitudes."""
-        values: Array = (waves @ np.array(amplitudes, complex).reshape(len(lines), width)).real
-        return values
 
-    far_gap = None
-    if c:
-        far_gap = summed([system.flank_gaps(line)[m:] for line in lines], c) + system.meshes.backlash[far.mesh]
-    return RecordExcitation(
-        stiffness=stiffness_at(system, phases),
-        gap=np.hstack([summed([line.gap for line in lines], m), summed([group_gap(line, R) for line in lines], R)]),
-        link_gap=summed([line.link_gap for line in lines], p) if links else np.zeros((len(waves), 0)),
-        force=system.force + summed([line.force[0] for line in lines], len(system.force)),
-        flanks=None if laws is None or not system.meshes.laws else laws.rows(slice(0, m)),
-        far_gap=far_gap,
-        both=laws if c else None,
-    )
+def still_excitation(system: System) -> Array:
+    """Errors and force (m + R + c + n,) without any line: the backlash of far flanks [m], the load [N, N m]."""
+    loaded = np.zeros(len(system.meshes.name) + sum(len(group.rows) for group in system.groups))
+    return np.concatenate([loaded, system.meshes.backlash[system.far_flanks.mesh], system.force])
+
+
+def standing_excitation(system: System) -> Array:
+    """The same with all lines that do not turn."""
+    standing = [line_excitation(system, line).real for line in system.lines if line.frequency == 0]
+    return sum(standing, still_excitation(system))
+
+
+def line_excitation(system: System, line: Line) -> ComplexArray:
+    """Amplitudes of a line in loaded flanks, rows of groups and far flanks [m], and its force at rest [N, N m]."""
+    gaps, m = system.flank_gaps(line), len(system.meshes.name)
+    of_groups = group_gap(line, sum(len(group.rows) for group in system.groups))
+    return np.concatenate([gaps[:m], of_groups, gaps[m : m + system.far_flanks.mesh.size], line.force[0]])
+
+
+def excitation_of(
+    system: System, values: Array, phases: Array, *, stiffness: Array | None = None, link_gap: Array | None = None
+) -> RecordExcitation:
+    """Excitation at T instants of errors and forces (T, m + R + c + n) as of `line_excitation`.
+
+    Parameters
+    ----------
+    phases : (T, tones) of the mesh frequencies [turns].  stiffness : (T, m) of both flanks [N/m]; None: at the phases.
+    link_gap : (T, p) [m, rad]; none where None.
+    """
+    meshes, far, n = system.meshes, system.far_flanks, len(system.force)
+    gap, far_gap, force = np.split(values, [-n - far.mesh.size, -n], axis=1)
+    if stiffness is None:
+        behind = LinearLaw(
+            stiffness=meshes.stiffness[far.mesh], variation=far.variation, tone=meshes.tone[far.mesh]
+        ).at(phases)
+        stiffness, far_stiffness = stiffness_at(system, phases), behind.stiffness
+    else:
+        far_stiffness = stiffness[:, far.mesh]
+    link_gap = np.zeros((len(values), 0)) if link_gap is None else link_gap
+    return RecordExcitation(stiffness, far_stiffness, gap, far_gap, force, link_gap, phases)
 
 
 def group_gap(line: Line, rows: int) -> ComplexArray:

@@ -29,14 +29,12 @@ from .load_map import (
     law_map,
     least_forces,
     load_map,
-    loads_at_phases,
     phase_points,
     phase_steps,
-    shares,
     slow_phases,
     units_of_largest,
 )
-from .record import MeshGroup
+from .record import MeshGroup, shares
 from .tangent import linear
 
 ContactMethod = Literal["auto", "linear", "static"]
@@ -315,7 +313,7 @@ def sample_loads(
         mean = closed.force[at] + (whole[:, :even] - shut).mean(axis=1)
         if laws is None:
             whole = _with_largest(forces, slow, loads.group, at, units, whole)
-        load[:, at] = loads_at_phases(whole, mean, loads.group)
+        load[:, at] = shares(mean, loads.group), shares(whole, loads.group).max(axis=1)
         least[at], failed[at] = whole.min(axis=1), ~known
         opens[at] |= (least[at] <= 0).any(axis=1)
     load = load.transpose(1, 0, 2)

@@ -21,9 +21,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ConvergenceError, ModelError
-from ..system.gaps import flanks, groups_past_the_end, net_force, past_the_end
+from ..system.flank_laws import LinearAt
+from ..system.gaps import FlanksAt, flanks, groups_past_the_end, net_force, past_the_end
 from ..system.link_laws import STATES, Laws
-from ..system.system import Array, Faces, FarFlanks, System, elastic_rows, faces
+from ..system.system import Array, Faces, System, elastic_rows, faces
 from ..warning_codes import CodedText, coded
 from . import StaticOptions
 from .equilibrium import Compliance, Equilibrium, compliance, compliance_of, equilibrium, require_balance
@@ -57,18 +58,17 @@ class HeldTrain:
     """A train seen from its rows.
 
     loaded : from the loaded flanks and the rows of groups.  both : from all flanks, None where no backlash is finite.
-    far : its far flanks.  laws : of its groups.  system : that it is of.
+    laws : of its groups.  system : that it is of.
     """
 
     loaded: Compliance
     both: Compliance | None
-    far: FarFlanks
     laws: Laws
     system: System
 
     def net_force(self, state: Equilibrium) -> Array:
         """Forces of the mesh rows (T, m) [N], negative on far flanks."""
-        far = self.far.mesh[: state.far_force.shape[1]]
+        far = self.system.far_flanks.mesh[: state.far_force.shape[1]]
         return net_force(np.hstack([state.mesh_force, state.far_force]), far)
 
 
@@ -89,14 +89,14 @@ def held_train(system: System) -> HeldTrain:
     """The train seen from its flanks."""
     loaded, far, laws = compliance_of(system), system.far_flanks, system.laws
     if not far.mesh.size:
-        return HeldTrain(loaded=loaded, both=None, far=far, laws=laws, system=system)
+        return HeldTrain(loaded=loaded, both=None, laws=laws, system=system)
     # a motion that the loaded flanks leave free may be stopped by far ones, which then count as closed
     stops = np.max(np.abs(far.B.T @ loaded.free), axis=1, initial=0.0) > _STILL
     k0 = np.where(stops, system.meshes.stiffness[far.mesh], 0.0)
     B = np.hstack([system.meshes.B, far.B, system.group_rows])
     stiffness = np.concatenate([system.meshes.stiffness, k0, laws.row_stiffness])
     both = compliance(elastic_rows(system), B, stiffness)
-    return HeldTrain(loaded=loaded, both=both, far=far, laws=laws, system=system)
+    return HeldTrain(loaded=loaded, both=both, laws=laws, system=system)
 
 
 def balanced(held: HeldTrain, force: Array) -> None:
@@ -122,53 +122,52 @@ def settled(
     ------
     ModelError : the load drives bodies apart and nothing holds them.  ConvergenceError : no equilibrium.
     """
-    if held.both is None:
-        return _loaded(held, here, anchor, start)
-    assert here.both is not None
-    assert here.far_gap is not None
+    both, far, m = held.both, held.system.far_flanks, here.stiffness.shape[1]
+    if held.system.meshes.laws:
+        contact = flanks(held.system).at(here.phases)
+    else:
+        linear, count = LinearAt(stiffness=np.hstack([here.stiffness, here.far_stiffness])), m + far.mesh.size
+        contact = FlanksAt(parts=((linear, slice(0, count)),), count=count)
+
+    def on_both(train: Compliance, at: NDArray[np.int64] | slice) -> Equilibrium:
+        """Equilibrium on loaded and far flanks at some of the instants."""
+        some = here.at(at)
+        return equilibrium(
+            train,
+            stiffness=some.stiffness,
+            gap=np.hstack([some.gap[:, :m], some.far_gap, some.gap[:, m:]]),
+            force=some.force,
+            flanks=contact.instants(at),
+            laws=held.laws,
+            anchor=None if anchor is None else anchor[at],
+        )
+
     try:
-        require_balance(held.loaded.free, here.force, held.system)
-        state = _loaded(held, here, anchor, start)
+        if both is not None:
+            require_balance(held.loaded.free, here.force, held.system)
+        state = equilibrium(
+            held.loaded,
+            stiffness=here.stiffness,
+            gap=here.gap,
+            force=here.force,
+            flanks=contact.rows(slice(0, m)),
+            laws=held.laws,
+            anchor=anchor,
+            start=start,
+        )
     except (ModelError, ConvergenceError):
-        return _both(held, here, anchor)
-    touch = here.both.touch[:, here.stiffness.shape[1] :]
-    pressing = np.flatnonzero(np.any(state.displacement @ held.far.B - here.far_gap > touch, axis=1))
-    state = replace(state, far_force=np.zeros((len(here.gap), held.far.mesh.size)))
-    if pressing.size:
-        again = _both(held, here.at(pressing), None if anchor is None else anchor[pressing])
+        if both is None:
+            raise
+        return on_both(both, slice(None))
+    if both is None:
+        return state
+    pressing = np.any(state.displacement @ far.B - here.far_gap > contact.touch[:, m:], axis=1)
+    state = replace(state, far_force=np.zeros_like(here.far_gap))
+    if pressing.any():
+        again = on_both(both, np.flatnonzero(pressing))
         for field in fields(Equilibrium):
             getattr(state, field.name)[pressing] = getattr(again, field.name)
     return state
-
-
-def _loaded(held: HeldTrain, here: RecordExcitation, anchor: Array | None, start: Array | None) -> Equilibrium:
-    """Equilibrium on the loaded flanks alone."""
-    return equilibrium(
-        held.loaded,
-        stiffness=here.stiffness,
-        gap=here.gap,
-        force=here.force,
-        flanks=here.flanks,
-        laws=held.laws,
-        anchor=anchor,
-        start=start,
-    )
-
-
-def _both(held: HeldTrain, here: RecordExcitation, anchor: Array | None) -> Equilibrium:
-    """Equilibrium on loaded and far flanks."""
-    assert held.both is not None
-    assert here.far_gap is not None
-    m = here.stiffness.shape[1]
-    return equilibrium(
-        held.both,
-        stiffness=here.stiffness,
-        gap=np.hstack([here.gap[:, :m], here.far_gap, here.gap[:, m:]]),
-        force=here.force,
-        flanks=here.both,
-        laws=held.laws,
-        anchor=anchor,
-    )
 
 
 def quasi_static(
@@ -176,31 +175,24 @@ def quasi_static(
 ) -> Iterator[RecordPiece]:
     """Equilibrium at every instant of the record, in order.
 
-    Sliders of laws with a memory start in the middle, one record before the first instant.
+    Sliders of laws with a memory start in the middle, one record before the first instant; such a record is in a row.
 
     Raises
     ------
     ModelError : a load that nothing balances or holds.  ConvergenceError : no equilibrium was found.
     """
-    links, total = held.system.links, record.instants
+    links, total, instants = held.system.links, record.instants, record.index
     anchors, approach = _slider_history(held, record) if held.laws.memory.any() else (None, None)
     for first in range(0, total, _CHUNK):
-        index = np.arange(first, min(first + _CHUNK, total), dtype=np.int64)
-        here = _balanced_excitation(held, record, index)
-        anchor = None if anchors is None else anchors[index]
-        start = None if approach is None else approach[index]
+        chunk = slice(first, first + _CHUNK)
+        here = _balanced_excitation(held, record, instants[chunk])
+        anchor = None if anchors is None else anchors[chunk]
+        start = None if approach is None else approach[chunk]
         state = settled(held, here, anchor=anchor, start=start)
         deflection = state.displacement @ links.B - here.link_gap
         yield RecordPiece(state=state, link_deflection=deflection, anchor=anchor)
         if progress is not None:
-            progress((index[-1] + 1) / total)
-
-
-def history_note(system: System, record: Record) -> str:
-    """How the history of laws with a memory begins, "" where there is none."""
-    if not system.laws.memory.any():
-        return ""
-    return f"sliders start in the middle; warm-up over {record.count} {record.name} before the record"
+            progress(min(chunk.stop, total) / total)
 
 
 def _balanced_excitation(held: HeldTrain, record: Record, index: NDArray[np.int64]) -> RecordExcitation:
@@ -404,7 +396,8 @@ def law_attributes(system: System, record: Record) -> dict[str, str]:
         group.name: {"kind": group.law.kind, **asdict(group.law), "slip_start": group.law.slip_start}
         for group in system.groups
     }
-    return {"laws": json.dumps(laws), "history": history_note(system, record)}
+    history = f"sliders start in the middle; warm-up over {record.count} {record.name} before the record"
+    return {"laws": json.dumps(laws), "history": history if system.laws.memory.any() else ""}
 
 
 def free_position_warnings(system: System, free: Array) -> list[CodedText]:
@@ -437,6 +430,7 @@ def _dataset(
     force, face = contact.force, faces(system.meshes)
     mesh_force, link_force = face.total(force.T), (system.links.stiffness * deflection).T
     every = np.vstack([mesh_force, link_force])
+    group_force = [system.laws.rows.size(piece.state.group_force).max(axis=0) for piece in pieces]
     lost = ~np.all(contact.loaded, axis=0)
     coords: dict[Hashable, np.ndarray] = {
         "mesh": np.array(face.name, dtype=object),
@@ -461,12 +455,12 @@ def _dataset(
         },
         coords,
         verb="static",
-        options={"cycles" if record.name == "mesh cycles" else record.name: record.count, "samples": record.samples},
+        options=record.options,
         provenance={**system.provenance, **law_attributes(system, record)},
         warnings=[
             *warnings,
             *record.warnings(every.min(axis=1), every.max(axis=1)),
-            *group_warnings(system, pieces),
+            *groups_past_the_end(system, np.max(group_force, axis=0)),
         ],
     )
     result["time"].attrs.update({"units": "s" if system.tones else "mesh cycles", "long_name": "time"})
@@ -516,23 +510,10 @@ def group_columns(system: System, pieces: list[RecordPiece]) -> dict[str, tuple[
     """Force [N], stretch [m] and state of every group over time, (group, time); nothing without groups."""
     if not system.groups:
         return {}
-    laws = system.laws
-
-    def column(values: list[np.ndarray]) -> tuple[tuple[str, str], np.ndarray]:
-        """Values (t, groups) of all pieces as one variable (group, time)."""
-        return ("group", "time"), np.concatenate(values).T
-
-    states = np.array(STATES, dtype=object)
-    return {
-        "group_force": column([laws.rows.size(piece.state.group_force) for piece in pieces]),
-        "group_stretch": column([laws.rows.size(piece.state.group_stretch) for piece in pieces]),
-        "group_state": column([states[laws.state(p.state.group_stretch, p.anchor)] for p in pieces]),
+    laws, states = system.laws, np.array(STATES, dtype=object)
+    values = {
+        "group_force": [laws.rows.size(piece.state.group_force) for piece in pieces],
+        "group_stretch": [laws.rows.size(piece.state.group_stretch) for piece in pieces],
+        "group_state": [states[laws.state(piece.state.group_stretch, piece.anchor)] for piece in pieces],
     }
-
-
-def group_warnings(system: System, pieces: list[RecordPiece]) -> list[CodedText]:
-    """Warnings of links whose forces pass the last one of their table."""
-    if not system.groups:
-        return []
-    largest = [system.laws.rows.size(piece.state.group_force).max(axis=0) for piece in pieces]
-    return groups_past_the_end(system, np.max(largest, axis=0))
+    return {name: (("group", "time"), np.concatenate(column).T) for name, column in values.items()}

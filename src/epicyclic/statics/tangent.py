@@ -18,7 +18,7 @@ from ..system.link_laws import STATES, Laws
 from ..system.system import Array, Line, LinkRows, MeshRows, System, commutes, faces
 from ..warning_codes import CodedText, coded
 from .equilibrium import Equilibrium, compliance_of, equilibrium, require_balance
-from .record import group_gap, standing_load
+from .record import group_gap, standing_excitation
 
 # Stiffness per nominal one of a link that floats in its clearance, for the mean system of analyses that ask its law:
 # its motion is a million times slower than that of a pressed one, and far from rounding of rigid modes (1e-11).
@@ -162,11 +162,8 @@ def mean_stretch(system: System) -> Array:
 
 def _mean_state(system: System) -> Equilibrium:
     """Equilibrium under the mean load and errors, with mean mesh stiffness."""
-    flexible, force = compliance_of(system), standing_load(system)
-    gap = np.zeros(len(flexible.stiffness))
-    for line in system.lines:
-        if line.frequency == 0:
-            gap += np.concatenate([line.gap, group_gap(line, system.group_rows.shape[1])]).real
+    flexible, excited = compliance_of(system), standing_excitation(system)
+    gap, force = excited[: len(flexible.stiffness)], excited[-len(system.force) :]
     require_balance(flexible.free, force[None], system)
     return equilibrium(
         flexible, stiffness=system.meshes.stiffness[None], gap=gap[None], force=force[None], laws=system.laws

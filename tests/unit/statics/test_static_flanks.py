@@ -9,15 +9,17 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 from numpy.typing import NDArray
 
 import epicyclic
 from epicyclic.errors import ModelError
+from epicyclic.questions.sharing.definitions import known_mean_loads, labelled
 from epicyclic.questions.sharing.sharing import sharing
-from epicyclic.questions.sharing.tone_forces import sharing_of_record
+from epicyclic.questions.sharing.tone_forces import forces_of_equilibria
 from epicyclic.statics import StaticOptions
 from epicyclic.statics.equilibrium import compliance_of, equilibrium
-from epicyclic.statics.record import excitation, record_of
+from epicyclic.statics.record import Record, excitation, record_of
 from epicyclic.statics.static import held_train, settled, static
 from epicyclic.system.flank_laws import LawRows, LinearAt, TabulatedLaw
 from epicyclic.system.gaps import FlanksAt, flanks
@@ -184,6 +186,10 @@ def test_a_train_under_reversed_torque_is_that_seen_from_behind(build: Any, tabl
     shared, behind_ = (sharing(s, method="static", samples=7) for s in (system, seen_from_behind(system)))
     np.testing.assert_allclose(shared.load_sharing, behind_.load_sharing, rtol=1e-8)
     np.testing.assert_allclose(shared.mesh_force, -behind_.mesh_force, rtol=1e-8)
+    # forces over the record have the sign of those over time, whichever flank carries
+    np.testing.assert_allclose(shared.mesh_force_mean, shared.mesh_force.mean("time"), rtol=1e-12)
+    np.testing.assert_array_equal(shared.mesh_force_peak, shared.mesh_force.max("time"))
+    np.testing.assert_array_equal(shared.mesh_force_minimum, shared.mesh_force.min("time"))
     assert "far flank" in json.loads(shared.attrs["warnings"])[-1]
 
 
@@ -195,6 +201,12 @@ def one_pushed_back(build: Any, error: float = 2e-4) -> System:
     return replace(system, lines=(*system.lines, still(system, gap, -gap)))
 
 
+def sharing_of_record(system: System, record: Record, stored: int | None = None) -> xr.Dataset:
+    """Load sharing over a record whose instants are solved one by one, whatever the train."""
+    forces = forces_of_equilibria(system, record, stored)
+    return labelled(system, forces, known_mean_loads(system), method="static", relative_speed=1.0, limit=None)
+
+
 def test_what_far_flanks_change_is_an_equilibrium_of_all_forces(build: Any) -> None:
     """Balance of every coordinate with forces asked from the laws at the displacements, both flanks at once."""
     system = one_pushed_back(build)
@@ -204,10 +216,8 @@ def test_what_far_flanks_change_is_an_equilibrium_of_all_forces(build: Any) -> N
     pressing = state.far_force.max(axis=1) > 0
     assert pressing.any()
     given = flanks(system)
-    assert here.far_gap is not None
-    assert here.both is not None
     delta = state.displacement @ given.B - np.hstack([here.gap, here.far_gap])
-    force, _ = here.both.evaluate(delta)
+    force, _ = given.at(here.phases).evaluate(delta)
     np.testing.assert_allclose(np.hstack([state.mesh_force, state.far_force]), force, atol=1e-6 * np.abs(force).max())
     balance = state.displacement @ system.K + force @ given.B.T - here.force
     assert np.abs(balance).max() < 1e-6 * np.abs(here.force).max()
@@ -221,7 +231,7 @@ def test_what_far_flanks_change_is_an_equilibrium_of_all_forces(build: Any) -> N
     # the record of sharing is the same one
     window = record_of(system, cycles=3, turns=None, of=None, samples=7, most=1000, slow=True)
     record, again = (
-        sharing_of_record(system, record=window, relative_speed=1.0, stored=None),
+        sharing_of_record(system, window),
         static(system, StaticOptions(cycles=3, samples=7)),
     )
     for name in ("open_share", "far_share", "contact_lost"):
@@ -243,12 +253,8 @@ def test_both_ways_through_sharing_agree_where_far_flanks_press(build: Any) -> N
     """Linear in the lines while loaded flanks press alone, or every instant for itself."""
     system = one_pushed_back(build)
     by_lines = sharing(system, method="static", samples=8)
-    by_record = sharing_of_record(
-        system,
-        record=record_of(system, cycles=None, turns=None, of=None, samples=8, most=1000),
-        relative_speed=1.0,
-        stored=None,
-    )
+    window = record_of(system, cycles=None, turns=None, of=None, samples=8, most=1000)
+    by_record = sharing_of_record(system, window)
     np.testing.assert_allclose(by_lines.load_sharing, by_record.load_sharing, rtol=1e-7)
     plain = static(system, StaticOptions(samples=8))
     np.testing.assert_allclose(by_lines.mesh_force, plain.mesh_force, rtol=1e-7, atol=1e-6)

@@ -10,13 +10,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 from numpy.typing import NDArray
 
 import epicyclic
 from epicyclic.errors import ModelError
-from epicyclic.questions.sharing.definitions import train_coefficient
+from epicyclic.questions.sharing.definitions import known_mean_loads, labelled, train_coefficient
 from epicyclic.questions.sharing.sharing import sharing
-from epicyclic.questions.sharing.tone_forces import cycle_starts, record_extremes, sharing_of_record
+from epicyclic.questions.sharing.tone_forces import cycle_starts, forces_of_equilibria, record_extremes
 from epicyclic.results.dataset import load_result, save_result
 from epicyclic.statics import StaticOptions
 from epicyclic.statics.equilibrium import compliance_of, equilibrium
@@ -305,6 +306,9 @@ def test_record_in_turns_of_a_body(build: Any) -> None:
         "record of 2 turns of main/sun is shorter than the common period of 5; --turns takes more of it [short-record]"
     ]
     assert short.warnings(least, least) == []  # what stands still has its extremes in any record
+    np.testing.assert_array_equal(record.index, np.arange(5 * 8))
+    apart = replace(record, count=2, spread=True)  # of five turns the first and the fourth
+    assert apart.index.tolist() == [*range(8), *range(24, 32)]
     slow = record_of(system, cycles=None, turns=None, of=None, samples=8, most=10**6, slow=True)
     assert (slow.unit, slow.period) == (Fraction(5), 5)
     result = static(system, StaticOptions(turns=5, of="main/sun", samples=24))
@@ -332,6 +336,12 @@ def test_bad_records(build: Any, options: dict[str, Any], word: str) -> None:
         sharing(replace(turning(build, {}), zeta=0.03), **options)
 
 
+def sharing_of_record(system: System, record: Record, stored: int | None = None) -> xr.Dataset:
+    """Load sharing over a record whose instants are solved one by one, whatever the train."""
+    forces = forces_of_equilibria(system, record, stored)
+    return labelled(system, forces, known_mean_loads(system), method="static", relative_speed=1.0, limit=None)
+
+
 def test_two_ways_to_the_same_sharing(build: Any) -> None:
     """A record of equilibria gives what the superposed lines give, mesh cycle by mesh cycle, with varying stiffness."""
     system = turning(build, {}, size=1e-5)
@@ -339,12 +349,12 @@ def test_two_ways_to_the_same_sharing(build: Any) -> None:
     system = replace(system, meshes=replace(system.meshes, variation=variation))
     known = sharing(system, method="static", cycles=60, samples=16)
     record = record_of(system, cycles=60, turns=None, of=None, samples=16, most=1)
-    found = sharing_of_record(system, record=record, relative_speed=1.0, stored=None)
+    found = sharing_of_record(system, record)
     for name in ("load_sharing", "system_load_sharing", "load_sharing_history", "mesh_force"):
         # equilibria stop at 1e-10 of the forces
         np.testing.assert_allclose(found[name], known[name], rtol=1e-7)
     assert found.contact_lost.values.tolist() == known.contact_lost.values.tolist()
-    window = sharing_of_record(system, record=replace(record, count=10), relative_speed=1.0, stored=3)
+    window = sharing_of_record(system, replace(record, count=10), stored=3)
     assert np.isnan(window.load_sharing.sel(definition="worst-case")).all()
     assert np.isnan(window.system_load_sharing.sel(definition="worst-case"))
     assert window.sizes["time"] == 48

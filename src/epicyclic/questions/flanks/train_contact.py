@@ -186,12 +186,7 @@ def _case(train: Train, options: ContactOptions, *, samples: int, slices: int) -
         lines = np.array([float(line.frequency / over.unit) for line in system.lines])
         waves = np.exp(2j * np.pi * np.mod(corners[:, None] * lines, 1.0))
         there = excitation_at(system, waves, turned if system.tones else np.zeros((len(corners), 1)))
-        acting = RecordExcitation(
-            stiffness=np.concatenate([acting.stiffness, there.stiffness]),
-            gap=np.concatenate([acting.gap, there.gap]),
-            link_gap=np.concatenate([acting.link_gap, there.link_gap]),
-            force=np.concatenate([acting.force, there.force]),
-        )
+        acting = RecordExcitation(*map(np.concatenate, zip(acting, there, strict=True)))
         phases, times = np.concatenate([phases, turned]), np.concatenate([times, corners])
     _require_room(len(times), laws)
     cycles = phases[:, of_mesh]
@@ -340,7 +335,7 @@ def _unresolved(cut: _Cut, tolerance: float) -> list[CodedText]:
 
 def _equilibrium(case: _Case, factor: float) -> ContactEquilibrium:
     """Equilibrium at a multiple of the torques; Newton starts from that of the train with springs for meshes."""
-    acting = replace(case.acting, force=case.acting.force + (factor - 1.0) * case.system.force)
+    acting = case.acting._replace(force=case.acting.force + (factor - 1.0) * case.system.force)
     springs = equilibrium(
         case.flexible, stiffness=acting.stiffness, gap=acting.gap, force=acting.force, laws=case.system.laws
     )

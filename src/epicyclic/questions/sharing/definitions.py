@@ -32,22 +32,33 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Hashable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from math import gcd, lcm
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ConvergenceError, ModelError
 from ...limits import KGammaLimit, k_gamma_limit, limit_columns
-from ...statics.equilibrium import Compliance, Values, closed_approach, closed_force, require_balance, require_forces
+from ...statics.equilibrium import Compliance, Values, closed_state, require_balance, require_forces
 from ...statics.load_map import MEAN_LOADS
-from ...statics.record import MeshGroup, idle_warnings, loaded_meshes, mesh_stiffness, parallel_meshes, turn_fraction
+from ...statics.record import (
+    MeshGroup,
+    Record,
+    group_shares,
+    idle_warnings,
+    line_excitation,
+    loaded_meshes,
+    mesh_stiffness,
+    parallel_meshes,
+    shares,
+    still_excitation,
+    turn_fraction,
+)
 from ...statics.sample_loads import mean_loads
 from ...statics.static import HeldTrain
-from ...system.gaps import flanks
 from ...system.system import Array, ComplexArray, System, faces
 from ...warning_codes import CodedText, coded
 
@@ -59,8 +70,7 @@ if TYPE_CHECKING:
 DEFINITIONS = ("cycle-peak", "simultaneous", "record-peak", "signed-overload", "worst-case", *MEAN_LOADS)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Extremes:
+class Extremes(NamedTuple):
     """Extremes over a piece of record, (m,) each.
 
     ratio_high, ratio_low : largest and smallest cycle-peak ratio b [1].  simultaneous : largest ratio at one instant
@@ -83,60 +93,17 @@ class Extremes:
 def extremes(force: Array, members: Sequence[MeshGroup]) -> Extremes:
     """Extremes of a piece of record; force (cycles, m, samples) [N], members : groups of the m meshes."""
     peaks = force.max(axis=2)
-    ratio = cycle_peak_ratio(peaks, members)
+    ratio = shares(peaks, members)
     together = np.empty(force.shape[1])
     for group in members:
-        together[group] = instant_ratio(force[:, group]).max(axis=(0, 2))
-    return Extremes(
-        ratio_high=ratio.max(axis=0),
-        ratio_low=ratio.min(axis=0),
-        simultaneous=np.where(np.isnan(together), np.inf, together),
-        peak=peaks.max(axis=0),
-        least=force.min(axis=(0, 2)),
-    )
+        together[group] = group_shares(force[:, group], axis=1).max(axis=(0, 2))
+    return Extremes(ratio.max(axis=0), ratio.min(axis=0), together, peaks.max(axis=0), force.min(axis=(0, 2)))
 
 
 def merge_extremes(a: Extremes, b: Extremes) -> Extremes:
     """Extremes of two pieces together, (m,) each."""
-    return Extremes(
-        ratio_high=np.maximum(a.ratio_high, b.ratio_high),
-        ratio_low=np.minimum(a.ratio_low, b.ratio_low),
-        simultaneous=np.maximum(a.simultaneous, b.simultaneous),
-        peak=np.maximum(a.peak, b.peak),
-        least=np.minimum(a.least, b.least),
-    )
-
-
-def cycle_peak_ratio(peaks: Array, members: Sequence[MeshGroup]) -> Array:
-    """b = N P_i / sum P of each cycle, (cycles, m) [1]; peaks (cycles, m) [N] [ren2021, eq. 21-24].
-
-    Peaks that sum to nothing or less (a linear model pulled open) have no ratio: inf.
-    """
-    ratio = np.empty_like(peaks)
-    for group in members:
-        total = peaks[:, group].sum(axis=1, keepdims=True)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            ratio[:, group] = np.where(total > 0, len(group) * peaks[:, group] / total, np.inf)
-    return ratio
-
-
-def instant_ratio(force: Array) -> Array:
-    """N F_i / sum_j F_j at every instant of one group, (..., N, samples) [1]; nan where the sum is not positive."""
-    total = force.sum(axis=-2, keepdims=True)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        shares: Array = np.where(total > 0, force.shape[-2] * force / total, np.nan)
-    return shares
-
-
-def coefficients(record: Extremes, worst: Array, mean_load: Array, members: Sequence[MeshGroup]) -> Array:
-    """Load-sharing coefficients, (definition, m) [1] in the order of `DEFINITIONS`.
-
-    Parameters
-    ----------
-    worst : (m,) of the worst case.  mean_load : (2, m) by `MEAN_LOADS`.
-    """
-    record_peak = cycle_peak_ratio(record.peak[None], members)[0]
-    return np.array([record.cycle_peak, record.simultaneous, record_peak, record.ratio_high, worst, *mean_load])
+    outer = (np.maximum, np.minimum, np.maximum, np.maximum, np.minimum)
+    return Extremes(*(of_both(x, y) for of_both, x, y in zip(outer, a, b, strict=True)))
 
 
 def known_mean_loads(system: System) -> tuple[Array, list[CodedText]]:
@@ -167,60 +134,6 @@ def meshes_with_load(mean: Array, members: Sequence[MeshGroup], *, most: Array, 
     return loaded
 
 
-def sharing_warnings(meshes: tuple[str, ...], open_: NDArray[np.bool_], loaded: NDArray[np.bool_]) -> list[CodedText]:
-    """Warnings of meshes with load that open, (m,), and of those without load, (m,)."""
-    parted = mesh_names(meshes, open_ & loaded)
-    notes = [coded("contact-lost", f"meshes open: {parted}")] if parted else []
-    return notes + idle_warnings(meshes, loaded, "load sharing")
-
-
-def mesh_names(meshes: tuple[str, ...], chosen: NDArray[np.bool_]) -> str:
-    """Names of the chosen meshes (m,)."""
-    return ", ".join(name for name, yes in zip(meshes, chosen, strict=True) if yes)
-
-
-def far_warnings(meshes: tuple[str, ...], far: NDArray[np.bool_]) -> list[CodedText]:
-    """A warning of the meshes whose far flank presses at some instant, (m,)."""
-    names = mesh_names(meshes, far)
-    text = f"meshes on their far flank, where their force is negative: {names}"
-    return [coded("far-flank-loaded", text)] if names else []
-
-
-def bound_warnings(meshes: Sequence[str], bound: Array, why: Sequence[str]) -> list[CodedText]:
-    """A warning where the largest force over all phases, (m,) [N], is not known, with the reason of each mesh (m,)."""
-    missing: dict[str, list[str]] = {}
-    for name, value, reason in zip(meshes, bound, why, strict=True):
-        if np.isnan(value) and reason:
-            missing.setdefault(reason, []).append(name)
-    alone = len(missing) == 1 and len(next(iter(missing.values()))) == len(meshes)
-    reasons = [reason if alone else f"{reason} ({', '.join(names)})" for reason, names in missing.items()]
-    text = f"mesh_force_bound, the largest force over all phases, is not known: {'; '.join(reasons)}"
-    return [coded("force-bound-unknown", text)] if reasons else []
-
-
-def _undefined(meshes: tuple[str, ...], coefficients: Array, method: str) -> list[CodedText]:
-    """Warning of coefficients (definition, m) that are infinite: there the forces of a group sum to nothing or less."""
-    infinite = [
-        f"{name} of {mesh_names(meshes, row)}"
-        for name, row in zip(DEFINITIONS, np.isinf(coefficients), strict=True)
-        if row.any()
-    ]
-    if not infinite:
-        return []
-    cure = "" if method == "static" else "; with method static the teeth part"
-    problem = "load sharing undefined where a mesh carries nothing and the forces of its group sum to 0 or less"
-    return [coded("load-sharing-undefined", f"{problem}: {'; '.join(infinite)}{cure}")]
-
-
-def force_columns(mean: Array, most: Array, least: Array) -> dict[str, tuple[str, Array]]:
-    """Variables of mean, largest and least mesh force (m,) [N] over the whole record, of which a part is kept."""
-    return {
-        "mesh_force_mean": ("mesh", mean),
-        "mesh_force_peak": ("mesh", most),
-        "mesh_force_minimum": ("mesh", least),
-    }
-
-
 def mesh_limits(system: System, stated: float | str | None) -> list[KGammaLimit]:
     """Limit of K_gamma of every whole mesh, by its stage and the branches that share the load of its pair and side.
 
@@ -237,59 +150,141 @@ def train_coefficient(values: Array) -> Array:
     return np.where(known, np.max(np.where(np.isnan(values), -np.inf, values), axis=1), np.nan)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ForceRecord:
+    """Forces of the w whole meshes over a record, positive on the flank that carries the mean load of their group.
+
+    record : its instants.  over : extremes (w,).  worst : (w,) cycle-peak over the hunting period [1], nan if unknown.
+    mean, sign : (w,) mean force [N], and -1 where it is on the far flank.  loaded : (w,) whether a mesh carries any.
+    lost : (w,) whether a slice leaves its loaded flank at some instant.  parted, far : (w,) whether one leaves both, or
+        its far flank presses.
+    bound, unknown : (w,) largest force at any phases of the lines [N], nan where not known, and why.
+    history : (w, T) forces at the first T instants [N].
+    options, notes, columns, provenance : what else the result says of the record, warns of and holds.
+    """
+
+    record: Record
+    over: Extremes
+    worst: Array
+    mean: Array
+    sign: Array
+    loaded: NDArray[np.bool_]
+    lost: NDArray[np.bool_]
+    parted: NDArray[np.bool_]
+    far: NDArray[np.bool_]
+    bound: Array
+    unknown: Sequence[str]
+    history: Array
+    options: Mapping[str, object]
+    notes: Sequence[CodedText]
+    columns: Mapping[str, Any] = field(default_factory=dict)
+    provenance: Mapping[str, str] = field(default_factory=dict)
+
+    def coefficients(self, mean_load: Array, members: Sequence[MeshGroup]) -> Array:
+        """Load-sharing coefficients, (definition, w) [1] in the order of `DEFINITIONS`, nan of meshes without load.
+
+        mean_load : (2, w) by `MEAN_LOADS`.
+        """
+        over, record_peak = self.over, shares(self.over.peak, members)
+        values = [over.cycle_peak, over.simultaneous, record_peak, over.ratio_high, self.worst, *mean_load]
+        return np.where(self.loaded, values, np.nan)
+
+
 def labelled(
     system: System,
+    forces: ForceRecord,
+    mean_load: tuple[Array, list[CodedText]],
     *,
-    coefficients: Array,
-    ratio: Array,
-    force: Array,
-    bound: Array,
-    columns: Mapping[str, Any],
-    time: Array,
-    options: Mapping[str, object],
-    provenance: Mapping[str, str],
-    warnings: Sequence[CodedText],
+    method: str,
+    relative_speed: float,
     limit: float | str | None,
 ) -> xr.Dataset:
     """The result of `sharing`.
 
     Parameters
     ----------
-    coefficients : (definition, m) [1].  ratio : (m, T) simultaneous ratio [1].  force : (m, T) [N].  bound : (m,) [N].
-    columns : further variables.  time : (T,) [s], or mesh cycles where the train has no speed.
-    options : attributes of the result as well.  limit : as of `k_gamma_limit`.
+    mean_load : as of `known_mean_loads`.  method, limit : as of `sharing`.
+    relative_speed : of the time [1], which is counted in mesh cycles where the train has no speed.
     """
     from ...results.dataset import dataset
 
-    names = faces(system.meshes).name
+    names, members, record = faces(system.meshes).name, parallel_meshes(system.meshes), forces.record
+    values = forces.coefficients(mean_load[0], members)
+    ratio = shares(forces.history.T, members).T
+    sign, most, least = forces.sign, forces.over.peak, forces.over.least
     coords: dict[Hashable, Any] = {
         "definition": np.array(DEFINITIONS, dtype=object),
         "mesh": np.array(names, dtype=object),
-        "time": time,
+        "time": np.arange(forces.history.shape[1]) / record.samples / (float(record.unit) * relative_speed),
     }
-    if "group_force" in columns:
+    if "group_force" in forces.columns:
         coords["group"] = np.array([group.name for group in system.groups], dtype=object)
+    options = {"method": method, **record.options, "relative_speed": relative_speed, **forces.options}
+    notes = [*forces.notes, *mean_load[1], *record.warnings(least, most)]
     result = dataset(
         {
-            "load_sharing": (("definition", "mesh"), coefficients),
-            "system_load_sharing": ("definition", train_coefficient(coefficients)),
-            "load_sharing_history": (("mesh", "time"), ratio),
-            "mesh_force": (("mesh", "time"), force),
-            "mesh_force_bound": ("mesh", bound),
+            "load_sharing": (("definition", "mesh"), values),
+            "system_load_sharing": ("definition", train_coefficient(values)),
+            "load_sharing_history": (("mesh", "time"), np.where(np.isinf(ratio), np.nan, ratio)),
+            "mesh_force": (("mesh", "time"), sign[:, None] * forces.history),
+            "mesh_force_bound": ("mesh", forces.bound),
             **limit_columns("mesh", mesh_limits(system, limit)),
-            **columns,
+            "contact_lost": ("mesh", forces.lost),
+            "mesh_force_mean": ("mesh", sign * forces.mean),
+            "mesh_force_peak": ("mesh", np.where(sign < 0, -least, most)),
+            "mesh_force_minimum": ("mesh", np.where(sign < 0, -most, least)),
+            **forces.columns,
         },
         coords,
         verb="sharing",
         options=options,
-        provenance=provenance,
-        warnings=[*system.warnings, *warnings, *_undefined(names, coefficients, str(options.get("method", "")))],
+        provenance={**system.provenance, **forces.provenance},
+        warnings=[*system.warnings, *notes, *_warnings(names, forces, values, method)],
     )
     result["time"].attrs.update({"units": "s" if system.tones else "mesh cycles", "long_name": "time"})
     # a netCDF attribute holds 64 bits
     result.attrs.update({name: str(v) if isinstance(v, int) and v >= 2**63 else v for name, v in options.items()})
-    result.attrs["groups"] = json.dumps([[names[i] for i in group] for group in parallel_meshes(system.meshes)])
+    result.attrs["groups"] = json.dumps([[names[i] for i in group] for group in members])
     return result
+
+
+def _warnings(names: Sequence[str], forces: ForceRecord, coefficients: Array, method: str) -> list[CodedText]:
+    """Warnings of meshes that open or press on their far flank, of those without load, and of what is not known.
+
+    coefficients : (definition, w) [1].
+    """
+
+    def chosen(meshes: NDArray[np.bool_]) -> str:
+        """Names of the chosen meshes (w,)."""
+        return ", ".join(name for name, yes in zip(names, meshes, strict=True) if yes)
+
+    notes: list[CodedText] = []
+    if parted := chosen(forces.parted & forces.loaded):
+        text = f"meshes open: {parted}"
+        if method != "static":
+            text = (
+                f"linear model invalid: mesh force falls below zero in {parted}; "
+                "teeth may part at rest with --method static, in vibration with steady --contact-loss"
+            )
+        notes.append(coded("contact-lost" if method == "static" else "tension-in-teeth", text))
+    notes += idle_warnings(names, forces.loaded, "load sharing")
+    if far := chosen(forces.far):
+        notes.append(coded("far-flank-loaded", f"meshes on their far flank, where their force is negative: {far}"))
+    missing: dict[str, list[str]] = {}
+    for name, value, reason in zip(names, forces.bound, forces.unknown, strict=True):
+        if np.isnan(value) and reason:
+            missing.setdefault(reason, []).append(name)
+    alone = [len(meshes) for meshes in missing.values()] == [len(names)]
+    if reasons := [reason if alone else f"{reason} ({', '.join(meshes)})" for reason, meshes in missing.items()]:
+        text = f"mesh_force_bound, the largest force over all phases, is not known: {'; '.join(reasons)}"
+        notes.append(coded("force-bound-unknown", text))
+    # there the forces of a group sum to nothing or less
+    by_name = zip(DEFINITIONS, np.isinf(coefficients), strict=True)
+    if infinite := [f"{name} of {chosen(meshes)}" for name, meshes in by_name if meshes.any()]:
+        cure = "" if method == "static" else "; with method static the teeth part"
+        problem = "load sharing undefined where a mesh carries nothing and the forces of its group sum to 0 or less"
+        notes.append(coded("load-sharing-undefined", f"{problem}: {'; '.join(infinite)}{cure}"))
+    return notes
 
 
 Source = Callable[[Array], Array]
@@ -351,14 +346,14 @@ def static_waves(system: System, flexible: Compliance, tone: Fraction, samples: 
     left, size = np.zeros(samples), np.zeros(samples)
 
     def solved(gap: Values, load: Values) -> Values:
-        """Forces (Nt, m) [N] under errors (Nt, m) [m] and loads (Nt, n) [N, N m]."""
-        force, missed, largest = closed_force(flexible, k, gap, load)
+        """Forces (Nt, m) [N] under errors (Nt, m + c) [m] and loads (Nt, n) [N, N m]."""
+        _, force, missed, largest = closed_state(flexible, k, gap[:, : k.shape[1]], load)
         np.add(left, missed, out=left)
         if load.any():
             np.maximum(size, largest, out=size)
         return force
 
-    waves = _summed(system, tone, samples, solved, [line.gap for line in system.lines], np.zeros(k.shape[1]))
+    waves = _summed(system, tone, samples, solved)
     if size.any():
         require_forces(left, size)
     return waves
@@ -369,49 +364,24 @@ def far_waves(system: System, held: HeldTrain, tone: Fraction, samples: int) -> 
 
     None where there are none, or where none touches at any phases of the lines.
     """
-    far = system.far_flanks
-    c, m = far.mesh.size, len(system.meshes.name)
-    if held.both is None:
+    both, c = held.both, system.far_flanks.mesh.size
+    if both is None:
         return None
     k = np.hstack([mesh_stiffness(system, tone, np.arange(samples), samples), np.zeros((samples, c))])
-    flexible = held.both
-    phases = np.zeros((samples, max(1, len(system.tones))))
-    if tone in system.tones:
-        phases[:, system.tones.index(tone)] = np.arange(samples) / samples
-    touch = flanks(system).at(phases).touch[:, m:]
-
-    def solved(gap: Values, load: Values) -> Values:
-        """Gaps (Nt, c) [m] of the far flanks under errors (Nt, m + c) [m] and loads (Nt, n) [N, N m]."""
-        reach: Values = closed_approach(flexible, k, gap, load @ flexible.gap_of_force.T)[:, m:] - gap[:, m:]
-        return reach
-
-    opening = np.concatenate([np.zeros(m), system.meshes.backlash[far.mesh]])
-    gaps = _summed(system, tone, samples, solved, [system.flank_gaps(line) for line in system.lines], opening)
-    reach = replace(gaps, mean=gaps.mean - touch.T)
+    reach = _summed(system, tone, samples, lambda gap, load: closed_state(both, k, gap, load)[0][:, -c:])
     return reach if np.any(force_bound(reach) > 0) else None
 
 
-def _summed(
-    system: System,
-    tone: Fraction,
-    samples: int,
-    solved: Callable[[Values, Values], Values],
-    gaps: Sequence[ComplexArray],
-    still: Array,
-) -> Waves:
-    """Waves of what is linear in errors and loads: solved (errors (Nt, r), loads (Nt, n)) -> (Nt, ..).
-
-    Parameters
-    ----------
-    gaps : errors (r,) of every line [m].  still : (r,) further constant errors [m].
-    """
-    theta = np.arange(samples) / samples
-    mean = solved(np.tile(still, (samples, 1)), np.tile(system.force, (samples, 1)))
+def _summed(system: System, tone: Fraction, samples: int, solved: Callable[[Values, Values], Values]) -> Waves:
+    """Waves of what is linear in errors and loads: solved (errors of flanks (Nt, m + c), loads (Nt, n)) -> (Nt, ..)."""
+    theta, n = np.arange(samples) / samples, len(system.force)
+    still = np.tile(still_excitation(system), (samples, 1))
+    mean = solved(still[:, :-n], still[:, -n:])
     ratios, amplitude = [], []
-    for line, gap in zip(system.lines, gaps, strict=True):
+    for line in system.lines:
         ratio = line.frequency / tone
-        turning = np.exp(2j * np.pi * float(ratio) * theta)[:, None]
-        value = solved(turning * gap, turning * line.force[0])
+        turning = np.exp(2j * np.pi * float(ratio) * theta)[:, None] * line_excitation(system, line)
+        value = solved(turning[:, :-n], turning[:, -n:])
         if ratio.denominator == 1:
             mean = mean + value.real
         else:
@@ -577,7 +547,7 @@ def _phases_at(
 def _coefficient_of(source: Source, phases: Array, members: Sequence[MeshGroup]) -> Array:
     """Coefficients 1 + |b - 1| of cycles with given phases (points, L) [turns], (points, m) [1]."""
     pieces = [source(phases[i : i + _CHUNK]).max(axis=2) for i in range(0, len(phases), _CHUNK)]
-    coefficient: Array = 1.0 + np.abs(cycle_peak_ratio(np.concatenate(pieces), members) - 1.0)
+    coefficient: Array = 1.0 + np.abs(shares(np.concatenate(pieces), members) - 1.0)
     return coefficient
 
 

@@ -1,17 +1,13 @@
 """Load sharing between branches, by named definitions, over the exact hunting period; and at rest, quickly.
 
-Quickly: mesh cycles spread over the hunting period, without the search for its worst case.  Of one line of frequency
-p/q per mesh frequency the mesh cycles 0, d, 2 d ... take every phase in turn where d and q share no factor.  The step d
-is the first from an even division of the period on that shares no factor with the period, so that the cycles are even
-in time and the phases of every line are too, whatever the tooth numbers (a step that divides the period would leave
-some lines at one phase).  Derived here.
+Quickly: mesh cycles spread over the hunting period (`spread_cycles`), without the search for its worst case.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import reduce
 from typing import TYPE_CHECKING
 
@@ -23,45 +19,34 @@ from ...errors import ModelError
 from ...statics.record import (
     MeshGroup,
     Record,
-    changing,
-    excitation,
     parallel_meshes,
     period_name,
     positive_count,
     record_of,
     samples_per_cycle,
-    short_record,
+    shares,
+    spread_cycles,
 )
-from ...statics.static import OPEN_RATIO, balanced, flank_contact, held_train, quasi_static, rounding_of, settled
+from ...statics.static import OPEN_RATIO, rounding_of
 from ...statics.tangent import linear
 from ...system.system import Array, Faces, System, faces
-from ...warning_codes import CodedText, coded
 from .definitions import (
-    DEFINITIONS,
     Extremes,
-    bound_warnings,
-    coefficients,
-    cycle_peak_ratio,
+    ForceRecord,
     extremes,
-    far_warnings,
-    force_columns,
-    instant_ratio,
     known_mean_loads,
     labelled,
     merge_extremes,
-    mesh_names,
     meshes_with_load,
     require_speed,
-    sharing_warnings,
     worst_case,
 )
-from .tone_forces import Method, ToneForces, carrying_flank, cycle_starts, mean_force, sharing_of_record, tone_forces
+from .tone_forces import Method, ToneForces, cycle_starts, forces_of_equilibria, mean_force, tone_forces
 
 if TYPE_CHECKING:
     import xarray as xr
 
-# Numbers worked on at once (8 bytes each): about 2 MB.
-_PIECE = 250_000
+# Mesh cycles whose forces are kept by default.
 _STORED = 64
 # Forces of a record worked out in a second, and the longest time that one may take [s]: whoever asks for more has
 # mistaken an order of magnitude, or wants the hunting period again and again.
@@ -124,80 +109,89 @@ def sharing(
         require_speed(relative_speed)
         count = positive_count("samples", samples, record_samples(system))
         window = record_of(system, cycles=cycles, turns=turns, of=of, samples=count, most=_SOLVED, slow=True)
-        return sharing_of_record(
-            system, record=window, relative_speed=relative_speed, stored=stored_cycles, limit=limit, progress=progress
-        )
-    if turns is not None or of is not None:
+        solved, forces = system, forces_of_equilibria(system, window, stored_cycles, progress)
+    elif turns is not None or of is not None:
         raise ModelError("a record in turns is static", path="turns, of", allowed='method = "static", or cycles')
-    mean_load, mean_notes = known_mean_loads(system)
-    if method != "static":  # at rest the laws of flanks are asked; links without laws are here in either case
-        system = linear(system)
+    else:
+        # at rest the laws of flanks are asked; links without laws are here in either case
+        solved = system if method == "static" else linear(system)
+        forces = _forces_by_tone(
+            solved,
+            method,
+            cycles=cycles,
+            samples=samples,
+            relative_speed=relative_speed,
+            stored_cycles=stored_cycles,
+            progress=progress,
+        )
+    mean_load = known_mean_loads(system)
+    return labelled(solved, forces, mean_load, method=method, relative_speed=relative_speed, limit=limit)
+
+
+def _forces_by_tone(
+    system: System,
+    method: Method,
+    *,
+    cycles: int | None,
+    samples: int | None,
+    relative_speed: float,
+    stored_cycles: int | None,
+    progress: Callable[[float], None] | None,
+) -> ForceRecord:
+    """Mesh forces over a record of mesh cycles of each mesh frequency; arguments as of `sharing`."""
     if samples is not None:  # the waves of every line
         waves = len(system.meshes.name) * max(1, len(system.lines))
         allowed = f"1 to {MOST_NUMBERS // (2 * waves)}"
         require_memory(2.0 * samples * waves, path="samples", given=samples, allowed=allowed)
     by_tone, notes = tone_forces(system, method, samples=samples, relative_speed=relative_speed)
-    notes = [*notes, *mean_notes]
-    reference, names = by_tone[0], faces(system.meshes).name
-    mean, largest = np.empty(len(names)), np.empty(len(names))
+    reference, w = by_tone[0], len(faces(system.meshes).name)
+    mean, bound, unknown = np.empty(w), np.empty(w), np.full(w, "", dtype=object)
     for part in by_tone:
-        mean[part.meshes], largest[part.meshes] = part.mean, part.bound
-    loaded = meshes_with_load(mean, parallel_meshes(system.meshes), most=largest, rounding=rounding_of(system))
+        mean[part.meshes], bound[part.meshes], unknown[part.meshes] = part.mean, part.bound, part.unknown
+    loaded = meshes_with_load(mean, parallel_meshes(system.meshes), most=bound, rounding=rounding_of(system))
     share = max(1, reference.affordable // len(by_tone)) if len(by_tone) > 1 else reference.affordable
     cycles = positive_count("cycles", cycles, min(reference.period, share))
     stored = min(positive_count("stored_cycles", stored_cycles, _STORED), cycles)
-    numbers = reference.samples * len(names)
+    numbers = reference.samples * w
     longest = f"at most {int(_LONGEST * _RATE / numbers)}, and {reference.period} are the hunting period"
     require_time(cycles * numbers / _RATE, _LONGEST, path="cycles", given=cycles, allowed=longest)
     most = f"at most {MOST_NUMBERS // (2 * numbers)}"
     require_memory(2.0 * stored * numbers, path="stored_cycles", given=stored, allowed=most)
-    values = np.full((len(DEFINITIONS), len(names)), np.nan)
-    least, top, bottom, largest = (np.full(len(names), np.nan) for _ in range(4))
-    how, unknown = "", np.full(len(names), "", dtype=object)
+    columns, how = np.empty((len(Extremes._fields) + 3, w)), ""
     for done, part in enumerate(by_tone):
         # so many as take at least as long as those of the reference
         lasting = cycles if part is reference else math.ceil(cycles * part.tone / reference.tone)
-        record, slices, average = _record_extremes(part, lasting, _share_of(progress, done, len(by_tone)))
-        worst, how = _worst_case(part, record, lasting)
-        values[:, part.meshes] = coefficients(record, worst, mean_load[:, part.meshes], part.members)
-        least[part.meshes], top[part.meshes], largest[part.meshes] = slices, record.peak, part.bound
-        bottom[part.meshes], unknown[part.meshes] = record.least, part.unknown
-        if method == "static":
-            # stiffness that follows several tones, and teeth that part, move the mean from that of the mean stiffness
-            mean[part.meshes] = average
-    values[:, ~loaded] = np.nan
-    options: dict[str, object] = {
-        "method": method,
-        "cycles": cycles,
-        "samples": reference.samples,
-        "relative_speed": relative_speed,
-        "hunting_period": reference.period,
-        "worst_case": how,
-    }
-    touch = OPEN_RATIO * float(top.max()) if method == "static" else 0.0
-    lost, behind = least <= touch, (least < -touch) & (method == "static")
-    if cycles < reference.period and changing(bottom, top):
-        notes.append(short_record(cycles, "mesh cycles", period_name(system), reference.period))
-    notes += _validity_warnings(names, method, (lost, behind), loaded)
-    parted = lost & (method == "static")
-    largest = np.where(parted, np.nan, largest)
-    notes += bound_warnings(names, largest, np.where(loaded, np.where(parted, "teeth part", unknown), "").tolist())
-    history = reference.force(np.arange(stored))
-    ratio = np.empty_like(history)
-    for group in parallel_meshes(system.meshes):
-        ratio[:, group] = instant_ratio(history[:, group])
-    return labelled(
-        system,
-        coefficients=values,
-        ratio=ratio.transpose(1, 0, 2).reshape(len(names), -1),
-        force=history.transpose(1, 0, 2).reshape(len(names), -1),
-        bound=largest,
-        columns={"contact_lost": ("mesh", lost), **force_columns(mean, top, bottom)},
-        time=np.arange(stored * history.shape[2]) / history.shape[2] / (float(reference.tone) * relative_speed),
-        options=options,
-        provenance=system.provenance,
-        warnings=notes,
-        limit=limit,
+        over, slices, average = _record_extremes(part, lasting, _share_of(progress, done, len(by_tone)))
+        worst, how = _worst_case(part, over, lasting)
+        columns[:, part.meshes] = [*over, worst, slices, average]
+    over, (worst, slices, average) = Extremes(*columns[:-3]), columns[-3:]
+    static = method == "static"
+    touch = OPEN_RATIO * float(over.peak.max()) if static else 0.0
+    lost = slices <= touch
+    parted = lost & static
+    return ForceRecord(
+        record=Record(
+            unit=reference.tone,
+            name="mesh cycles",
+            count=cycles,
+            samples=reference.samples,
+            period=reference.period,
+            period_name=period_name(system),
+        ),
+        over=over,
+        worst=worst,
+        # stiffness that follows several tones, and teeth that part, move the mean from that of the mean stiffness
+        mean=average if static else mean,
+        sign=np.ones(w),
+        loaded=loaded,
+        lost=lost,
+        parted=lost,
+        far=(slices < -touch) & static,
+        bound=np.where(parted, np.nan, bound),
+        unknown=np.where(loaded, np.where(parted, "teeth part", unknown), "").tolist(),
+        history=reference.force(np.arange(stored)).transpose(1, 0, 2).reshape(w, -1),
+        options={"hunting_period": reference.period, "worst_case": how},
+        notes=notes,
     )
 
 
@@ -241,11 +235,8 @@ def _record_extremes(
 
     With them the least force of any slice of each mesh, and the mean of each (m_j,) [N].
     """
-    piece = max(1, _PIECE // (len(part.meshes) * part.samples))
     pieces, slices, total = [], [], np.zeros(len(part.meshes))
-    for first in range(0, cycles, piece):
-        index = np.arange(first, min(first + piece, cycles), dtype=np.int64)
-        force = part.own(index)
+    for index, force in part.pieces(range(cycles)):
         total += force.sum(axis=(0, 2))
         pieces.append(extremes(force, part.members))
         slices.append(part.least_slice(index) if part.face.cut.any() else pieces[-1].least)
@@ -263,30 +254,6 @@ def _worst_case(part: ToneForces, record: Extremes, cycles: int) -> tuple[Array,
     worst, every = worst_case(part.by_phase, part.ratios, part.members, meshes=len(seen), points=points)
     how = "every cycle of the hunting period" if every else "refined grid over the slow phases"
     return np.maximum(worst, seen), how
-
-
-def _validity_warnings(
-    meshes: tuple[str, ...],
-    method: str,
-    contact: tuple[np.ndarray, np.ndarray],
-    loaded: np.ndarray,
-) -> list[CodedText]:
-    """Warnings of a linear model pulled open, of meshes that open and of those without load.
-
-    contact : whether each mesh opens (m,), and whether it rests on its far flank (m,).  loaded : (m,).
-    """
-    notes: list[CodedText] = []
-    open_, far = contact
-    lost = mesh_names(meshes, open_ & loaded)
-    if lost and method != "static":
-        text = (
-            f"linear model invalid: mesh force falls below zero in {lost}; "
-            "teeth may part at rest with --method static, in vibration with steady --contact-loss"
-        )
-        notes.append(coded("tension-in-teeth", text))
-        open_ = np.zeros_like(open_)
-    notes += sharing_warnings(meshes, open_, loaded)
-    return notes + far_warnings(meshes, far)
 
 
 # --- at rest, quickly ------------------------------------------------------------------------------------------------
@@ -322,17 +289,6 @@ class SpreadSharing:
         for row in np.flatnonzero(self.loaded):
             np.maximum.at(result[row], part[row], self.ratio[row])
         return np.where(np.isneginf(result), np.nan, result)
-
-
-def spread_cycles(period: int, count: int) -> NDArray[np.int64]:
-    """At most `count` mesh cycles of a hunting period, rising, at phases of all lines as even as may be, (c,)."""
-    if period <= count:
-        return np.arange(period, dtype=np.int64)
-    step = -(-period // count)
-    while math.gcd(step, period) > 1:  # next to any number there is a coprime one within a few steps
-        step += 1
-    # Python's integers: period times count may be beyond 64 bits
-    return np.array(sorted(place * step % period for place in range(count)), dtype=np.int64)
 
 
 def spread_sharing(system: System, *, cycles: int = 1024, patience: float = 0.1) -> SpreadSharing:
@@ -390,25 +346,18 @@ def _by_tones(system: System, face: Faces, cycles: int, patience: float) -> tupl
     place, ratio = np.empty((w, count)), np.empty((w, count))
     for part in parts:
         index = spread_cycles(part.period, count)
-        total, peaks = _peaks(part, index)
+        total, pieces = np.zeros(len(part.meshes)), []
+        for _, force in part.pieces(index):
+            total += force.sum(axis=(0, 2))
+            pieces.append(force.max(axis=2))
+        peaks = np.concatenate(pieces)
         # of a period shorter than that the cycles are repeated: whole periods, and a part of one, change no maximum
         wide = np.resize(np.arange(len(index)), count)
         wide.sort()
-        mean[part.meshes], peak[part.meshes] = total, peaks.max(axis=0)
+        mean[part.meshes], peak[part.meshes] = total / (len(index) * part.samples), peaks.max(axis=0)
         place[part.meshes] = (index / part.period)[wide]
-        ratio[part.meshes] = cycle_peak_ratio(peaks, part.members)[wide].T
+        ratio[part.meshes] = shares(peaks, part.members)[wide].T
     return mean, peak, place, ratio, parts[0].period
-
-
-def _peaks(part: ToneForces, index: NDArray[np.int64]) -> tuple[Array, Array]:
-    """Mean force (m_j,) over cycles (c,), and the peak of each of them (c, m_j) [N]."""
-    piece = max(1, _PIECE // (len(part.meshes) * part.samples))
-    peaks, total = [], np.zeros(len(part.meshes))
-    for first in range(0, len(index), piece):
-        force = part.own(index[first : first + piece])
-        total += force.sum(axis=(0, 2))
-        peaks.append(force.max(axis=2))
-    return total / (len(index) * part.samples), np.concatenate(peaks)
 
 
 def _by_record(
@@ -418,41 +367,17 @@ def _by_record(
     samples = record_samples(system)
     cycles = max(1, int(patience * (_TABLES if system.meshes.laws else _LAWS)) // samples)
     record = record_of(system, cycles=cycles, turns=None, of=None, samples=samples, most=1)
+    # laws may have a memory, mesh cycles several lengths
     spread = len(set(system.meshes.tone.tolist())) == 1 and not system.laws.memory.any()
-    apart = spread and record.period < _EXACT // samples
-    if apart:
-        forces = _apart(system, record, samples)
-    else:  # laws may have a memory, mesh cycles several lengths
-        states = [piece.state for piece in quasi_static(held_train(system), record)]
-        loaded, far = [state.mesh_force for state in states], [state.far_force for state in states]
-        forces = np.concatenate(loaded), np.concatenate(far)
-    contact = flank_contact(system, [forces])
-    force = face.total(contact.force, axis=1)
-    force = force * carrying_flank(force.mean(axis=0), members)
-    place, ratio = _cycle_ratios(system, members, record, force)
-    if apart:
-        place = np.tile(spread_cycles(record.period, record.count) / record.period, (len(place), 1))
-    return force.mean(axis=0), force.max(axis=0), place, ratio, record.period
-
-
-def _apart(system: System, record: Record, samples: int) -> tuple[Array, Array]:
-    """Forces (T, m) on the loaded and (T, c) on the far flanks [N] in as many cycles spread over the period."""
-    train = held_train(system)
-    index = (spread_cycles(record.period, record.count)[:, None] * samples + np.arange(samples)).ravel()
-    excited = excitation(system, record.unit, index, samples)
-    balanced(train, excited.force)
-    state = settled(train, excited)
-    return state.mesh_force, state.far_force
-
-
-def _cycle_ratios(system: System, members: list[MeshGroup], record: Record, force: Array) -> tuple[Array, Array]:
-    """Place in the record and cycle-peak ratio (w, c) [1] of forces (T, w) [N]; of fewer cycles repeated."""
+    record = replace(record, spread=spread and record.period < _EXACT // samples)
+    forces = forces_of_equilibria(system, record, record.count)
+    force = forces.history.T
     starts = [cycle_starts(system, group, record) for group in members]
-    count = max(len(start) for start in starts)
-    place, ratio = np.empty((force.shape[1], count)), np.empty((force.shape[1], count))
+    count, span = max(len(start) for start in starts), record.period if record.spread else record.count
+    place, ratio = np.empty((len(face.name), count)), np.empty((len(face.name), count))
     for group, start in zip(members, starts, strict=True):
-        wide = np.arange(count) * len(start) // count
+        wide = np.arange(count) * len(start) // count  # of fewer cycles some are repeated
         peaks = np.maximum.reduceat(force[:, group], start, axis=0)
-        place[group] = (start / record.instants)[wide]
-        ratio[group] = cycle_peak_ratio(peaks, [np.arange(len(group))])[wide].T
-    return place, ratio
+        place[group] = (record.index[start] / (record.samples * span))[wide]
+        ratio[group] = shares(peaks, [np.arange(len(group))])[wide].T
+    return forces.mean, forces.over.peak, place, ratio, record.period

@@ -6,16 +6,17 @@ turns of a body.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, Literal
+from functools import partial
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ModelError
-from ...statics.equilibrium import closed_force
+from ...statics.equilibrium import closed_state
 from ...statics.record import (
     MeshGroup,
     Record,
@@ -25,7 +26,7 @@ from ...statics.record import (
     positive_count,
     reference_tone,
     samples_per_cycle,
-    standing_load,
+    standing_excitation,
 )
 from ...statics.static import (
     HeldTrain,
@@ -48,32 +49,24 @@ from ...warning_codes import CodedText
 from ..response.measures import periodic_by_tone, superposed
 from .definitions import (
     Extremes,
+    ForceRecord,
     Waves,
-    bound_warnings,
-    coefficients,
     cycle_forces,
-    cycle_peak_ratio,
-    far_warnings,
+    extremes,
     far_waves,
     force_bound,
-    force_columns,
-    instant_ratio,
-    known_mean_loads,
-    labelled,
     line_phases,
     meshes_with_load,
     periodic_waves,
     require_speed,
-    sharing_warnings,
     static_waves,
 )
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 Method = Literal["steady", "superposition", "static"]
 Index = NDArray[np.int64]
 
+# Numbers worked on at once (8 bytes each): about 2 MB.
+_PIECE = 250_000
 # Numbers over the whole record: some seconds of work.
 _RECORD = 300_000_000
 # Lines of a record beyond which its work grows with their number.
@@ -98,36 +91,56 @@ class ToneForces:
     """Forces of the whole meshes of one mesh frequency; slices are summed.
 
     tone : that frequency [Hz at the operating speed].  meshes : (m_j,) their indices.
-    members : their groups, as places in `meshes`.
-    rows, whole, by_phase : phases (c, L) [turns] at the start of cycles -> forces (c, m, w or m_j, samples) [N] of the
-        mesh rows, of all whole meshes of the train, or of these.
-    ratios : (L,) frequencies of these phases per tone, exact.  period : cycles after which all repeats.
-    mean, bound : (m_j,) [N], the bound nan where not known, and `unknown` says why.  samples : of a cycle.
-    affordable : cycles a record may have by default.  face : the whole meshes of the train, with their rows.
+    members : their groups, as places in `meshes`.  face : the whole meshes of the train, with their rows.
+    rows : phases (c, L) [turns] at the start of cycles -> forces (c, m, samples) [N] of the mesh rows.
+    ratios : (L,) frequencies of these phases per tone, exact.  samples : of a cycle.
+    mean, bound : (m_j,) [N], the bound nan where not known, and `unknown` says why.
+    affordable : cycles a record may have by default.
+    waves : of the whole meshes, where their forces are sums of lines at every instant.
     """
 
     tone: Fraction
     meshes: Index
     members: list[MeshGroup]
+    face: Faces
     rows: Callable[[Array], Array]
-    whole: Callable[[Array], Array]
-    by_phase: Callable[[Array], Array]
     ratios: tuple[Fraction, ...]
-    period: int
+    samples: int
     mean: Array
     bound: Array
-    samples: int
     affordable: int
-    face: Faces
     unknown: str = ""
+    waves: Waves | None = None
+
+    @property
+    def period(self) -> int:
+        """Cycles after which all repeats."""
+        return hunting_cycles(self.ratios)
+
+    def whole(self, phases: Array) -> Array:
+        """Forces of all whole meshes of the train, phases (c, L) [turns] -> (c, w, samples) [N]."""
+        if self.waves is not None:
+            return cycle_forces(self.waves, phases)
+        return self.face.total(self.rows(phases), axis=1)
+
+    def by_phase(self, phases: Array) -> Array:
+        """Forces of the meshes of this tone, phases (c, L) [turns] -> (c, m_j, samples) [N]."""
+        if len(self.meshes) == len(self.face.name):
+            return self.whole(phases)
+        if self.waves is not None:
+            return cycle_forces(self.waves.subset(self.meshes), phases)
+        return self.whole(phases)[:, self.meshes]
 
     def force(self, cycles: Index) -> Array:
         """Forces of all whole meshes of the train in cycles (c,) of the tone, (c, w, samples) [N]."""
         return self.whole(line_phases(self.ratios, cycles))
 
-    def own(self, cycles: Index) -> Array:
-        """Forces of the meshes of this tone in cycles (c,), (c, m_j, samples) [N]."""
-        return self.by_phase(line_phases(self.ratios, cycles))
+    def pieces(self, cycles: Index | range) -> Iterator[tuple[Index, Array]]:
+        """Forces of the meshes of this tone (c, m_j, samples) [N], some MB at a time, and in which of the cycles."""
+        step = max(1, _PIECE // (len(self.meshes) * self.samples))
+        for first in range(0, len(cycles), step):
+            index = np.asarray(cycles[first : first + step], np.int64)
+            yield index, self.by_phase(line_phases(self.ratios, index))
 
     def least_slice(self, cycles: Index) -> Array:
         """Smallest force of any slice of each mesh over cycles (c,), (m_j,) [N]."""
@@ -185,69 +198,41 @@ def _forces_from_waves(
 
     bound : (w,) largest forces of all whole meshes [N]; None: of the sum of the lines.  Harmonics of another mesh
         frequency are lines here whose phases are tied: their sum would be too large.
-    source : phases (c, L) [turns] -> forces of all mesh rows (c, m, samples) [N].
+    source : as of `ToneForces.rows`.
     """
     (meshes, members), face = _members(system, tone), faces(system.meshes)
     summed = replace(waves, mean=face.total(waves.mean), amplitude=face.total(waves.amplitude, axis=1))
-    mine = summed if len(meshes) == len(summed.mean) else summed.subset(meshes)
-    affordable = _RECORD // mine.mean.size // max(1, len(waves.ratios) // _LINES)
+    affordable = _RECORD // (len(meshes) * waves.samples) // max(1, len(waves.ratios) // _LINES)
     if source is not None:
         first = cycle_forces(waves, line_phases(waves.ratios, np.arange(_FIRST)))
         affordable = min(affordable, _SOLVED * _FIRST // max(1, int(np.sum(np.any(first < 0, axis=1)))))
-
-    def rows(phases: Array) -> Array:
-        """Forces of all mesh rows, phases (c, L) [turns] -> (c, m, samples) [N]."""
-        return cycle_forces(waves, phases) if source is None else source(phases)
-
-    def whole(phases: Array) -> Array:
-        """Forces of all whole meshes, phases (c, L) [turns] -> (c, w, samples) [N]."""
-        return cycle_forces(summed, phases) if source is None else face.total(source(phases), axis=1)
-
-    def mine_at(phases: Array) -> Array:
-        """Forces of the meshes of this tone, phases (c, L) [turns] -> (c, m_j, samples) [N]."""
-        return cycle_forces(mine, phases) if source is None else whole(phases)[:, meshes]
-
     return ToneForces(
         tone=tone,
         meshes=meshes,
         members=members,
-        rows=rows,
-        whole=whole,
-        by_phase=mine_at,
-        ratios=waves.ratios,
-        period=hunting_cycles(waves.ratios),
-        mean=mine.mean.mean(axis=1),
-        bound=force_bound(mine) if bound is None else bound[meshes],
-        samples=waves.samples,
-        affordable=max(1, affordable),
         face=face,
+        rows=partial(cycle_forces, waves) if source is None else source,
+        ratios=waves.ratios,
+        samples=waves.samples,
+        mean=summed.mean.mean(axis=1)[meshes],
+        bound=(force_bound(summed) if bound is None else bound)[meshes],
+        affordable=max(1, affordable),
+        waves=summed if source is None else None,
     )
 
 
 def _static_by_lines(system: System, held: HeldTrain, tone: Fraction, samples: int) -> ToneForces:
-    """Static mesh forces where stiffness follows one tone at most: linear in the lines while loaded flanks press."""
-    waves, reach = static_waves(system, held.loaded, tone, samples), far_waves(system, held, tone, samples)
-    forces = _forces_from_waves(system, tone, waves, _unilateral(system, held, tone, (waves, reach)))
-    if reach is None:
-        return forces
-    return replace(forces, bound=np.full(len(forces.meshes), np.nan), unknown=_FAR_FLANKS)
+    """Static mesh forces where stiffness follows one tone at most: linear in the lines while loaded flanks alone press.
 
-
-def _unilateral(
-    system: System, held: HeldTrain, tone: Fraction, both: tuple[Waves, Waves | None]
-) -> Callable[[Array], Array]:
-    """Static mesh forces, phases (c, L) [turns] -> (c, m, samples) [N]: linear while all loaded flanks press, alone.
-
-    Instants at which one would pull, or a far flank press, are solved anew.  both : waves of the forces, and of how far
-    far flanks reach beyond first touch, where any does.
+    Instants at which one would pull, or a far flank press, are solved anew.
     """
-    waves, reach = both
-    theta = np.arange(waves.samples) / waves.samples
+    waves, reach = static_waves(system, held.loaded, tone, samples), far_waves(system, held, tone, samples)
+    theta = np.arange(samples) / samples
     ratios = [line.frequency / tone for line in system.lines]
     slow = [i for i, ratio in enumerate(ratios) if ratio.denominator != 1]
     turning = np.array([float(ratio) for ratio in ratios])
 
-    def source(phases: Array) -> Array:
+    def rows(phases: Array) -> Array:
         """Forces of all mesh rows, phases (c, L) [turns] -> (c, m, samples) [N]."""
         result = cycle_forces(waves, phases)
         leaves = np.any(result < 0, axis=1)
@@ -264,7 +249,10 @@ def _unilateral(
             result[c, :, j] = held.net_force(settled(held, excited))
         return result
 
-    return source
+    forces = _forces_from_waves(system, tone, waves, rows)
+    if reach is None:
+        return forces
+    return replace(forces, bound=np.full(len(forces.meshes), np.nan), unknown=_FAR_FLANKS)
 
 
 def mean_force(system: System, held: HeldTrain | None = None) -> Array:
@@ -275,12 +263,10 @@ def mean_force(system: System, held: HeldTrain | None = None) -> Array:
     ModelError : a load that nothing balances.
     """
     held = held_train(system) if held is None else held
-    still = [line for line in system.lines if line.frequency == 0]
-    load = standing_load(system)
-    gap = sum((line.gap.real for line in still), np.zeros(len(system.meshes.name)))
-    balanced(held, load[None])
-    flexible = held.loaded
-    force: Array = closed_force(flexible, flexible.stiffness[None], gap[None], load[None])[0][0]
+    excited, k = standing_excitation(system)[None], held.loaded.stiffness[None]
+    gap, load = excited[:, : k.size], excited[:, -len(system.force) :]
+    balanced(held, load)
+    force: Array = closed_state(held.loaded, k, gap, load)[1][0]
     return force
 
 
@@ -301,24 +287,17 @@ def _static_by_instants(system: System, held: HeldTrain, tone: Fraction, samples
         balanced(held, excited.force)
         return held.net_force(settled(held, excited)).reshape(len(phases), samples, -1).transpose(0, 2, 1)
 
-    def whole(phases: Array) -> Array:
-        """Forces of all whole meshes, phases (c, L) [turns] -> (c, w, samples) [N]."""
-        return face.total(rows(phases), axis=1)
-
     return ToneForces(
         tone=tone,
         meshes=meshes,
         members=members,
+        face=face,
         rows=rows,
-        whole=whole,
-        by_phase=lambda phases: whole(phases)[:, meshes],
         ratios=ratios,
-        period=hunting_cycles(ratios),
+        samples=samples,
         mean=face.total(mean)[meshes],
         bound=np.full(len(meshes), np.nan),
-        samples=samples,
         affordable=max(1, _SOLVED // samples // 4),
-        face=face,
         unknown=_SEVERAL_TONES,
     )
 
@@ -326,16 +305,10 @@ def _static_by_instants(system: System, held: HeldTrain, tone: Fraction, samples
 # --- from static equilibria ------------------------------------------------------------------------------------------
 
 
-def sharing_of_record(
-    system: System,
-    *,
-    record: Record,
-    relative_speed: float,
-    stored: int | None,
-    limit: float | str | None = None,
-    progress: Callable[[float], None] | None = None,
-) -> xr.Dataset:
-    """Load-sharing coefficients over a record of static equilibria.
+def forces_of_equilibria(
+    system: System, record: Record, stored: int | None, progress: Callable[[float], None] | None = None
+) -> ForceRecord:
+    """Mesh forces over a record of static equilibria.
 
     A mesh cycle is that of the group's own mesh frequency; where fewer instants than one fall into a cycle, each is
     its own peak.  The worst case is known where the record covers the common period of all lines, else it is nan.
@@ -344,8 +317,7 @@ def sharing_of_record(
 
     Parameters
     ----------
-    record : its instants.  stored : units kept of forces and ratios, all up to 20 000 instants where None.
-    limit : of K_gamma, as of `sharing`.
+    stored : units kept of forces and ratios, all up to 20 000 instants where None.
 
     Raises
     ------
@@ -364,81 +336,53 @@ def sharing_of_record(
     contact = flank_contact(system, forces)
     members, face = parallel_meshes(system.meshes), faces(system.meshes)
     net = face.total(contact.force, axis=1)
-    force = net * carrying_flank(net.mean(axis=0), members)
-    mean, most = force.mean(axis=0), np.abs(force).max(axis=0)
-    loaded = meshes_with_load(mean, members, most=most, rounding=rounding_of(system))
-    over = record_extremes(force, members, [cycle_starts(system, group, record) for group in members])
-    whole = record.count >= record.period
-    worst = over.cycle_peak if whole else np.full(len(face.name), np.nan)
-    mean_load, unknown = known_mean_loads(system)
-    values = np.where(loaded, coefficients(over, worst, mean_load, members), np.nan)
-    touching = mesh_contact(face, contact)
-    lost = face.any(np.asarray(~contact.loaded.all(axis=0)))
-    notes = [
-        *free_position_warnings(system, train.loaded.free),
-        *record.warnings(net.min(axis=0), net.max(axis=0)),
-        *unknown,
-    ]
-    notes += sharing_warnings(face.name, np.asarray(~touching.all(axis=0)), loaded)
-    notes += far_warnings(face.name, face.any(np.asarray(contact.far.any(axis=0))))
-    most_known = np.where(whole, net.max(axis=0), np.nan)
-    notes += bound_warnings(face.name, most_known, [_PART] * len(face.name))
-    notes += past_the_end(system, flanks(system), contact.largest)
-    notes += groups_past_the_end(system, np.max(links, axis=0)) if system.groups else []
-    last = min(kept, record.count) * record.samples
-    ratio = np.empty_like(force[:last])
+    mean, sign = net.mean(axis=0), np.ones(len(face.name))
     for group in members:
-        ratio[:, group] = instant_ratio(force[:last, group].T).T
-    laws = {name: (dims, array[:, :last]) for name, (dims, array) in group_columns(system, pieces).items()}
-    return labelled(
-        system,
-        coefficients=values,
-        ratio=ratio.T,
-        force=net[:last].T,
-        bound=most_known,
-        columns={
-            "mesh_contact": (("mesh", "time"), touching[:last].T),
-            "contact_lost": ("mesh", lost),
-            **contact_shares(system, face, contact),
-            **force_columns(net.mean(axis=0), net.max(axis=0), net.min(axis=0)),
-            **laws,
-        },
-        time=np.arange(last) / record.samples / (float(record.unit) * relative_speed),
+        sign[group] = -1.0 if mean[group].sum() < 0 else 1.0
+    force, touching = sign * net, mesh_contact(face, contact)
+    loaded = meshes_with_load(sign * mean, members, most=np.abs(force).max(axis=0), rounding=rounding_of(system))
+    over = record_extremes(force, members, [cycle_starts(system, group, record) for group in members])
+    whole, last = record.count >= record.period, min(kept, record.count) * record.samples
+    notes = [*free_position_warnings(system, train.loaded.free), *past_the_end(system, flanks(system), contact.largest)]
+    notes += groups_past_the_end(system, np.max(links, axis=0))
+    return ForceRecord(
+        record=record,
+        over=over,
+        worst=over.cycle_peak if whole else np.full(len(mean), np.nan),
+        mean=sign * mean,
+        sign=sign,
+        loaded=loaded,
+        lost=face.any(np.asarray(~contact.loaded.all(axis=0))),
+        parted=np.asarray(~touching.all(axis=0)),
+        far=face.any(np.asarray(contact.far.any(axis=0))),
+        bound=np.where(whole, net.max(axis=0), np.nan),
+        unknown=[_PART] * len(mean),
+        history=force[:last].T,
         options={
-            "method": "static",
-            "cycles" if record.name == "mesh cycles" else record.name: record.count,
-            "samples": record.samples,
-            "relative_speed": relative_speed,
             "record": f"{record.count} {record.name}, {record.instants} instants",
             "common_period": record.period,
             "worst_case": "every cycle of the common period" if whole else "not known",
         },
-        provenance={**system.provenance, **law_attributes(system, record)},
-        warnings=notes,
-        limit=limit,
+        notes=notes,
+        columns={
+            "mesh_contact": (("mesh", "time"), touching[:last].T),
+            **contact_shares(system, face, contact),
+            **{name: (dims, array[:, :last]) for name, (dims, array) in group_columns(system, pieces).items()},
+        },
+        provenance=law_attributes(system, record),
     )
-
-
-def carrying_flank(mean: Array, members: Sequence[MeshGroup]) -> Array:
-    """-1 at the meshes (m,) of groups whose mean load [N] is on their far flanks, else 1."""
-    sign = np.ones(len(mean))
-    for group in members:
-        sign[group] = -1.0 if mean[group].sum() < 0 else 1.0
-    return sign
 
 
 def record_extremes(force: Array, members: Sequence[MeshGroup], starts: Sequence[NDArray[np.int64]]) -> Extremes:
     """Extremes over a record (T, m) [N] whose mesh cycles start at given instants (cycles,), for each group its own."""
-    high, low, together = (np.full(force.shape[1], fill) for fill in (-np.inf, np.inf, -np.inf))
+    over = np.empty((len(Extremes._fields), force.shape[1]))
     for group, start in zip(members, starts, strict=True):
-        mine = force[:, group]
-        ratio = cycle_peak_ratio(np.maximum.reduceat(mine, start, axis=0), [np.arange(len(group))])
-        high[group], low[group] = ratio.max(axis=0), ratio.min(axis=0)
-        shares = instant_ratio(mine.T)
-        together[group] = np.where(np.isnan(shares), np.inf, shares).max(axis=1)
-    return Extremes(
-        ratio_high=high, ratio_low=low, simultaneous=together, peak=force.max(axis=0), least=force.min(axis=0)
-    )
+        # a cycle of fewer instants than another repeats its last one
+        end = np.append(start[1:], len(force))[:, None]
+        instant = np.minimum(start[:, None] + np.arange(np.max(end[:, 0] - start)), end - 1)
+        in_cycles = force[:, group][instant].transpose(0, 2, 1)
+        over[:, group] = extremes(in_cycles, [np.arange(len(group))])
+    return Extremes(*over)
 
 
 def cycle_starts(system: System, group: MeshGroup, record: Record) -> NDArray[np.int64]:

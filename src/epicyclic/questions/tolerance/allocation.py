@@ -9,10 +9,11 @@ from __future__ import annotations
 import heapq
 import json
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Protocol, cast
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,20 +78,27 @@ class GradeSet:
         return [[grade.price for grade in row] for row in self.grades]
 
 
-class Grades(Protocol):
-    """Load factor of combinations of grades on one set of samples."""
+class Grades(ABC):
+    """Load factors of combinations of grades on one set of samples."""
+
+    __slots__ = ()
+
+    @abstractmethod
+    def factors(self, combination: Combination) -> Array:
+        """Load factor of every sample (S,) [1]."""
 
     def value(self, combination: Combination, probability: float) -> float:
         """Load factor that is not exceeded with the probability [1]."""
-        ...
+        return order_statistic(self.factors(combination), probability)
 
     def meets(self, combination: Combination, target: float, probability: float) -> bool:
         """Whether no more samples than the probability leaves lie above the target."""
-        ...
+        factors = self.factors(combination)
+        return int(np.count_nonzero(factors > target)) <= allowed_above(len(factors), probability)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class GradeColumns:
+class GradeColumns(Grades):
     """Load factors that are linear in the errors: on common random numbers a combination costs a sum.
 
     base : (S, w) load factor of every mesh without the errors of the entries, w meshes.
@@ -116,10 +124,6 @@ class GradeColumns:
         """Load factor of the most loaded mesh (S,), in the order of the columns."""
         return np.asarray(self._loads(combination, slice(None)).max(axis=1))
 
-    def value(self, combination: Combination, probability: float) -> float:
-        """Load factor that is not exceeded with the probability [1]."""
-        return order_statistic(self.factors(combination), probability)
-
     def meets(self, combination: Combination, target: float, probability: float) -> bool:
         """Whether no more samples than the probability leaves lie above the target.
 
@@ -143,7 +147,7 @@ class GradeColumns:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SampledGrades:
+class SampledGrades(Grades):
     """Load factors of combinations of grades, each evaluated on the same samples.
 
     uniform : (S, d).  values : load factors (S,) of the combinations asked for, each evaluated once.
@@ -172,19 +176,13 @@ class SampledGrades:
             entries = list(self.drawn.entries)
             for index, row, grade in zip(self.offered.entry, self.offered.grades, combination, strict=True):
                 entries[index] = with_grade(entries[index], row[grade])
-            k = self.drawn.with_entries(entries).evaluate(self.uniform, method=self.method).k
-            largest = k[:, MEAN_LOADS.index(self.definition)].max(axis=1)
-            self.values[combination] = np.nan_to_num(largest, nan=np.inf)
+            self.values[combination] = self.of_entries(entries)
         return self.values[combination]
 
-    def value(self, combination: Combination, probability: float) -> float:
-        """Load factor that is not exceeded with the probability [1]."""
-        return order_statistic(self.factors(combination), probability)
-
-    def meets(self, combination: Combination, target: float, probability: float) -> bool:
-        """Whether no more samples than the probability leaves lie above the target."""
-        above = int(np.count_nonzero(self.factors(combination) > target))
-        return above <= allowed_above(len(self.uniform), probability)
+    def of_entries(self, entries: Sequence[Tolerance]) -> Array:
+        """The same of a drawing with other distributions."""
+        k = self.drawn.with_entries(entries).evaluate(self.uniform, method=self.method).k
+        return np.asarray(np.nan_to_num(k[:, MEAN_LOADS.index(self.definition)].max(axis=1), nan=np.inf))
 
 
 def with_grade(entry: Tolerance, grade: Grade) -> Tolerance:
@@ -451,11 +449,13 @@ class _Problem:
     """
 
     train: Train
-    drawn: ToleranceMap
-    offered: GradeSet
     sampled: SampledGrades
     limit: KGammaLimit
     probability: float
+
+    @property
+    def offered(self) -> GradeSet:
+        return self.sampled.offered
 
     @property
     def target(self) -> float:
@@ -464,7 +464,7 @@ class _Problem:
 
     @property
     def names(self) -> list[str]:
-        return [self.drawn.entries[index].path for index in self.offered.entry]
+        return [self.sampled.drawn.entries[index].path for index in self.offered.entry]
 
     @property
     def table(self) -> dict[str, Any]:
@@ -525,9 +525,7 @@ def allocate(
     report = progress or (lambda done: None)
     with one_thread():
         common = SampledGrades.of(drawn, offered, samples=samples, seed=seed, definition=definition, method=method)
-        problem = _Problem(
-            train=train, drawn=drawn, offered=offered, sampled=common, limit=limit, probability=probability
-        )
+        problem = _Problem(train=train, sampled=common, limit=limit, probability=probability)
         report(0.1)
         columns = _columns(problem)
         report(0.5)
@@ -702,7 +700,7 @@ def _out_of_reach(problem: _Problem, columns: GradeColumns | None) -> ModelError
     best = grades.value(at, p)
     cheapest = allocate_grades(grades, prices, best, p, most=_MOST_EVALUATED)
     price = min(cheapest.price, total_price(prices, at))
-    rest = [entry.path for i, entry in enumerate(problem.drawn.entries) if i not in problem.offered.entry]
+    rest = [entry.path for i, entry in enumerate(problem.sampled.drawn.entries) if i not in problem.offered.entry]
     if math.isfinite(best):
         least = f"{math.ceil(best * 1e4) / 1e4:g}"
         allowed = f"{least} or more, the least that the grades reach on these samples, for {price:g}"
@@ -728,8 +726,7 @@ def _variables(problem: _Problem, found: _Verified) -> Columns:
         for row, grades_of, text in zip(prices, texts, stated, strict=True)
     ]
     # of the drawing as it is, on the samples of the search
-    definition, common = MEAN_LOADS.index(problem.sampled.definition), problem.sampled
-    as_drawn = problem.drawn.evaluate(common.uniform, method=common.method).k[:, definition].max(axis=1)
+    as_drawn = problem.sampled.of_entries(problem.sampled.drawn.entries)
     variables: Columns = {
         "drawn_grade": ("tolerance", np.array(stated, dtype=object)),
         "drawn_grade_price": ("tolerance", np.array(paid)),
@@ -740,7 +737,7 @@ def _variables(problem: _Problem, found: _Verified) -> Columns:
         "total_price": ((), found.choice.price),
         "price_bound": ((), found.choice.bound),
         "drawn_price": ((), math.fsum(paid)),
-        "drawn_k_gamma": ((), order_statistic(np.nan_to_num(as_drawn, nan=np.inf), p)),
+        "drawn_k_gamma": ((), order_statistic(as_drawn, p)),
         "found_k_gamma": ((), grades.value(at, p)),
         "reached_k_gamma": ((), float(found.reached.value.item())),
         "reached_k_gamma_low": ((), float(found.reached.low.item())),

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -240,7 +240,6 @@ def _worst(value: Array, number: NDArray[np.int64]) -> tuple[Array, NDArray[np.i
     return value[order], number[order]
 
 
-@dataclass(slots=True, kw_only=True, eq=False)
 class SampleTally:
     """All pieces together, added one after the other.
 
@@ -249,31 +248,17 @@ class SampleTally:
     nowhere else.
     """
 
-    plan: SamplingPlan
-    definitions: int
-    groups: int
-    meshes: int
-    done: int = 0
-    open: int = 0
-    failed: int = 0
-    _fine: NDArray[np.signedinteger[Any]] = field(init=False)
-    _coarse: NDArray[np.signedinteger[Any]] = field(init=False)
-    _top: Array = field(init=False)
-    _size: Counts = field(init=False)
-    _apart: Counts = field(init=False)
-    _sums: list[Array] = field(default_factory=list)
-    _worst: tuple[Array, NDArray[np.int64]] = field(init=False)
-
-    def __post_init__(self) -> None:
-        batches = min(self.plan.scrambles, _BATCHES)
-        quantities = self.definitions * (self.groups + 1 + self.meshes)
+    def __init__(self, *, plan: SamplingPlan, definitions: int, groups: int, meshes: int) -> None:
+        self.plan, self.definitions, self.groups, self.meshes = plan, definitions, groups, meshes
+        self.done = self.open = self.failed = 0
+        batches, quantities = min(plan.scrambles, _BATCHES), definitions * (groups + 1 + meshes)
         # untouched pages of these take no memory: loads fill a small part of the bins
-        number = np.int32 if self.plan.samples < 2**31 else np.int64
-        self._fine = np.zeros((quantities, BINS), number)
-        self._coarse = np.zeros((batches, quantities, COARSE_BINS), number)
-        self._top = np.tile([-1.0, 0.0, -np.inf], (quantities, 1))
-        self._size = np.zeros(batches, np.int64)
-        self._apart = np.zeros((batches, self.meshes + 1), np.int64)
+        number = np.int32 if plan.samples < 2**31 else np.int64
+        self._fine: NDArray[np.signedinteger[Any]] = np.zeros((quantities, BINS), number)
+        self._coarse: NDArray[np.signedinteger[Any]] = np.zeros((batches, quantities, COARSE_BINS), number)
+        self._top: Array = np.tile([-1.0, 0.0, -np.inf], (quantities, 1))
+        self._size, self._apart = np.zeros(batches, np.int64), np.zeros((batches, meshes + 1), np.int64)
+        self._sums: list[Array] = []
         self._worst = np.full(_WORST, -np.inf), np.full(_WORST, -1, np.int64)
 
     def add(self, piece: int, arrays: Mapping[str, NDArray[Any]]) -> None:

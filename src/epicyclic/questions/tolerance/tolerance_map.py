@@ -52,19 +52,6 @@ _WITHOUT_EFFECT = {
 # torques and stiffnesses ----------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Shift:
-    """What one number changes per unit of it, about its mean.
-
-    mesh : (m,) stiffness of the mesh rows, link : (p,) of the links, force : (n,) torques, each per unit.
-    """
-
-    mean: float
-    mesh: Array
-    link: Array
-    force: Array
-
-
 def values_text(values: Sequence[float], unit: str) -> str:
     """Text of one number, or of a list with one per planet, as a model file has it."""
     text = repr(float(values[0])) if len(values) == 1 else f"[{', '.join(repr(float(value)) for value in values)}]"
@@ -78,8 +65,10 @@ def mean_of(entry: Tolerance) -> float:
 
 def shift_of(
     document: Mapping[str, object], at_means: Mapping[str, object], entry: Tolerance, planet: int = 0
-) -> Shift:
-    """What the number of an entry changes, from three assemblies.
+) -> tuple[Array, Array, Array]:
+    """What the number of an entry changes per unit of it about its mean, from three assemblies.
+
+    Stiffness of the mesh rows (m,) and of the links (p,), torques (n,).
 
     Parameters
     ----------
@@ -120,7 +109,7 @@ def shift_of(
             allowed="deviations, torques, stiffnesses of meshes, supports, bearings and couplings",
         )
     mesh, link, force = (change / step for change in whole_step)
-    return Shift(mean=mean, mesh=mesh, link=link, force=force)
+    return mesh, link, force
 
 
 def _changes(path: str, base: System, other: System) -> tuple[Array, Array, Array]:
@@ -668,9 +657,11 @@ def tolerance_map(train: Train) -> ToleranceMap:
     exact = assemble(bare)
     base = linear(exact)
     shifts = [shift_of(document, at_means, entries[index], planet) for index, planet in numbers]
-    links = np.flatnonzero(np.any([shift.link for shift in shifts], axis=0)) if shifts else np.zeros(0, np.int64)
-    meshes = np.flatnonzero(np.any([shift.mesh for shift in shifts], axis=0)) if shifts else np.zeros(0, np.int64)
-    torques = [shift.force for shift in shifts if shift.force.any()]
+    meshes, links = (
+        np.flatnonzero(np.any([shift[of] for shift in shifts], axis=0)) if shifts else np.zeros(0, np.int64)
+        for of in (0, 1)
+    )
+    torques = [force for _, _, force in shifts if force.any()]
     columns = [*unit_lines(unit_train, items), *(_torque_line(exact, force) for force in torques)]
     base_map = load_map(base, linear_columns(exact, columns), links=links)
     loaded = np.flatnonzero(nominal_signs(base_map)[1])
@@ -691,11 +682,11 @@ def tolerance_map(train: Train) -> ToleranceMap:
             Moved(
                 entry=index,
                 planet=planet,
-                mean=shift.mean,
-                slope=np.concatenate([shift.mesh[meshes], shift.link[links]]),
-                column=next(torque_columns) if shift.force.any() else -1,
+                mean=mean_of(entries[index]),
+                slope=np.concatenate([mesh[meshes], link[links]]),
+                column=next(torque_columns) if force.any() else -1,
             )
-            for (index, planet), shift in zip(numbers, shifts, strict=True)
+            for (index, planet), (mesh, link, force) in zip(numbers, shifts, strict=True)
         ),
         column=np.array([names.index(key) for key in keys], np.int64),
         rows=np.concatenate([meshes, base_map.mesh_count + base_map.far.size + np.arange(links.size)]).astype(np.int64),

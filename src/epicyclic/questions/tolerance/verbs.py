@@ -48,19 +48,6 @@ def tolerance(drive: "Drive", options: ToleranceOptions, progress: Progress | No
     )
 
 
-def _number(value: str | float, path: str) -> float:
-    """One number of a person.
-
-    Raises
-    ------
-    ModelError : it is none.
-    """
-    try:
-        return float(value)
-    except (TypeError, ValueError):
-        raise ModelError("not a number", path=path, given=value, allowed="a load factor, 1.15") from None
-
-
 def _named(reference: Mapping[str, float] | Sequence[str]) -> dict[str, float]:
     """Name -> value of references.
 
@@ -74,11 +61,15 @@ def _named(reference: Mapping[str, float] | Sequence[str]) -> dict[str, float]:
             if not equals or not name.strip():
                 raise ModelError("not a value with a name", path="reference", given=text, allowed="NAME=1.35")
         reference = {name.strip(): value for name, _, value in pairs}  # type: ignore[misc]
-    found = {str(name): _number(value, "reference") for name, value in reference.items()}
-    for value in found.values():
-        if not 0 < value < float("inf"):
-            raise ModelError("out of range", path="reference", given=value, allowed="above 0")
-    return found
+    values = {}
+    for name, value in reference.items():
+        try:
+            values[str(name)] = number = float(value)
+        except (TypeError, ValueError):
+            raise ModelError("not a number", path="reference", given=value, allowed="a load factor, 1.15") from None
+        if not 0 < number < float("inf"):
+            raise ModelError("out of range", path="reference", given=number, allowed="above 0")
+    return values
 
 
 @takes(AllocateOptions)

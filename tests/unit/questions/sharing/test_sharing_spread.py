@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 
 from epicyclic import assemble, load
 from epicyclic.errors import ModelError
-from epicyclic.questions.sharing.sharing import sharing, spread_cycles, spread_sharing
+from epicyclic.questions.sharing.sharing import sharing, spread_sharing
+from epicyclic.statics.record import spread_cycles
 
 RUN_OUTS = {
     "deviations.sun.run_out": "20 um",
