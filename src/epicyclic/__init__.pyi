@@ -301,7 +301,7 @@ def tolerance(  # .questions.tolerance.verbs
     method: Literal["auto", "linear", "static"] = "auto",
     sampler: Literal["sobol", "random"] = "sobol",
     effects: Literal["none", "shares", "all"] | None = None,
-    reference: Mapping[str, float] | Sequence[str] = (),
+    reference: Mapping[str, float] | Sequence[str] | None = None,
     worst: str | Path | None = None,
     raw: bool = False,
     store: str | Path | None = None,

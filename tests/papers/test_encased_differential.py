@@ -26,6 +26,7 @@ from epicyclic.questions.modes.eigen import mean_modes
 from epicyclic.questions.response import SteadyOptions
 from epicyclic.questions.response.measures import periodic
 from epicyclic.questions.response.steady import steady
+from epicyclic.questions.sharing import SharingOptions
 from epicyclic.questions.sharing.sharing import sharing
 from epicyclic.questions.sharing.tone_forces import Method
 from epicyclic.system.assembly import assemble
@@ -225,7 +226,7 @@ def run_out(bearing: str = "3e8 N/m", power: str = "20 MW") -> xr.Dataset:
     """Static sharing of the differential stage under run-out of its sun and ring, over all their relative places."""
     sets: Table = {f"stages.differential.{member}.support": {"radial": bearing} for member in ("sun", "ring")}
     system = drive({"differential": RUN_OUT}, **sets, **{"operation.power": {"differential": {"sun": power}}})
-    return sharing(system, method="static", cycles=37 * 149, samples=66)
+    return sharing(system, SharingOptions(method="static", cycles=37 * 149, samples=66))
 
 
 def test_floating_sun_and_ring_without_masses() -> None:
@@ -263,14 +264,16 @@ def test_vibration_lowers_the_effect_of_run_out() -> None:
         made["stages"]["differential"][member]["support"]["damping"] = 2 * 0.05 * math.sqrt(BEARING * mass)
     system = assemble(load(made))
     still = replace(system, G=0 * system.G, Kg=0 * system.Kg, Cskew=0 * system.Cskew)
-    assert coefficient(sharing(system, cycles=37 * 149), DIFFERENTIAL) == pytest.approx(1.0228, abs=2e-4)
-    assert coefficient(sharing(still, cycles=37 * 149), DIFFERENTIAL) == pytest.approx(1.0230, abs=2e-4)
+    assert coefficient(sharing(system, SharingOptions(cycles=37 * 149)), DIFFERENTIAL) == pytest.approx(
+        1.0228, abs=2e-4
+    )
+    assert coefficient(sharing(still, SharingOptions(cycles=37 * 149)), DIFFERENTIAL) == pytest.approx(1.0230, abs=2e-4)
 
 
 @pytest.mark.parametrize("method", ["static", "steady"])
 def test_equal_planet_run_outs_share_evenly(method: Method) -> None:
     every = {"planet": {"run_out": "20 um"}}
-    result = sharing(drive({"differential": every, "encased": every}), method=method, cycles=200)
+    result = sharing(drive({"differential": every, "encased": every}), SharingOptions(method=method, cycles=200))
     # constant stiffness: torsion takes the common part; linear solves to 1e-8
     np.testing.assert_allclose(result.load_sharing.values[[0, 1, 2, 3]], 1, atol=1e-7)
 
@@ -285,12 +288,12 @@ def test_stars_out_of_step_by_twice_their_place() -> None:
     k_s, k_r = STIFFNESS["encased"]
     closed = 1 + 2 * ERROR * math.cos(transverse_angle()) * k_s * k_r / (k_s + k_r) / tooth_force("encased")
     assert closed == pytest.approx(1.605, abs=5e-4)
-    found = coefficient(sharing(drive(stars(2)), method="static", cycles=39), ENCASED, "simultaneous")
+    found = coefficient(sharing(drive(stars(2)), SharingOptions(method="static", cycles=39)), ENCASED, "simultaneous")
     # the worst place of five stars is met to a 65th of a mesh cycle in 39
     assert found == pytest.approx(closed, rel=1e-6)
     for order in (0, 1):
         # torsion takes the common part, the floating centres (3e8 beside 3e9 N/m) nearly all of the first
-        assert coefficient(sharing(drive(stars(order)), method="static", cycles=39), ENCASED) < 1.03
+        assert coefficient(sharing(drive(stars(order)), SharingOptions(method="static", cycles=39)), ENCASED) < 1.03
 
 
 def test_a_turn_of_the_error_phases_by_one_place_permutes_the_stars() -> None:
@@ -298,7 +301,7 @@ def test_a_turn_of_the_error_phases_by_one_place_permutes_the_stars() -> None:
 
     def found(values: Array) -> Array:
         table = {"encased": {"planet": {"run_out": {"amplitude": "20 um", "phase": [f"{v} deg" for v in values]}}}}
-        result = sharing(drive(table), method="static", cycles=39)
+        result = sharing(drive(table), SharingOptions(method="static", cycles=39))
         return np.asarray(result.load_sharing.sel(definition="simultaneous").values[ENCASED].reshape(2, 5, 2))
 
     np.testing.assert_allclose(found(np.roll(phases, 1)), np.roll(found(phases), 1, axis=1), rtol=1e-9)
@@ -318,7 +321,7 @@ def test_torsional_data_do_not_change_sharing_under_run_out(path: str, value: An
     both = {"differential": RUN_OUT, "encased": {**RUN_OUT, **stars(1)["encased"]}}
 
     def found(**sets: Any) -> Array:
-        return np.asarray(sharing(drive(both, **sets), cycles=37, samples=60).load_sharing.values[:4])
+        return np.asarray(sharing(drive(both, **sets), SharingOptions(cycles=37, samples=60)).load_sharing.values[:4])
 
     # they act on the common motion of the branches; linear solves to 1e-8
     np.testing.assert_allclose(found(**{path: value}), found(), atol=1e-7)
@@ -331,7 +334,7 @@ def test_torsional_data_do_not_change_sharing_under_run_out(path: str, value: An
 def test_identical_teeth_share_evenly(variation: str) -> None:
     """Errors phased like the mesh, no run-out, no gravity: equal waveforms, shifted, have equal peaks."""
     system = drive({"differential": PROFILE, "encased": PROFILE}, variation=variation)
-    result = sharing(system, cycles=220)
+    result = sharing(system, SharingOptions(cycles=220))
     assert np.abs(result.load_sharing.sel(definition="cycle-peak").values - 1).max() < 1e-6
     # not because nothing happens: the forces move, and at one instant they differ
     assert coefficient(result, DIFFERENTIAL, "simultaneous") > 1.1
@@ -340,7 +343,9 @@ def test_identical_teeth_share_evenly(variation: str) -> None:
 
 def test_gravity_alone() -> None:
     """1.0143 and 1.0095 by superposition with 60 mm rims; the source's 1.0072 may be no more than that."""
-    result = sharing(drive(gravity=True, variation="contact-lines"), method="superposition", cycles=1000)
+    result = sharing(
+        drive(gravity=True, variation="contact-lines"), SharingOptions(method="superposition", cycles=1000)
+    )
     assert coefficient(result, DIFFERENTIAL) == pytest.approx(1.0143, abs=6e-4)
     assert coefficient(result, ENCASED) == pytest.approx(1.0095, abs=6e-4)
 

@@ -23,6 +23,7 @@ from scipy.integrate import solve_ivp
 
 from epicyclic.questions.modes.modal import modal
 from epicyclic.questions.response.measures import periodic
+from epicyclic.questions.sharing import SharingOptions
 from epicyclic.questions.sharing.sharing import sharing
 from epicyclic.statics import StaticOptions
 from epicyclic.statics.static import static
@@ -122,12 +123,14 @@ def test_sharing_of_the_corrected_model(member: str) -> None:
     """Ours is within 0.0013: the reference's own rounding, its sine instead of cosine profile error and its window."""
     torque = {"operation.torque": {member: "100 kN m" if member == "sun" else "-100 kN m"}}
     sun, planet, window, full = CORRECTED[member]
-    assert coefficient(sharing(drive({"sun": {"run_out": "20 um"}}, set=torque))) == pytest.approx(sun, abs=0.002)
+    assert coefficient(sharing(drive({"sun": {"run_out": "20 um"}}, set=torque), SharingOptions())) == pytest.approx(
+        sun, abs=0.002
+    )
     one = {"planet": {"run_out": "[20, 0, 0] um"}}
-    assert coefficient(sharing(drive(one, set=torque))) == pytest.approx(planet, abs=0.002)
+    assert coefficient(sharing(drive(one, set=torque), SharingOptions())) == pytest.approx(planet, abs=0.002)
     everything = drive(ALL, set=torque)
-    assert coefficient(sharing(everything, cycles=23)) == pytest.approx(window, abs=0.002)
-    result = sharing(everything)
+    assert coefficient(sharing(everything, SharingOptions(cycles=23))) == pytest.approx(window, abs=0.002)
+    result = sharing(everything, SharingOptions())
     assert coefficient(result) == pytest.approx(full, abs=0.002)
     assert json.loads(result.attrs["options"])["hunting_period"] == 22287
     assert coefficient(result, "worst-case") == pytest.approx(coefficient(result), abs=1e-9)
@@ -138,7 +141,12 @@ def test_an_eccentric_planet_matters_more_than_an_eccentric_sun() -> None:
     even = {**EVEN, "stages.main.meshes.sun-planet.stiffness": 3e9, "stages.main.meshes.planet-ring.stiffness": 3e9}
 
     def excess(errors: Table, cycles: int) -> float:
-        return coefficient(sharing(drive(errors, set=even), method="static", cycles=cycles), "simultaneous") - 1
+        return (
+            coefficient(
+                sharing(drive(errors, set=even), SharingOptions(method="static", cycles=cycles)), "simultaneous"
+            )
+            - 1
+        )
 
     ratio = excess({"planet": {"run_out": "[20, 0, 0] um"}}, 17) / excess({"sun": {"run_out": "20 um"}}, 23)
     # extrema fall between the 64 samples of a mesh cycle, 17 and 23 of which make a period
@@ -157,11 +165,11 @@ def test_left_equals_right_for_symmetric_errors() -> None:
 
 
 def test_no_error_shares_evenly(ideal: System) -> None:
-    assert coefficient(sharing(drive(set=EVEN))) == pytest.approx(1.0, abs=1e-9)
+    assert coefficient(sharing(drive(set=EVEN), SharingOptions())) == pytest.approx(1.0, abs=1e-9)
     # equal spacing does not assemble: the meshes of a planet are out of step with each other, by branch
-    assert 1.0001 < coefficient(sharing(ideal)) < 1.001
+    assert 1.0001 < coefficient(sharing(ideal, SharingOptions())) < 1.001
     buildable = {"stages.main.planet_angles": "[0, 121.5, 238.5] deg", "stages.main.planets": None}
-    assert coefficient(sharing(drive(set=buildable))) == pytest.approx(1.018, abs=1e-3)
+    assert coefficient(sharing(drive(set=buildable), SharingOptions())) == pytest.approx(1.018, abs=1e-3)
 
 
 def test_a_floating_sun_evens_three_planets_not_four() -> None:
@@ -170,31 +178,33 @@ def test_a_floating_sun_evens_three_planets_not_four() -> None:
     floating = {"stages.main.sun.support": {"radial": "1 N/m", "z": "1e9 N/m"}}
     errors: Table = {"planet": {"run_out": "[20, 5, 0] um"}, "ring": {"run_out": "20 um"}}
     even = {**floating, **EVEN}
-    three = sharing(drive(errors, set=even), method="static", cycles=20)
+    three = sharing(drive(errors, set=even), SharingOptions(method="static", cycles=20))
     sun = [name for name in three["mesh"].values.tolist() if "sun-planet" in name]
     history = three["load_sharing_history"].sel(mesh=sun)
     assert float(np.abs(history - 1).max()) < 1e-6
     four = {"planet": {"run_out": "[20, 5, 0, 0] um"}}
-    result = sharing(drive(four, set={**even, "stages.main.planets": 4}), method="static", cycles=20)
+    result = sharing(drive(four, set={**even, "stages.main.planets": 4}), SharingOptions(method="static", cycles=20))
     assert float(np.abs(result["load_sharing_history"].sel(mesh=sun) - 1).max()) > 0.01
 
 
 def test_a_floating_member_cancels_its_own_eccentricity() -> None:
     even = {**EVEN, "stages.main.sun.support": {"radial": "1 N/m", "z": "1e9 N/m"}}
-    result = sharing(drive({"sun": {"run_out": "50 um"}}, set=even), method="static", cycles=23)
+    result = sharing(drive({"sun": {"run_out": "50 um"}}, set=even), SharingOptions(method="static", cycles=23))
     # the support of 1 N/m and the solver's tolerance
     assert coefficient(result, "simultaneous") == pytest.approx(1.0, abs=1e-6)
 
 
 def test_equal_planet_eccentricities_in_phase_are_harmless() -> None:
-    assert coefficient(sharing(drive({"planet": {"run_out": "20 um"}}, set=EVEN))) == pytest.approx(1.0, abs=1e-9)
-    assert coefficient(sharing(drive({"planet": {"run_out": "[20, 0, 0] um"}}, set=EVEN))) > 1.02
+    assert coefficient(sharing(drive({"planet": {"run_out": "20 um"}}, set=EVEN), SharingOptions())) == pytest.approx(
+        1.0, abs=1e-9
+    )
+    assert coefficient(sharing(drive({"planet": {"run_out": "[20, 0, 0] um"}}, set=EVEN), SharingOptions())) > 1.02
 
 
 def test_sharing_is_linear_in_the_error_and_in_the_inverse_of_torque() -> None:
     def excess(error: float, torque: float) -> float:
         change = {**EVEN, "operation.torque": {"sun": torque}}
-        result = sharing(drive({"sun": {"run_out": error}}, set=change), cycles=23)
+        result = sharing(drive({"sun": {"run_out": error}}, set=change), SharingOptions(cycles=23))
         return coefficient(result, "simultaneous") - 1
 
     base = excess(20e-6, 100e3)
@@ -208,8 +218,10 @@ def test_an_error_that_is_a_mere_spin_of_a_planet_does_nothing() -> None:
     """e on the sun side and -e on the ring side of one planet: the planet turns a little [ren2021, eq. 12 and 15]."""
     spin = {"meshes": {"sun-planet": {"gap": "[20, 0, 0] um"}, "planet-ring": {"gap": "[-20, 0, 0] um"}}}
     both = {"meshes": {"sun-planet": {"gap": "[20, 0, 0] um"}, "planet-ring": {"gap": "[20, 0, 0] um"}}}
-    assert coefficient(sharing(drive(spin, set=EVEN), method="static", cycles=1)) == pytest.approx(1.0, abs=1e-9)
-    assert coefficient(sharing(drive(both, set=EVEN), method="static", cycles=1)) > 1.02
+    assert coefficient(sharing(drive(spin, set=EVEN), SharingOptions(method="static", cycles=1))) == pytest.approx(
+        1.0, abs=1e-9
+    )
+    assert coefficient(sharing(drive(both, set=EVEN), SharingOptions(method="static", cycles=1))) > 1.02
 
 
 def test_antisymmetric_ring_run_out_moves_the_planets_axially() -> None:

@@ -234,6 +234,30 @@ def settings(value: Mapping[str, object] | Sequence[str], path: str) -> dict[str
     return found
 
 
+def references(reference: Mapping[str, float] | Sequence[str], path: str) -> dict[str, float]:
+    """Name -> value of references.
+
+    Raises
+    ------
+    ModelError : one is no ``NAME=K``, or K is no number above 0.
+    """
+    if not isinstance(reference, Mapping):
+        pairs = [str(text).rpartition("=") for text in reference]
+        for text, (name, equals, _) in zip(reference, pairs, strict=True):
+            if not equals or not name.strip():
+                raise ModelError("not a value with a name", path=path, given=text, allowed="NAME=1.35")
+        reference = {name.strip(): value for name, _, value in pairs}  # type: ignore[misc]
+    values = {}
+    for name, value in reference.items():
+        try:
+            values[str(name)] = number = float(value)
+        except (TypeError, ValueError):
+            raise ModelError("not a number", path=path, given=value, allowed="a load factor, 1.15") from None
+        if not 0 < number < float("inf"):
+            raise ModelError("out of range", path=path, given=number, allowed="above 0")
+    return values
+
+
 def load_per_length(value: float | str, path: str) -> float:
     """A load per length [N/m] from a number [N/m], or a text with its unit.
 
@@ -372,6 +396,7 @@ READERS: Mapping[str, Reader] = {
     "load per length": lambda value, path, _: load_per_length(value, path),
     "torque step": lambda value, *_: torque_step(value),
     "settings": lambda value, path, _: settings(value, path),
+    "references": lambda value, path, _: references(value, path),
     "angle": _quantity_of("angle"),
     "length": _quantity_of("length"),
 }

@@ -12,7 +12,7 @@ import pytest
 
 from epicyclic.document.document import ready_drives
 from epicyclic.errors import ModelError
-from epicyclic.questions.sharing import definitions
+from epicyclic.questions.sharing import SharingOptions, definitions
 from epicyclic.questions.sharing.definitions import DEFINITIONS
 from epicyclic.questions.sharing.sharing import sharing
 from epicyclic.statics.load_map import (
@@ -131,7 +131,7 @@ def test_they_are_those_of_the_whole_hunting_period() -> None:
     lines = tuple(line for line in system.lines if line.frequency not in system.tones)
     meshes = replace(system.meshes, variation=np.zeros_like(system.meshes.variation))
     even = replace(system, meshes=meshes, lines=lines)
-    found = sharing(even, method="static", samples=3)
+    found = sharing(even, SharingOptions(method="static", samples=3))
     assert found.attrs["cycles"] == 22287
     mean = found.mesh_force_mean.values.reshape(2, 3, 2)
     share = 3 * mean / mean.sum(axis=1, keepdims=True)
@@ -142,7 +142,7 @@ def test_they_are_those_of_the_whole_hunting_period() -> None:
     np.testing.assert_allclose(turning, reached, rtol=1e-4)
     # and those of the train with its varying stiffness and its profile errors, by every method
     for method in ("static", "superposition", "steady"):
-        other = sharing(system, method=method, cycles=2).load_sharing.sel(definition=list(MEAN_LOADS))
+        other = sharing(system, SharingOptions(method=method, cycles=2)).load_sharing.sel(definition=list(MEAN_LOADS))
         np.testing.assert_array_equal(other, found.load_sharing.sel(definition=list(MEAN_LOADS)))
 
 
@@ -171,7 +171,7 @@ def test_contact_that_opens_is_averaged_over_the_phases() -> None:
         },
     }
     system = assemble(load(model))
-    found = sharing(system, method="static", samples=4)
+    found = sharing(system, SharingOptions(method="static", samples=4))
     assert found.contact_lost.values.any()
     mean = found.mesh_force_mean.values.reshape(2, 4)
     share = (4 * mean / mean.sum(axis=1, keepdims=True)).ravel()
@@ -232,9 +232,9 @@ def test_where_they_are_not_known_the_others_stay(monkeypatch: pytest.MonkeyPatc
         raise ModelError("nothing takes the load at rest")
 
     system = assemble(load("ren2021"))
-    before = sharing(system, cycles=2)
+    before = sharing(system, SharingOptions(cycles=2))
     monkeypatch.setattr(definitions, "mean_loads", none)
-    found = sharing(system, cycles=2)
+    found = sharing(system, SharingOptions(cycles=2))
     others = found.load_sharing.sel(definition=list(DEFINITIONS[:5]))
     np.testing.assert_array_equal(others, before.load_sharing.sel(definition=list(DEFINITIONS[:5])))
     assert np.isnan(found.load_sharing.sel(definition=list(MEAN_LOADS))).all()

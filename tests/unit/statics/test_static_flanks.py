@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 import epicyclic
 from epicyclic.errors import ModelError
+from epicyclic.questions.sharing import SharingOptions
 from epicyclic.questions.sharing.definitions import known_mean_loads, labelled
 from epicyclic.questions.sharing.sharing import sharing
 from epicyclic.questions.sharing.tone_forces import forces_of_equilibria
@@ -183,7 +184,9 @@ def test_a_train_under_reversed_torque_is_that_seen_from_behind(build: Any, tabl
     assert reversed_.contact_lost.values.all()
     with pytest.raises(ModelError, match="apart"):
         static(replace(system, far=None), StaticOptions(samples=7))
-    shared, behind_ = (sharing(s, method="static", samples=7) for s in (system, seen_from_behind(system)))
+    shared, behind_ = (
+        sharing(s, SharingOptions(method="static", samples=7)) for s in (system, seen_from_behind(system))
+    )
     np.testing.assert_allclose(shared.load_sharing, behind_.load_sharing, rtol=1e-8)
     np.testing.assert_allclose(shared.mesh_force, -behind_.mesh_force, rtol=1e-8)
     # forces over the record have the sign of those over time, whichever flank carries
@@ -241,7 +244,10 @@ def test_what_far_flanks_change_is_an_equilibrium_of_all_forces(build: Any) -> N
 def test_far_flanks_that_never_press_change_no_digit(build: Any) -> None:
     system = with_backlash(build, variation=0.1)
     without = replace(system, far=None)
-    pairs = [(static(s, StaticOptions(samples=8)), sharing(s, method="static", samples=8)) for s in (system, without)]
+    pairs = [
+        (static(s, StaticOptions(samples=8)), sharing(s, SharingOptions(method="static", samples=8)))
+        for s in (system, without)
+    ]
     for ours, plain in zip(*pairs, strict=True):
         for name in plain.variables:
             np.testing.assert_array_equal(ours[name].values, plain[name].values)
@@ -252,7 +258,7 @@ def test_far_flanks_that_never_press_change_no_digit(build: Any) -> None:
 def test_both_ways_through_sharing_agree_where_far_flanks_press(build: Any) -> None:
     """Linear in the lines while loaded flanks press alone, or every instant for itself."""
     system = one_pushed_back(build)
-    by_lines = sharing(system, method="static", samples=8)
+    by_lines = sharing(system, SharingOptions(method="static", samples=8))
     window = record_of(system, cycles=None, turns=None, of=None, samples=8, most=1000)
     by_record = sharing_of_record(system, window)
     np.testing.assert_allclose(by_lines.load_sharing, by_record.load_sharing, rtol=1e-7)
@@ -277,7 +283,7 @@ def test_a_tight_mesh_presses_on_both_flanks(build: Any) -> None:
     result = static(system, StaticOptions(samples=8))
     assert result.far_share.values[[1, 5]].max() > 0
     assert not result.contact_lost.values[1] or not result.contact_lost.values[5]
-    shared = sharing(system, method="static", samples=8)
+    shared = sharing(system, SharingOptions(method="static", samples=8))
     np.testing.assert_allclose(shared.mesh_force, result.mesh_force, rtol=1e-7, atol=1e-6)
     assert np.isnan(shared.mesh_force_bound.values).all()
 
@@ -366,16 +372,16 @@ def test_tables_of_two_pairs_interleaved(build: Any) -> None:
 def test_sharing_by_static_follows_tables(build: Any) -> None:
     """The method that calls itself static takes no tangent: its forces are those of `static`."""
     system = lawful(build)
-    shared = sharing(system, method="static")
+    shared = sharing(system, SharingOptions(method="static"))
     assert shared.attrs["samples"] == 32  # four branches: a multiple of them
     assert shared.attrs["worst_case"] == "every cycle of the common period"
     plain = static(system, StaticOptions(samples=32))
     np.testing.assert_array_equal(shared.mesh_force, plain.mesh_force)
-    tangent = sharing(replace(system, meshes=replace(system.meshes, laws=())), method="static")
+    tangent = sharing(replace(system, meshes=replace(system.meshes, laws=())), SharingOptions(method="static"))
     assert np.abs(shared.load_sharing - tangent.load_sharing).max() > 1e-3
     constant = replace(system, meshes=replace(system.meshes, variation=np.zeros((8, 0), complex)))
     # a table varies with the mesh cycle although the series of its tangent may not
-    assert "mesh cycles" in sharing(constant, method="static").attrs["record"]
+    assert "mesh cycles" in sharing(constant, SharingOptions(method="static")).attrs["record"]
     turning = replace(constant, lines=system.lines[:1], body_turns=(Fraction(7), *(Fraction(0),) * 6))
     for laws, period in ((system.meshes.laws, 7), ((), 1)):
         varying = replace(turning, meshes=replace(constant.meshes, laws=laws))
@@ -385,7 +391,7 @@ def test_sharing_by_static_follows_tables(build: Any) -> None:
 def test_forces_behind_the_end_of_a_table_are_said(build: Any) -> None:
     system = lawful(build)
     heavy = replace(system, force=8 * system.force)
-    for result in (static(heavy, StaticOptions(samples=4)), sharing(heavy, method="static", samples=4)):
+    for result in (static(heavy, StaticOptions(samples=4)), sharing(heavy, SharingOptions(method="static", samples=4))):
         (text,) = [text for text in json.loads(result.attrs["warnings"]) if "last force of its table" in text]
         assert "sun-planet" in text
     assert not any("table" in text for text in json.loads(static(system, StaticOptions(samples=4)).attrs["warnings"]))

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 import epicyclic
 from epicyclic.errors import ModelError
+from epicyclic.questions.sharing import SharingOptions
 from epicyclic.questions.sharing.definitions import known_mean_loads, labelled, train_coefficient
 from epicyclic.questions.sharing.sharing import sharing
 from epicyclic.questions.sharing.tone_forces import cycle_starts, forces_of_equilibria, record_extremes
@@ -219,7 +220,7 @@ def test_linear_analyses_say_which_stiffness_they_take(build: Any) -> None:
         epicyclic.campbell(replace(system, tones=(Fraction(100),)), relative_speeds=[0.0]),
         epicyclic.steady(replace(system, tones=(Fraction(100),), zeta=0.03)),
         epicyclic.sweep(replace(system, tones=(Fraction(100),), zeta=0.03), points=2),
-        sharing(replace(system, tones=(Fraction(100),), zeta=0.03)),
+        sharing(replace(system, tones=(Fraction(100),), zeta=0.03), SharingOptions()),
     ):
         assert sum("linearised" in text for text in json.loads(result.attrs["warnings"])) == 4
     assert linear(plain) is plain
@@ -331,9 +332,9 @@ def test_bad_records(build: Any, options: dict[str, Any], word: str) -> None:
     with pytest.raises(ModelError, match=word):
         static(turning(build, {}), StaticOptions(**options))
     with pytest.raises(ModelError, match=word):
-        sharing(turning(build, {}), method="static", **options)
+        sharing(turning(build, {}), SharingOptions(method="static", **options))
     with pytest.raises(ModelError, match="static"):
-        sharing(replace(turning(build, {}), zeta=0.03), **options)
+        sharing(replace(turning(build, {}), zeta=0.03), SharingOptions(**options))
 
 
 def sharing_of_record(system: System, record: Record, stored: int | None = None) -> xr.Dataset:
@@ -347,7 +348,7 @@ def test_two_ways_to_the_same_sharing(build: Any) -> None:
     system = turning(build, {}, size=1e-5)
     variation = 0.2 * np.exp(2j * np.pi * np.random.default_rng(7).random(size=(6, 2)))
     system = replace(system, meshes=replace(system.meshes, variation=variation))
-    known = sharing(system, method="static", cycles=60, samples=16)
+    known = sharing(system, SharingOptions(method="static", cycles=60, samples=16))
     record = record_of(system, cycles=60, turns=None, of=None, samples=16, most=1)
     found = sharing_of_record(system, record)
     for name in ("load_sharing", "system_load_sharing", "load_sharing_history", "mesh_force"):
@@ -383,9 +384,14 @@ def test_sharing_with_several_mesh_frequencies(build: Any) -> None:
         force=np.concatenate([one.force, two.force]),
         meshes=replace(both.meshes, tone=tone),
     )
-    result = sharing(both, method="static", cycles=60, samples=48)  # a second, in cycles of each set's own
+    result = sharing(
+        both, SharingOptions(method="static", cycles=60, samples=48)
+    )  # a second, in cycles of each set's own
     two = replace(two, tones=(Fraction(45),))
-    alone = [sharing(one, method="static", cycles=60, samples=48), sharing(two, method="static", cycles=45, samples=48)]
+    alone = [
+        sharing(one, SharingOptions(method="static", cycles=60, samples=48)),
+        sharing(two, SharingOptions(method="static", cycles=45, samples=48)),
+    ]
     for i, each in enumerate(alone):
         part = result.load_sharing.values[:, 6 * i : 6 * i + 6]
         np.testing.assert_allclose(part, each.load_sharing.values, rtol=1e-7)  # equilibria
@@ -413,7 +419,7 @@ def test_states_are_saved_and_read(build: Any, tmp_path: Path) -> None:
     assert result.group_force.sizes == {"group": 4, "time": 16}
     again = load_result(save_result(result, tmp_path / "static.nc"))
     assert again.identical(result)
-    shared = sharing(turning(build, LAWS), method="static", cycles=2, samples=8, stored_cycles=1)
+    shared = sharing(turning(build, LAWS), SharingOptions(method="static", cycles=2, samples=8, stored_cycles=1))
     assert shared.group_state.sizes == {"group": 4, "time": 8}
     assert shared.mesh_contact.dtype == bool
     assert set(json.loads(shared.attrs["laws"])) == set(LAWS)

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ...document.document import drive_text
 from ...errors import ConvergenceError, ModelError
+from ...questions.sharing import SharingOptions
 from ...questions.sharing.definitions import require_speed
 from ...questions.sharing.sharing import sharing
 from ...system.assembly import assemble
@@ -235,7 +236,7 @@ def _further_frames(model: _Model, parts: _Parts, pause: Callable[[], None]) -> 
             # the search over the hunting period; a longer record where that takes more than a second
             if not live.quick:
                 return live_sharing(system, patience=_FULL_PATIENCE)
-            return full_sharing(sharing(system, method="static", progress=lambda _: pause()), live)
+            return full_sharing(sharing(system, SharingOptions(method="static"), progress=lambda _: pause()), live)
 
         whole = _attempt("sharing", "load sharing", whole_sharing, missing)
         parts = replace(parts, sharing=whole or live, missing=(*parts.missing, *missing))

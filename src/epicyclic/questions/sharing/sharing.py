@@ -30,6 +30,7 @@ from ...statics.record import (
 from ...statics.static import OPEN_RATIO, rounding_of
 from ...statics.tangent import linear
 from ...system.system import Array, Faces, System, faces
+from . import SharingOptions
 from .definitions import (
     Extremes,
     ForceRecord,
@@ -41,7 +42,7 @@ from .definitions import (
     require_speed,
     worst_case,
 )
-from .tone_forces import Method, ToneForces, cycle_starts, forces_of_equilibria, mean_force, tone_forces
+from .tone_forces import ToneForces, cycle_starts, forces_of_equilibria, mean_force, tone_forces
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -68,19 +69,7 @@ _EXACT = 2**62
 # --- by definition ---------------------------------------------------------------------------------------------------
 
 
-def sharing(
-    system: System,
-    *,
-    method: Method = "steady",
-    cycles: int | None = None,
-    turns: int | None = None,
-    of: str | None = None,
-    samples: int | None = None,
-    relative_speed: float = 1.0,
-    stored_cycles: int | None = None,
-    limit: float | str | None = None,
-    progress: Callable[[float], None] | None = None,
-) -> xr.Dataset:
+def sharing(system: System, options: SharingOptions, *, progress: Callable[[float], None] | None = None) -> xr.Dataset:
     """Load-sharing coefficients of every mesh by every definition of `definitions`, and of the train (the largest).
 
     Meshes of one pair and side share the load; of a mesh in slices their sum counts.  ``steady`` takes the vibrating
@@ -88,16 +77,12 @@ def sharing(
     `superposed`), ``static`` the equilibrium at each instant with meshes that open and links that follow their laws.
     A mesh cycle is that of the mesh's own frequency.
 
+    The worst case is over the hunting period; the attribute ``worst_case`` says how far it was searched.  Instants per
+    mesh cycle or turn are those that `periodic` takes unless given, some 64 for ``static``, a multiple of the branches,
+    32 with laws or turns, with tables a multiple of the branches.
+
     Parameters
     ----------
-    cycles : mesh cycles of the first mesh in the record; the exact hunting period where None and affordable.  The
-        worst case is over the hunting period; the attribute ``worst_case`` says how far it was searched.
-    turns : of ``static``, instead, turns of the body `of` (``main/sun``); `of` alone: the common period in its turns.
-    samples : instants per mesh cycle or turn; None: what `periodic` takes, some 64 for ``static``, a multiple of the
-        branches, 32 with laws or turns, with tables a multiple of the branches.
-    relative_speed : speed per operating speed [1].
-    stored_cycles : cycles kept of the forces and of the simultaneous ratio, 64 at most where None.
-    limit : of K_gamma, or the name of a table of limits; None: that of the model, see `limits`.
     progress : called with the share done, 0..1.
 
     Raises
@@ -105,53 +90,38 @@ def sharing(
     ModelError : an option out of range, no load, or what the method raises.
     ConvergenceError : the method did not converge.
     """
+    method, turns, of, relative_speed = options.method, options.turns, options.of, options.relative_speed
     if method == "static" and (turns is not None or of is not None or not solved_by_tone(system)):
         require_speed(relative_speed)
-        count = positive_count("samples", samples, record_samples(system))
-        window = record_of(system, cycles=cycles, turns=turns, of=of, samples=count, most=_SOLVED, slow=True)
-        solved, forces = system, forces_of_equilibria(system, window, stored_cycles, progress)
+        count = positive_count("samples", options.samples, record_samples(system))
+        window = record_of(system, cycles=options.cycles, turns=turns, of=of, samples=count, most=_SOLVED, slow=True)
+        solved, forces = system, forces_of_equilibria(system, window, options.stored_cycles, progress)
     elif turns is not None or of is not None:
         raise ModelError("a record in turns is static", path="turns, of", allowed='method = "static", or cycles')
     else:
         # at rest the laws of flanks are asked; links without laws are here in either case
         solved = system if method == "static" else linear(system)
-        forces = _forces_by_tone(
-            solved,
-            method,
-            cycles=cycles,
-            samples=samples,
-            relative_speed=relative_speed,
-            stored_cycles=stored_cycles,
-            progress=progress,
-        )
+        forces = _forces_by_tone(solved, options, progress)
     mean_load = known_mean_loads(system)
-    return labelled(solved, forces, mean_load, method=method, relative_speed=relative_speed, limit=limit)
+    return labelled(solved, forces, mean_load, method=method, relative_speed=relative_speed, limit=options.limit)
 
 
-def _forces_by_tone(
-    system: System,
-    method: Method,
-    *,
-    cycles: int | None,
-    samples: int | None,
-    relative_speed: float,
-    stored_cycles: int | None,
-    progress: Callable[[float], None] | None,
-) -> ForceRecord:
-    """Mesh forces over a record of mesh cycles of each mesh frequency; arguments as of `sharing`."""
+def _forces_by_tone(system: System, options: SharingOptions, progress: Callable[[float], None] | None) -> ForceRecord:
+    """Mesh forces over a record of mesh cycles of each mesh frequency."""
+    method, samples = options.method, options.samples
     if samples is not None:  # the waves of every line
         waves = len(system.meshes.name) * max(1, len(system.lines))
         allowed = f"1 to {MOST_NUMBERS // (2 * waves)}"
         require_memory(2.0 * samples * waves, path="samples", given=samples, allowed=allowed)
-    by_tone, notes = tone_forces(system, method, samples=samples, relative_speed=relative_speed)
+    by_tone, notes = tone_forces(system, method, samples=samples, relative_speed=options.relative_speed)
     reference, w = by_tone[0], len(faces(system.meshes).name)
     mean, bound, unknown = np.empty(w), np.empty(w), np.full(w, "", dtype=object)
     for part in by_tone:
         mean[part.meshes], bound[part.meshes], unknown[part.meshes] = part.mean, part.bound, part.unknown
     loaded = meshes_with_load(mean, parallel_meshes(system.meshes), most=bound, rounding=rounding_of(system))
     share = max(1, reference.affordable // len(by_tone)) if len(by_tone) > 1 else reference.affordable
-    cycles = positive_count("cycles", cycles, min(reference.period, share))
-    stored = min(positive_count("stored_cycles", stored_cycles, _STORED), cycles)
+    cycles = positive_count("cycles", options.cycles, min(reference.period, share))
+    stored = min(positive_count("stored_cycles", options.stored_cycles, _STORED), cycles)
     numbers = reference.samples * w
     longest = f"at most {int(_LONGEST * _RATE / numbers)}, and {reference.period} are the hunting period"
     require_time(cycles * numbers / _RATE, _LONGEST, path="cycles", given=cycles, allowed=longest)

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 from ...errors import ModelError
 from ...options import Progress
-from ...verbs.record import Verb, asked, chosen, takes
+from ...verbs.record import Verb, chosen, takes
 from . import SharingOptions
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ def sharing(drive: "Drive", options: SharingOptions, progress: Progress | None =
         raise ModelError("moves nothing at rest", path="relative_speed", given=speed["relative_speed"], allowed=allowed)
     from .sharing import sharing as run
 
-    return run(drive.system, **asked(options), progress=progress)
+    return run(drive.system, options, progress=progress)
 
 
 VERBS = (Verb(run=sharing, gives=("sharing",), examples=({"cycles": 2},), in_report=60),)

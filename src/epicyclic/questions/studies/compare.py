@@ -36,6 +36,7 @@ from ...train.train import Train
 from ...user_input import checked
 from ...warning_codes import CodedText, coded, placed
 from ..modes.eigen import classify_modes, mean_modes, repeated_roots
+from ..sharing import SharingOptions
 from ..sharing.sharing import sharing
 
 _WORDS = ("format", "title", "doi", "notes", "assumed")  # tables of words, which no result follows
@@ -553,7 +554,8 @@ def effects_of(train: Train, *, methods: Sequence[Method] = ("steady", "static")
     k_gamma, worst, used, mesh, forces = math.nan, "", "", _texts(()), np.zeros((3, 0))
     refused: list[CodedText] = []
     for method in methods if system is not None else ():
-        result = _tried(f"mesh forces by {method}", partial(sharing, method=method), system, refused)
+        shared = partial(sharing, options=SharingOptions(method=method))
+        result = _tried(f"mesh forces by {method}", shared, system, refused)
         if result is not None:
             said += [*refused, *json.loads(result.attrs["warnings"])]
             by_mean = result.sel(definition="mean-load")

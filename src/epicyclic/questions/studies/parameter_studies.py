@@ -353,9 +353,10 @@ _CYCLES = 64
 
 def largest_sharing(system: System) -> float:
     """Load-sharing coefficient of the train [1] by the first definition of `sharing`, peak per mesh cycle."""
+    from ..sharing import SharingOptions
     from ..sharing.sharing import sharing
 
-    return float(sharing(system).system_load_sharing[0])
+    return float(sharing(system, SharingOptions()).system_load_sharing[0])
 
 
 def worst_sharing(system: System) -> float:
@@ -364,6 +365,7 @@ def worst_sharing(system: System) -> float:
     To keep a study of many points short, several varying mesh frequencies are replaced by the mean stiffness, and
     where links or meshes have laws the coefficient is the largest of 64 mesh cycles.
     """
+    from ..sharing import SharingOptions
     from ..sharing.sharing import sharing
 
     varying = {int(tone) for tone, row in zip(system.meshes.tone, system.meshes.variation, strict=True) if row.any()}
@@ -371,7 +373,7 @@ def worst_sharing(system: System) -> float:
         far = None if system.far is None else replace(system.far, variation=system.far.variation[:, :0])
         system = replace(system, meshes=replace(system.meshes, variation=system.meshes.variation[:, :0]), far=far)
     lawful = _has_laws(system)
-    coefficients = sharing(system, method="static", cycles=_CYCLES if lawful else 1).system_load_sharing
+    coefficients = sharing(system, SharingOptions(method="static", cycles=_CYCLES if lawful else 1)).system_load_sharing
     return float(coefficients.sel(definition="cycle-peak" if lawful else "worst-case"))
 
 

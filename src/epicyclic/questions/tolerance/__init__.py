@@ -40,9 +40,14 @@ class ToleranceOptions:
         ),
     ] = None
     reference: Annotated[
-        Mapping[str, float] | Sequence[str],
-        Option("A value to compare with, of your source: NAME=1.35; may be repeated.", metavar="NAME=K"),
-    ] = ()
+        Mapping[str, float] | None,
+        Option(
+            "A value to compare with, of your source: NAME=1.35; may be repeated.",
+            metavar="NAME=K",
+            accepts=Mapping[str, float] | Sequence[str] | None,
+            reads="references",
+        ),
+    ] = None
     worst: Annotated[
         str | Path | None, Option("Folder for model files of the worst samples.", metavar="DIR", default="none")
     ] = None

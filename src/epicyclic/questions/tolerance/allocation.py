@@ -20,10 +20,9 @@ from numpy.typing import NDArray
 
 from ...document.tolerances import Grade, Tolerance
 from ...engine.plan import piece_uniforms, sampling_plan
-from ...engine.source import Overrides, Source, train_of
 from ...engine.workers import one_thread
 from ...errors import ModelError
-from ...limits import JUDGED_AT, KGammaLimit
+from ...limits import KGammaLimit
 from ...results.dataset import dataset
 from ...statics.load_map import MEAN_LOADS
 from ...statics.sample_loads import ContactMethod
@@ -31,6 +30,7 @@ from ...system.assembly import train_provenance
 from ...train.resolution import costs_of, load
 from ...train.train import Train
 from ...warning_codes import CodedText, coded
+from . import AllocateOptions
 from .statistics import CONFIDENCE, Band
 from .tolerance import pair_limits, piece_of_samples, sampled
 from .tolerance_map import ToleranceMap, tolerance_map
@@ -480,27 +480,11 @@ class _Problem:
         return tuple(len(row) - 1 for row in self.offered.grades)
 
 
-def allocate(
-    source: Source,
-    *,
-    overrides: Overrides | None = None,
-    target: float | None = None,
-    probability: float = JUDGED_AT,
-    definition: str = "mean-load",
-    samples: int = 16_384,
-    seed: int = 1,
-    method: ContactMethod = "auto",
-    fresh_samples: int = 131_072,
-    progress: Report | None = None,
-) -> xr.Dataset:
+def allocate(train: Train, options: AllocateOptions, *, progress: Report | None = None) -> xr.Dataset:
     """Cheapest grades of ``[tolerance.cost]`` with which K_gamma stays at or below a target with a probability.
 
     Parameters
     ----------
-    target : of K_gamma of the train [1]; None: the smallest limit of its stages, see `limits`.
-    probability : of meeting it [1].  definition : of K_gamma.
-    samples, seed : common random numbers of all combinations.  method : of `ToleranceMap.evaluate`.
-    fresh_samples : of the run with the next seed that verifies the grades found.
     progress : called with the share done, 0..1.
 
     Returns
@@ -514,7 +498,8 @@ def allocate(
     ------
     ModelError : a wrong model or option, no prices, a target out of reach.
     """
-    train = train_of(source, overrides=overrides)
+    target, probability, definition, method = options.target, options.probability, options.definition, options.method
+    samples, seed, fresh_samples = options.samples, options.seed, options.fresh_samples
     _check_samples(probability, samples)
     costs = costs_of(train)
     drawn = tolerance_map(train)

@@ -19,14 +19,12 @@ from ...engine.block_store import BlockJob, hash_of, machine, run_blocks
 from ...engine.plan import (
     PIECE,
     Counted,
-    Sampler,
     SamplingPlan,
     piece_uniforms,
     require_time,
     sampling_plan,
     scramble_uniforms,
 )
-from ...engine.source import Overrides, Source, train_of
 from ...engine.workers import one_thread
 from ...errors import ModelError
 from ...limits import KGammaLimit, k_gamma_limit, limit_columns, stated_limit
@@ -38,6 +36,7 @@ from ...system.assembly import train_provenance
 from ...train.resolution import load
 from ...train.train import Train
 from ...warning_codes import CodedText, coded
+from . import ToleranceOptions
 from .effects import effects_of, without_effect
 from .statistics import CONFIDENCE, WIDTH, SampleTally, piece_statistics, probabilities_of
 from .tolerance_map import ToleranceMap, tolerance_map
@@ -66,38 +65,11 @@ _SAMPLE_TIME, _TOLD = 5e-6, 4
 _RESUMED, _LONGEST = 30 * 86_400.0, 3600.0
 
 
-def tolerance(
-    source: Source,
-    *,
-    overrides: Overrides | None = None,
-    samples: int = 131_072,
-    seed: int = 1,
-    limits: Sequence[float | str] = (),
-    method: ContactMethod = "auto",
-    sampler: Sampler = "sobol",
-    effects: Effects | None = None,
-    reference: Mapping[str, float] | None = None,
-    worst: Path | None = None,
-    raw: bool = False,
-    store: Path | None = None,
-    resume: bool = False,
-    workers: int | None = None,
-    scheduler: str | None = None,
-    progress: Progress = None,
-) -> xr.Dataset:
+def tolerance(train: Train, options: ToleranceOptions, *, progress: Progress = None) -> xr.Dataset:
     """Distribution of the mesh-load factor of a train whose file has a table ``[tolerance]``.
 
     Parameters
     ----------
-    source, overrides : as of `load`.  samples : rounded up to a power of two.
-    limits : of K_gamma [1] or names of tables of limits, whose exceedance is counted; the first is what K_gamma is held
-        against.  None given: that of the model, see `limits`.
-    method : of `ToleranceMap.evaluate`.  sampler : ``sobol``, scrambled, or ``random``.
-    effects : ``none``; ``shares``: variance shares, slopes, curves over spread and torque; ``all``: over support
-        stiffness and number of planets too.  None: ``all`` from 65 536 samples, else ``shares``.
-    reference : name -> K_gamma to compare with, of the user.  worst : folder for model files of the worst samples.
-    raw : keep K_gamma of every sample, in the Dataset where it fits, and in the store.
-    store, resume, workers, scheduler : as of `run_blocks`.
     progress : called with the share done, 0..1.
 
     Returns
@@ -109,9 +81,11 @@ def tolerance(
     ------
     ModelError : a wrong model or option, no tolerance, a store of another job.
     """
-    train = train_of(source, overrides=overrides)
+    samples, seed, method, sampler = options.samples, options.seed, options.method, options.sampler
+    raw, workers = options.raw, options.workers
+    worst, store = (None if folder is None else Path(folder) for folder in (options.worst, options.store))
     plan = sampling_plan(samples, seed=seed, sampler=sampler)
-    stated: list[float | str | None] = [stated_limit(value, "limit") for value in limits]
+    stated: list[float | str | None] = [stated_limit(value, "limit") for value in options.limit]
     if worst is not None:
         _make_folder(worst)  # before the work
     drawn = tolerance_map(train)
@@ -124,7 +98,7 @@ def tolerance(
             allowed=f"at most {_most_raw(drawn)} samples, or a store that keeps them",
         )
     _check_time(plan, drawn, method, workers=workers or 1, kept=store is not None)
-    chosen = effects or ("all" if plan.samples >= _ALL_EFFECTS else "shares")
+    chosen = options.effects or ("all" if plan.samples >= _ALL_EFFECTS else "shares")
     job = BlockJob(
         verb="tolerance",
         identity={
@@ -144,7 +118,12 @@ def tolerance(
     share = 1.0 if chosen == "none" else _SAMPLING
     with one_thread() as threads:
         blocks = run_blocks(
-            job, store=store, resume=resume, workers=workers, scheduler=scheduler, progress=_part(progress, 0.0, share)
+            job,
+            store=store,
+            resume=options.resume,
+            workers=workers,
+            scheduler=options.scheduler,
+            progress=_part(progress, 0.0, share),
         )
         with closing(blocks):
             # arrays of a block have one row a piece
@@ -167,7 +146,7 @@ def tolerance(
     columns, coords = _statistics(drawn, tally, np.unique([limit.value for limits in by_limit for limit in limits]))
     columns |= limit_columns("pair", by_limit[0])
     columns |= {**_worst_columns(train, drawn, tally, method, worst), **further.columns}
-    if reference:
+    if reference := options.reference:
         columns["reference_k_gamma"] = ("reference", np.array(list(reference.values()), dtype=float))
         coords["reference"] = list(reference)
     if rows is not None:

@@ -1,12 +1,9 @@
 """The verbs tolerance and allocate."""
 
-from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ...errors import ModelError
 from ...options import Progress
-from ...verbs.record import Verb, asked, takes
+from ...verbs.record import Verb, takes
 from . import AllocateOptions, ToleranceOptions
 
 if TYPE_CHECKING:
@@ -28,48 +25,7 @@ def tolerance(drive: "Drive", options: ToleranceOptions, progress: Progress | No
     """
     from .tolerance import tolerance as run
 
-    return run(
-        drive.source,
-        overrides=drive.overrides,
-        samples=options.samples,
-        seed=options.seed,
-        limits=options.limit,
-        method=options.method,
-        sampler=options.sampler,
-        effects=options.effects,
-        reference=_named(options.reference),
-        worst=None if options.worst is None else Path(options.worst),
-        raw=options.raw,
-        store=None if options.store is None else Path(options.store),
-        resume=options.resume,
-        workers=options.workers,
-        scheduler=options.scheduler,
-        progress=progress,
-    )
-
-
-def _named(reference: Mapping[str, float] | Sequence[str]) -> dict[str, float]:
-    """Name -> value of references.
-
-    Raises
-    ------
-    ModelError : one is no ``NAME=K``, or K is no number above 0.
-    """
-    if not isinstance(reference, Mapping):
-        pairs = [str(text).rpartition("=") for text in reference]
-        for text, (name, equals, _) in zip(reference, pairs, strict=True):
-            if not equals or not name.strip():
-                raise ModelError("not a value with a name", path="reference", given=text, allowed="NAME=1.35")
-        reference = {name.strip(): value for name, _, value in pairs}  # type: ignore[misc]
-    values = {}
-    for name, value in reference.items():
-        try:
-            values[str(name)] = number = float(value)
-        except (TypeError, ValueError):
-            raise ModelError("not a number", path="reference", given=value, allowed="a load factor, 1.15") from None
-        if not 0 < number < float("inf"):
-            raise ModelError("out of range", path="reference", given=number, allowed="above 0")
-    return values
+    return run(drive.train, options, progress=progress)
 
 
 @takes(AllocateOptions)
@@ -84,7 +40,7 @@ def allocate(drive: "Drive", options: AllocateOptions, progress: Progress | None
     """
     from .allocation import allocate as run
 
-    return run(drive.source, overrides=drive.overrides, **asked(options), progress=progress)
+    return run(drive.train, options, progress=progress)
 
 
 def _model_text(result: "xr.Dataset") -> str:

@@ -18,7 +18,7 @@ from epicyclic.errors import ModelError
 from epicyclic.questions.response import SteadyOptions
 from epicyclic.questions.response.measures import Periodic, ShaftLine, periodic
 from epicyclic.questions.response.steady import steady
-from epicyclic.questions.sharing import tone_forces
+from epicyclic.questions.sharing import SharingOptions, tone_forces
 from epicyclic.questions.sharing.definitions import (
     DEFINITIONS,
     cycle_forces,
@@ -110,7 +110,7 @@ def respond(monkeypatch: pytest.MonkeyPatch) -> Any:
 def test_definitions_in_plain_words(build: Any, respond: Any) -> None:
     solution = made_up(6, (Fraction(1, 5), Fraction(2, 7)))
     respond(solution)
-    result = sharing(build.planar(N=3).system())
+    result = sharing(build.planar(N=3).system(), SharingOptions())
     assert result.attrs["hunting_period"] == 35
     expected = by_hand(solution, [[0, 1, 2], [3, 4, 5]], 35)
     expected["worst-case"] = expected["cycle-peak"]
@@ -142,7 +142,7 @@ def test_underload_counts_in_cycle_peak_only(build: Any, respond: Any) -> None:
     solution = made_up(12, ())
     share = np.array([0.4, 1.12, 1.12, 1.12, 1.12, 1.12] * 2)
     respond(replace(solution, force=1000.0 * np.tile(share[:, None], (1, 16))))
-    result = sharing(build.planar(N=6).system())
+    result = sharing(build.planar(N=6).system(), SharingOptions())
     cycle, overload = (
         result.load_sharing.sel(definition="cycle-peak"),
         result.load_sharing.sel(definition="signed-overload"),
@@ -163,7 +163,7 @@ def test_record_and_history(build: Any, respond: Any) -> None:
     solution = made_up(6, (Fraction(1, 23),))
     respond(solution)
     done: list[float] = []
-    result = sharing(build.planar(N=3).system(), cycles=10, stored_cycles=4, progress=done.append)
+    result = sharing(build.planar(N=3).system(), SharingOptions(cycles=10, stored_cycles=4), progress=done.append)
     assert result.sizes["time"] == 4 * 16
     assert done[-1] == 1.0
     stored = np.array([at(solution, c, j) for c in range(4) for j in range(16)]).T
@@ -174,7 +174,7 @@ def test_record_and_history(build: Any, respond: Any) -> None:
     np.testing.assert_allclose(result.time.values[16], 1 / float(TONE), rtol=1e-12)
     assert any("shorter than the hunting period of 23" in text for text in json.loads(result.attrs["warnings"]))
     # the worst case still is of the whole period
-    whole = sharing(build.planar(N=3).system())
+    whole = sharing(build.planar(N=3).system(), SharingOptions())
     np.testing.assert_allclose(result.load_sharing.values[4], whole.load_sharing.values[4], rtol=1e-12)
     assert np.all(whole.load_sharing.values[0] >= result.load_sharing.values[0])
 
@@ -189,7 +189,7 @@ def test_record_and_history(build: Any, respond: Any) -> None:
 )
 def test_mean_least_and_most_are_of_the_whole_record(record: dict[str, Any]) -> None:
     system = epicyclic.assemble(epicyclic.load("ren2021"))
-    few, every = (sharing(system, **record, stored_cycles=count) for count in (1, 100))
+    few, every = (sharing(system, SharingOptions(**record, stored_cycles=count)) for count in (1, 100))
     force, unit = every.mesh_force, "mesh cycles" if "cycles" in record else "turns of main/carrier"
     count = record.get("cycles", 3)
     assert few.sizes["time"] * count == every.sizes["time"]
@@ -208,7 +208,7 @@ def test_mean_least_and_most_are_of_the_whole_record(record: dict[str, Any]) -> 
 def test_bound_is_above_all_and_nearly_met(build: Any, respond: Any) -> None:
     solution = made_up(6, (Fraction(1, 23), Fraction(1, 17)), samples=32)
     respond(solution)
-    result = sharing(build.planar(N=3).system(), stored_cycles=23 * 17)
+    result = sharing(build.planar(N=3).system(), SharingOptions(stored_cycles=23 * 17))
     highest = result.mesh_force.max("time").values
     bound = result.mesh_force_bound.values
     assert np.all(highest <= bound * (1 + 1e-12))
@@ -219,7 +219,7 @@ def test_bound_is_above_all_and_nearly_met(build: Any, respond: Any) -> None:
 
 def test_tension_is_called_invalid(build: Any, respond: Any) -> None:
     respond(made_up(6, (Fraction(1, 5),), size=0.8, seed=2))
-    result = sharing(build.planar(N=3).system())
+    result = sharing(build.planar(N=3).system(), SharingOptions())
     assert result.contact_lost.values.any()
     assert any("linear model invalid" in text for text in json.loads(result.attrs["warnings"]))
 
@@ -302,7 +302,7 @@ def loaded(build: Any, *, zeta: float | None = None, seed: int = 0, torque: floa
 def test_static_sharing_is_static(build: Any, torque: float) -> None:
     """Wave form and open instants together equal the equilibrium solved instant by instant."""
     system = loaded(build, torque=torque)
-    result = sharing(system, method="static", samples=16)
+    result = sharing(system, SharingOptions(method="static", samples=16))
     whole = static(system, StaticOptions(samples=16))
     force = whole.mesh_force.values
     assert result.contact_lost.values.any() == (torque < 100)
@@ -317,8 +317,8 @@ def test_static_sharing_is_static(build: Any, torque: float) -> None:
 def test_slow_steady_is_static(build: Any) -> None:
     """At a thousandth of the speed, 0.03 Hz against 700 Hz, nothing vibrates."""
     system = loaded(build, zeta=0.03)
-    slow = sharing(system, method="steady", relative_speed=1e-3, samples=16)
-    still = sharing(system, method="static", samples=16)
+    slow = sharing(system, SharingOptions(method="steady", relative_speed=1e-3, samples=16))
+    still = sharing(system, SharingOptions(method="static", samples=16))
     # damping force over stiffness: 2 zeta f/f_1 ~ 1e-6 of the 0.1 variation; solver tolerance 1e-8
     np.testing.assert_allclose(slow.load_sharing.values, still.load_sharing.values, atol=1e-5)
 
@@ -341,7 +341,7 @@ def test_floating_sun_of_three_shares_equally(build: Any) -> None:
         link_gap=np.zeros(len(small.links.name), complex),
         force=np.zeros((3, 6), complex),
     )
-    result = sharing(replace(small, force=force, lines=(line,), tones=(Fraction(1),)), method="static")
+    result = sharing(replace(small, force=force, lines=(line,), tones=(Fraction(1),)), SharingOptions(method="static"))
     np.testing.assert_allclose(result.load_sharing.values, 1.0, atol=1e-10)  # linear solves
 
 
@@ -351,7 +351,7 @@ def test_hunting_period_takes_little_time(build: Any, respond: Any) -> None:
 
     respond(made_up(12, (Fraction(1, 23), Fraction(1, 17), Fraction(1, 57)), samples=64))
     start = time.process_time()
-    result = sharing(build.planar(N=6).system())
+    result = sharing(build.planar(N=6).system(), SharingOptions())
     assert result.attrs["cycles"] == 22287
     assert time.process_time() - start < 10  # 0.4 s measured
 
@@ -359,7 +359,7 @@ def test_hunting_period_takes_little_time(build: Any, respond: Any) -> None:
 def test_result_survives_a_file(build: Any, respond: Any, tmp_path: Any) -> None:
     pytest.importorskip("h5py", reason="h5netcdf writes through h5py")
     respond(made_up(6, (Fraction(1, 5),)))
-    result = sharing(build.planar(N=3).system())
+    result = sharing(build.planar(N=3).system(), SharingOptions())
     reopened = load_result(save_result(result, tmp_path / "sharing.nc"))
     assert reopened.identical(result)
 
@@ -367,13 +367,13 @@ def test_result_survives_a_file(build: Any, respond: Any, tmp_path: Any) -> None
 def test_bad_input(build: Any) -> None:
     system = loaded(build)
     with pytest.raises(ModelError, match="no such method"):
-        sharing(system, method="guess")  # type: ignore[arg-type]
+        sharing(system, SharingOptions(method="guess"))  # type: ignore[arg-type]
     with pytest.raises(ModelError, match="cycles"):
-        sharing(system, method="static", cycles=0)
+        sharing(system, SharingOptions(method="static", cycles=0))
     with pytest.raises(ModelError, match="relative_speed"):
-        sharing(system, method="static", relative_speed=-1.0)
+        sharing(system, SharingOptions(method="static", relative_speed=-1.0))
     with pytest.raises(ModelError, match="needs a load"):
-        sharing(replace(system, force=0 * system.force, lines=()), method="static")
+        sharing(replace(system, force=0 * system.force, lines=()), SharingOptions(method="static"))
 
 
 def test_line_phases_stay_exact_late_in_the_record() -> None:
@@ -409,7 +409,7 @@ def in_cycles(force: Callable[[Array], Array], tone: Fraction, cycles: int, samp
 @pytest.mark.parametrize("swing", [0.0, 0.1])
 def test_each_mesh_counts_in_cycles_of_its_own_frequency(build: Any, method: Method, swing: float) -> None:
     system = two_tones(build, swing=swing)
-    result = sharing(system, method=method, samples=64)
+    result = sharing(system, SharingOptions(method=method, samples=64))
     assert result.attrs["cycles"] == result.attrs["hunting_period"] == 14
 
     def steady_force(times: Array) -> Array:
@@ -448,24 +448,30 @@ def test_each_mesh_counts_in_cycles_of_its_own_frequency(build: Any, method: Met
 def test_a_short_record_is_as_long_for_every_stage(build: Any) -> None:
     """Seven cycles of the first meshes are three of the others."""
     system = two_tones(build, swing=0.0)
-    seven, whole = (sharing(system, method="static", samples=64, cycles=count) for count in (7, 14))
+    seven, whole = (sharing(system, SharingOptions(method="static", samples=64, cycles=count)) for count in (7, 14))
     slow = replace(
         system,
         meshes=replace(system.meshes, tone=np.zeros(8, np.int64)),
         tones=(TONE * 3 / 7,),
     )
-    three = sharing(slow, method="static", samples=64, cycles=3)
+    three = sharing(slow, SharingOptions(method="static", samples=64, cycles=3))
     np.testing.assert_allclose(seven.load_sharing.values[:4, 4:], three.load_sharing.values[:4, 4:], rtol=1e-9)
     assert np.abs(whole.load_sharing.values[:4, 4:] - three.load_sharing.values[:4, 4:]).max() > 1e-6
 
 
 def test_superposition_shares_like_the_full_solution_where_nothing_varies(build: Any) -> None:
     system = two_tones(build, swing=0.0)
-    full, plain = sharing(system, samples=32), sharing(system, method="superposition", samples=32)
+    full, plain = (
+        sharing(system, SharingOptions(samples=32)),
+        sharing(system, SharingOptions(method="superposition", samples=32)),
+    )
     np.testing.assert_allclose(plain.load_sharing, full.load_sharing, rtol=1e-9)
     assert plain.attrs["method"] == "superposition"
     varying = two_tones(build, swing=0.1)
-    full, plain = sharing(varying, samples=32), sharing(varying, method="superposition", samples=32)
+    full, plain = (
+        sharing(varying, SharingOptions(samples=32)),
+        sharing(varying, SharingOptions(method="superposition", samples=32)),
+    )
     apart = np.abs(plain.load_sharing - full.load_sharing).max()
     assert 1e-5 < apart < 0.1 * np.abs(full.load_sharing - 1).max()
 
@@ -473,7 +479,7 @@ def test_superposition_shares_like_the_full_solution_where_nothing_varies(build:
 @pytest.mark.parametrize("method", ["steady", "superposition"])
 def test_the_bound_of_two_mesh_frequencies_is_that_of_the_steady_state(build: Any, method: Method) -> None:
     system = two_tones(build, swing=0.1)
-    found = sharing(system, method=method, cycles=7 * 19)
+    found = sharing(system, SharingOptions(method=method, cycles=7 * 19))
     exact = steady(system, SteadyOptions(method="exact" if method == "steady" else "superposition"))
     np.testing.assert_allclose(found.mesh_force_bound, exact.mesh_force_bound, rtol=1e-9)
     # harmonics of the other mesh frequency have tied phases: their sum is above what any phases make
@@ -482,7 +488,7 @@ def test_the_bound_of_two_mesh_frequencies_is_that_of_the_steady_state(build: An
 
 def test_a_bound_that_is_not_known_says_why(build: Any) -> None:
     def told(system: System, **options: Any) -> list[str]:
-        warnings = json.loads(sharing(system, method="static", cycles=14, **options).attrs["warnings"])
+        warnings = json.loads(sharing(system, SharingOptions(method="static", cycles=14, **options)).attrs["warnings"])
         return [one.split("not known: ")[1] for one in warnings if one.startswith("mesh_force_bound")]
 
     assert told(two_tones(build, swing=0.0)) == []
@@ -502,7 +508,7 @@ def test_a_bound_that_is_not_known_says_why(build: Any) -> None:
 def test_the_mean_of_a_static_record_of_two_tones_is_that_of_its_instants(build: Any) -> None:
     """Stiffness that follows several tones moves it from the force at the mean stiffness."""
     system = two_tones(build, swing=0.3)
-    found = sharing(system, method="static", cycles=21, stored_cycles=21)
+    found = sharing(system, SharingOptions(method="static", cycles=21, stored_cycles=21))
     # the instants of the other tone's cycles are others
     np.testing.assert_allclose(found.mesh_force_mean, found.mesh_force.mean("time"), rtol=3e-5)
     still = faces(system.meshes).total(mean_force(system))

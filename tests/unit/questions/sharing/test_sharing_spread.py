@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from epicyclic import assemble, load
 from epicyclic.errors import ModelError
+from epicyclic.questions.sharing import SharingOptions
 from epicyclic.questions.sharing.sharing import sharing, spread_sharing
 from epicyclic.statics.record import spread_cycles
 
@@ -64,7 +65,7 @@ def test_periods_beyond_64_bits_of_products_stay_exact() -> None:
 )
 def test_the_numbers_are_those_of_sharing(drive: str, overrides: dict[str, Any]) -> None:
     system = assemble(load(drive, overrides))
-    whole, spread = sharing(system, method="static"), spread_sharing(system)
+    whole, spread = sharing(system, SharingOptions(method="static")), spread_sharing(system)
     by_name = {str(name): whole["load_sharing"].sel(definition=name).values for name in whole["definition"].values}
     np.testing.assert_array_equal(spread.mean_load[0], by_name["mean-load"])
     np.testing.assert_array_equal(spread.mean_load[1], by_name["mean-load-turning"])
@@ -97,10 +98,12 @@ def test_laws_are_asked_in_few_cycles(overrides: dict[str, Any], patience: float
     spread = spread_sharing(system, patience=patience)
     assert not spread.quick
     assert 4 <= spread.ratio.shape[1] <= 20
-    whole = sharing(system, method="static", cycles=100)["load_sharing"]
+    whole = sharing(system, SharingOptions(method="static", cycles=100))["load_sharing"]
     np.testing.assert_array_equal(spread.mean_load[0], whole.sel(definition="mean-load"))
     # cycles from all over the period see more than as many in a row from its beginning
-    row = sharing(system, method="static", cycles=spread.ratio.shape[1])["load_sharing"].sel(definition="cycle-peak")
+    row = sharing(system, SharingOptions(method="static", cycles=spread.ratio.shape[1]))["load_sharing"].sel(
+        definition="cycle-peak"
+    )
     peak = float(whole.sel(definition="cycle-peak").max())
     assert spread.cycle_peak.max() - 1 > 1.3 * (float(row.max()) - 1)
     assert spread.cycle_peak.max() == pytest.approx(peak, rel=0.02)
@@ -121,7 +124,7 @@ def test_a_memory_and_cycles_of_several_lengths_stand_in_a_row() -> None:
 
 def test_without_a_speed_time_is_counted_in_mesh_cycles() -> None:
     still = assemble(load("ren2021", {"operation.speed": None}))
-    spread, whole = spread_sharing(still), sharing(still, method="static")
+    spread, whole = spread_sharing(still), sharing(still, SharingOptions(method="static"))
     np.testing.assert_array_equal(spread.mean_load[0], whole["load_sharing"].sel(definition="mean-load").values)
     np.testing.assert_allclose(spread.cycle_peak, whole["load_sharing"].sel(definition="cycle-peak").values)
 

@@ -17,7 +17,7 @@ import epicyclic
 from epicyclic.cli.main import app
 from epicyclic.engine.plan import piece_uniforms, sampling_plan
 from epicyclic.errors import ModelError
-from epicyclic.questions.tolerance.allocation import GradeSet, SampledGrades, allocate, allocated_model, grade_columns
+from epicyclic.questions.tolerance.allocation import GradeSet, SampledGrades, allocated_model, grade_columns
 from epicyclic.questions.tolerance.tolerance_map import tolerance_map
 from epicyclic.show.views import findings_of
 from epicyclic.statics import sample_loads
@@ -99,7 +99,7 @@ def cheapest(every: dict[tuple[str, ...], tuple[float, Any]], target: float, p: 
 def test_no_combination_of_model_files_is_cheaper(
     every: dict[tuple[str, ...], tuple[float, Any]], target: float, p: float
 ) -> None:
-    found = allocate(MODEL, target=target, probability=p, samples=SAMPLES, fresh_samples=SAMPLES)
+    found = epicyclic.allocate(MODEL, target=target, probability=p, samples=SAMPLES, fresh_samples=SAMPLES)
     texts = tuple(str(found.grade.sel({"tolerance": path}).item()) for path in (POSITION, GAP, RUN_OUT))
     best = cheapest(every, target, p, 0)
     # the fresh run may ask for a margin: the bound is that of the target as asked
@@ -131,7 +131,7 @@ def test_the_largest_while_turning_is_searched_by_evaluation(
 ) -> None:
     options: dict[str, Any] = {"samples": SAMPLES, "fresh_samples": SAMPLES, "definition": "mean-load-turning"}
     target = 1.17
-    found = allocate(MODEL, target=target, probability=0.9, **options)
+    found = epicyclic.allocate(MODEL, target=target, probability=0.9, **options)
     assert (found.attrs["proof"], found.attrs["linear"]) == ("monotone", 0)
     assert float(found.price_bound) == cheapest(every, target, 0.9, 1)
     assert float(found.reached_k_gamma) <= target
@@ -141,7 +141,7 @@ def test_a_stiffness_with_prices_is_searched_by_evaluation() -> None:
     model = changed(**{PIN: "normal(4e8 N/m, 2e7 N/m)"})
     model["tolerance"]["cost"] = {PIN: {"normal(4e8 N/m, 1e7 N/m)": 9, "normal(4e8 N/m, 8e7 N/m)": 4}}
     options: dict[str, Any] = {"probability": 0.9, "samples": 256, "fresh_samples": 256}
-    found = allocate(model, target=2.0, **options)
+    found = epicyclic.allocate(model, target=2.0, **options)
     assert (float(found.total_price), found.attrs["linear"]) == (4.0, 0)
 
 
@@ -153,17 +153,17 @@ def test_where_contact_opens_the_loads_of_teeth_that_only_push_decide(monkeypatc
     model = changed(**{"operation.torque.main.sun": "normal(60 N m, 2 N m)"})
     model["operation"]["torque"]["sun"] = "60 N m"
     options: dict[str, Any] = {"probability": 0.9, "samples": 80, "fresh_samples": 80}
-    found = allocate(model, target=2.3, **options)
+    found = epicyclic.allocate(model, target=2.3, **options)
     # one pin alone saturates at 2.236 of five planets; the coarsest grades of all are enough
     assert (float(found.total_price), found.attrs["linear"]) == (30.0, 0)
     assert 2.0 < float(found.reached_k_gamma) <= 2.3
     with pytest.raises(ModelError, match="out of reach") as caught:
-        allocate(model, target=1.5, **options)
+        epicyclic.allocate(model, target=1.5, **options)
     assert caught.value.allowed.startswith("2.2")
 
 
 def test_the_written_model_meets_the_target_by_itself(tmp_path: Path) -> None:
-    found = allocate(MODEL, target=1.12, probability=0.95, samples=SAMPLES, fresh_samples=4096)
+    found = epicyclic.allocate(MODEL, target=1.12, probability=0.95, samples=SAMPLES, fresh_samples=4096)
     (tmp_path / "drawing.toml").write_text(allocated_model(found), encoding="utf-8")
     train = epicyclic.load(tmp_path / "drawing.toml")
     entries = {entry.path: entry for entry in tolerances_of(train)}
@@ -185,7 +185,7 @@ def test_the_written_model_meets_the_target_by_itself(tmp_path: Path) -> None:
 def test_without_a_target_it_is_the_smallest_limit_of_the_stages() -> None:
     options: dict[str, Any] = {"probability": 0.95, "samples": 512, "fresh_samples": 512}
     limited = MODEL | {"limits": {"k_gamma": 1.3, "stages": {"main": {"k_gamma": 1.12}}}}
-    found, stated = allocate(limited, **options), allocate(MODEL, target=1.12, **options)
+    found, stated = epicyclic.allocate(limited, **options), epicyclic.allocate(MODEL, target=1.12, **options)
     assert json.loads(found.attrs["options"])["target"] == 1.12
     assert float(found.total_price) == float(stated.total_price)
     (finding,) = findings_of({"": found})
@@ -199,10 +199,10 @@ def test_without_a_target_it_is_the_smallest_limit_of_the_stages() -> None:
 def test_a_fresh_run_that_misses_lowers_the_target_of_the_search() -> None:
     # grades that just meet a target on one set of samples miss it on about every second other one
     few: dict[str, Any] = {"probability": 0.9, "samples": 256}
-    reached = allocate(MODEL, target=1.09, fresh_samples=256, **few)
+    reached = epicyclic.allocate(MODEL, target=1.09, fresh_samples=256, **few)
     target, lowered = float(reached.found_k_gamma) * (1 + 1e-9), 0
     for seed in (1, 2, 3):
-        found = allocate(MODEL, target=target, fresh_samples=4096, seed=seed, **few)
+        found = epicyclic.allocate(MODEL, target=target, fresh_samples=4096, seed=seed, **few)
         lowered += "searched with a target of" in found.attrs["warnings"]
         assert float(found.reached_k_gamma) <= target
         assert float(found.price_bound) <= float(found.total_price)
@@ -213,7 +213,7 @@ def test_a_target_out_of_reach_names_the_best(every: dict[tuple[str, ...], tuple
     best = min(float(np.quantile(k[:, 0], 0.99, method="inverted_cdf")) for _, k in every.values())
     price = cheapest(every, best, 0.99, 0)
     with pytest.raises(ModelError) as caught:
-        allocate(MODEL, target=1.01, samples=SAMPLES, fresh_samples=SAMPLES)
+        epicyclic.allocate(MODEL, target=1.01, samples=SAMPLES, fresh_samples=SAMPLES)
     error = caught.value
     assert (error.path, error.given) == ("target", 1.01)
     assert f"{math.ceil(best * 1e4) / 1e4:g} or more" in error.allowed
@@ -240,12 +240,12 @@ def test_bad_options_are_told(options: dict[str, Any], path: str, words: str) ->
 
 def test_without_prices_there_is_nothing_to_choose() -> None:
     with pytest.raises(ModelError, match=r"tolerance\.cost.*no prices"):
-        allocate(changed(cost={}), target=1.2)
+        epicyclic.allocate(changed(cost={}), target=1.2)
 
 
 def test_the_command_writes_a_drawing_or_nothing(tmp_path: Path) -> None:
     model, drawing = tmp_path / "model.toml", tmp_path / "drawing.toml"
-    found = allocate(MODEL, target=1.12, probability=0.95, samples=SAMPLES, fresh_samples=256)
+    found = epicyclic.allocate(MODEL, target=1.12, probability=0.95, samples=SAMPLES, fresh_samples=256)
     model.write_text(allocated_model(found), encoding="utf-8")
     less = ["--probability", "0.95", "--samples", str(SAMPLES), "--fresh-samples", "256", "-o", str(drawing)]
     refused = CliRunner().invoke(app, ["allocate", str(model), "--target", "1.001", *less])

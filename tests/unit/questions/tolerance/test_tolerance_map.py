@@ -16,6 +16,7 @@ from scipy.stats import norm
 import epicyclic
 from epicyclic import load
 from epicyclic.errors import ModelError
+from epicyclic.questions.sharing import SharingOptions
 from epicyclic.questions.sharing.sharing import sharing
 from epicyclic.questions.tolerance.tolerance_map import SAMPLES, ToleranceMap, tolerance_map
 from epicyclic.show.console import warnings_of
@@ -343,7 +344,7 @@ def test_overrides_reproduce_a_sample(torque: str) -> None:
     u = np.random.default_rng(5).random((2, len(given.dimension_entry)))
     values = given.evaluate(u, dense=True)  # as of one train
     system = assemble(load(model, overrides=given.overrides(u[1])))
-    found = sharing(system, method="static", cycles=1, samples=9).load_sharing
+    found = sharing(system, SharingOptions(method="static", cycles=1, samples=9)).load_sharing
     by_hand = found.sel(definition=["mean-load", "mean-load-turning"]).values
     np.testing.assert_allclose(by_hand, values.load[1], rtol=1e-9, atol=1e-9)
 
