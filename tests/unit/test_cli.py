@@ -316,6 +316,24 @@ def raising(error: BaseException) -> Callable[..., object]:
     return fail
 
 
+def test_ctrl_c_inside_an_exec_ends_with_the_same_status(tmp_path: Path) -> None:
+    """Dataclasses run texts at import; an interrupt there would end `python -m` by the signal itself."""
+    code = """
+import sys
+import typer
+from epicyclic.cli.output import complain, reported
+complain("begun")
+try:
+    with reported():
+        exec("raise KeyboardInterrupt")
+except typer.Exit as error:
+    sys.exit(error.exit_code)
+"""
+    (tmp_path / "run_as_module.py").write_text(code)
+    ended = subprocess.run([sys.executable, "-m", "run_as_module"], cwd=tmp_path, capture_output=True, text=True)
+    assert (ended.returncode, ended.stderr.splitlines()[-1]) == (130, "stopped")
+
+
 def test_ctrl_c(tmp_path: Path) -> None:
     target = tmp_path / "sweep.nc"
     with process("sweep", "ren2021", "--points", "100000", "-o", str(target)) as running:

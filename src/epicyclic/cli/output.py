@@ -177,6 +177,9 @@ def reported() -> Iterator[None]:
         raise typer.Exit(3) from None
     except KeyboardInterrupt:
         complain("stopped")
+        # where an interrupt passed through the text of an `exec`, as dataclasses have at import, `python -m` ends by
+        # the signal and not with the status; another `exec` takes that back
+        exec("")
         raise typer.Exit(130) from None
     except Exception as error:
         if os.environ.get("EPICYCLIC_DEBUG"):
