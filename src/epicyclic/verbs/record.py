@@ -128,12 +128,12 @@ def takes(options: type[Any] | None = None) -> Callable[[Analysis], Analysis]:
 
         @wraps(compute)
         def run(*arguments: Any, **keywords_given: Any) -> xr.Dataset:
-            try:
-                plain.bind_partial(*arguments, **keywords_given)  # a wrong keyword before one that is missing
-                bound = plain.bind(*arguments, **keywords_given).arguments
+            try:  # what is wrong is told before what is missing
+                bound = plain.bind_partial(*arguments, **keywords_given).arguments
+                check_arguments(run, (), bound)
+                plain.bind(*arguments, **keywords_given)
             except TypeError as error:
                 raise TypeError(f"{compute.__name__}() {error}") from None
-            check_arguments(run, (), bound)
             for name, (_, _, option) in known.items():
                 _check_bounds(name, bound.get(name), option)
             from ..engine.source import Drive

@@ -50,7 +50,9 @@ def campbell(drive: "Drive", options: CampbellOptions, progress: Progress | None
 
     if not drive.system.tones:
         raise ModelError("a Campbell diagram needs a speed", path="operation.speed", allowed=SPEED_HINT)
-    speeds = options.relative_speeds or [2 * point / 40 for point in range(41)]
+    speeds = options.relative_speeds
+    if speeds is None:
+        speeds = [2 * point / 40 for point in range(41)]
     return run(drive.system, relative_speeds=speeds, damped=options.damped, progress=progress)
 
 

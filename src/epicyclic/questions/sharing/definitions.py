@@ -266,7 +266,7 @@ def _warnings(names: Sequence[str], forces: ForceRecord, coefficients: Array, me
                 f"linear model invalid: mesh force falls below zero in {parted}; "
                 "teeth may part at rest with --method static, in vibration with steady --contact-loss"
             )
-        notes.append(coded("contact-lost" if method == "static" else "tension-in-teeth", text))
+        notes.append(coded("contact-lost", text) if method == "static" else coded("tension-in-teeth", text))
     notes += idle_warnings(names, forces.loaded, "load sharing")
     if far := chosen(forces.far):
         notes.append(coded("far-flank-loaded", f"meshes on their far flank, where their force is negative: {far}"))
