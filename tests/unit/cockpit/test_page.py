@@ -488,7 +488,7 @@ def test_a_text_of_a_field_is_read_by_the_type_of_its_option() -> None:
         (Shape(int, (), False), "2.5", "a whole number"),
         (Shape(float, (), False), "much", "a number"),
         (Shape(bool, (), False), "maybe", "yes, no"),
-        (Shape(str, ("lte", "load"), True), "lte; lod", "lte, load"),
+        (Shape(str, ("lte", "load"), True), "lte; speed", "lte, load"),
     ):
         with pytest.raises(ModelError, match=rf"^of = .*allowed: {allowed}"):
             shape.read(text, "of")
