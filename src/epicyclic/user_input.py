@@ -96,8 +96,12 @@ def check_arguments(function: Callable[..., Any], arguments: Sequence[Any], opti
     given = [*zip(places, arguments, strict=False), *((further, value) for value in arguments[len(places) :])]
     for name, value in (*given, *options.items()):
         if name in kinds and not _fits(value, kinds[name]):
-            words = " or ".join(dict.fromkeys(_words(kinds[name])))
-            raise ModelError("of a wrong type", path=name, given=value, allowed=words)
+            words, text = " or ".join(dict.fromkeys(_words(kinds[name]))), isinstance(value, str)
+            kind = kinds[name]
+            members = get_args(kind) if get_origin(kind) in (Union, UnionType) else (kind,)
+            chosen = text and any(get_origin(one) is Literal for one in members)
+            problem = "not one of them" if chosen else "of a wrong type"
+            raise ModelError(problem, path=name, given=repr(value) if text else value, allowed=words)
 
 
 @cache

@@ -84,6 +84,17 @@ def test_misuse_is_named(call: Callable[[], object], name: str) -> None:
     assert error.value.path == name
 
 
+def test_a_text_is_told_from_a_number_and_a_word_from_a_type() -> None:
+    sharing: Callable[..., Any] = epicyclic.sharing
+    for options, said in (
+        ({"cycles": "3"}, "cycles = '3': of a wrong type; allowed: a whole number or None"),
+        ({"method": "stedy"}, "method = 'stedy': not one of them; allowed: 'steady' or"),
+        ({"method": 3}, "method = 3: of a wrong type; allowed: 'steady' or"),
+    ):
+        with pytest.raises(ModelError, match=f"^{said}"):
+            sharing("lin1999-n4", **options)
+
+
 def test_numbers_of_arrays_and_sequences_of_all_kinds_are_taken() -> None:
     @checked
     def taken(count: int, *, size: float = 0.0, many: list[float] | None = None, file: str | Path = "") -> int:

@@ -51,7 +51,7 @@ def test_json_and_a_file_and_going_on_from_it(capsys: pytest.CaptureFixture[str]
     [
         (["--duration", "-1 s"], "--duration = -1 s: not a time"),
         (["--duration", "soon"], "--duration = soon: not a time"),
-        (["--duration", "0 s"], "--duration = 0.0: out of range"),
+        (["--duration", "0 s"], "--duration = 0 s: out of range"),
         (["--stop", "20 Hz"], "--stop = 20 Hz: needs the frequency at the beginning too"),
         (["--start", "-3 Hz"], "--start = -3 Hz: not a frequency"),
         (["--start", "-3"], '--start = -3: a number without a unit: "-3 Hz"?'),

@@ -237,7 +237,9 @@ def read_plain(path: Path, *, restore: Restore | None = None, what: str = "a seg
     raw = memoryview(read_bytes(path, most=_MAX_BYTES))
     written, digest = raw[:-_DIGEST], raw[-_DIGEST:]
     if hashlib.sha256(written).digest() != digest:
-        raise ModelError(f"not {what} of a run: damaged, its bytes are others than were written", path=str(path))
+        damaged = f"not {what} of a run: damaged, its bytes are others than were written"
+        rest = "delete it and the segments after it, or the folder" if what == "a segment" else "delete the folder"
+        raise ModelError(damaged, path=str(path), allowed=rest)
     try:
         return _value_of(bytes(written), restore)
     except Exception as error:  # whole, but written by another program

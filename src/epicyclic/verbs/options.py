@@ -60,11 +60,12 @@ def _given_speed(train: Train | None, path: str, value: str) -> float:
     for member, _ in leaves((operation or {}).get("speed") or {}):  # in the order of the file, "main.sun"
         if speed.get(member):
             return abs(float(speed[member]))
+    kept = "a model file or Train in place of a System" if train is None else "a model"
     raise ModelError(
         "nothing says which member that is the speed of",
         path=path,
         given=value,
-        allowed="a model whose operation.speed gives a member that turns, or Hz, %",
+        allowed=f"{kept} whose operation.speed gives a member that turns, or Hz, %",
     )
 
 

@@ -147,7 +147,13 @@ def takes(options: type[Any] | None = None) -> Callable[[Analysis], Analysis]:
             for name, (_, _, option) in known.items():
                 if option.reads and name in values:
                     values[name] = READERS[option.reads](values[name], name, drive)
-            return compute(drive, options(**values), **more)
+            try:
+                return compute(drive, options(**values), **more)
+            except ModelError as error:
+                typed = bound.get(error.path)
+                if isinstance(typed, str) and known[error.path][2].reads:  # what was typed, not what was read of it
+                    raise ModelError(error.problem, path=error.path, given=typed, allowed=error.allowed) from None
+                raise
 
         vars(run).update(__signature__=plain)
         run.__annotations__ = written

@@ -73,7 +73,16 @@ def test_one_speed_takes_the_same_texts(ren: Train, value: str, speed: float) ->
     xr.testing.assert_allclose(said.mesh_force, epicyclic.steady(ren, relative_speed=speed).mesh_force)
 
 
+def test_ends_of_a_range_go_without_speeds_of_ones_own(ren: Train) -> None:
+    for verb in (epicyclic.sweep, epicyclic.stability):
+        with pytest.raises(ModelError, match=r"relative_speed = \[0.5, 1.0\]: goes with neither start nor stop"):
+            verb(ren, start="50 rpm", relative_speed=[0.5, 1.0])
+
+
 def test_what_is_no_relative_speed() -> None:
+    system = epicyclic.assemble(epicyclic.load("ren2021"))
+    with pytest.raises(ModelError, match=r"a model file or Train in place of a System whose operation\.speed"):
+        epicyclic.steady(system, relative_speed="50 rpm")
     with pytest.raises(ModelError, match=r"^relative_speed = 2400 min: not a speed; allowed: .*kHz"):
         epicyclic.steady("ren2021", relative_speed="2400 min")
     with pytest.raises(ModelError, match=r"^operation.speed = 20 Hz: is relative to an operating speed"):

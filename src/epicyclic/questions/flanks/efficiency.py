@@ -126,11 +126,11 @@ def _oil(options: EfficiencyOptions) -> Oil | None:
     viscosity, roughness = options.viscosity, options.roughness
     if viscosity is None and roughness is None:
         return None
+    if options.friction is not None:
+        raise ModelError("a number and an oil", path="friction", given=options.friction, allowed="one of the two")
     for name, value in (("viscosity", viscosity), ("roughness", roughness)):
         if value is None:
             raise ModelError("is missing: friction by oil needs both", path=name, allowed="viscosity and roughness")
-    if options.friction is not None:
-        raise ModelError("a number and an oil", path="friction", given=options.friction, allowed="one of the two")
     read: dict[str, float] = {}
     for (name, kind, value), (least, most, words) in zip(
         (("viscosity", "viscosity", viscosity), ("roughness", "length", roughness)), _RANGES, strict=True

@@ -60,6 +60,8 @@ def sweep(drive: "Drive", options: SweepOptions, progress: "Callable[[int, int],
     if options.start is not None or options.stop is not None:
         one = options.start is None or options.stop is None
         refuse_without(one, "at most one end of its own", **chosen(options, "range"))
+        speeds_given = {"mesh_frequency": options.mesh_frequency, "relative_speed": options.relative_speed}
+        refuse_without(False, "neither start nor stop", **speeds_given)
         speeds = mesh_frequencies(
             drive, options.start, options.stop, options.points or 200, options.range or "operation"
         )

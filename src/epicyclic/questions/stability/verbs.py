@@ -42,6 +42,9 @@ def stability(
 
     one = options.start is None or options.stop is None
     refuse_without(one, "at most one end of its own", **chosen(options, "range"))
+    if options.start is not None or options.stop is not None:
+        speeds_given = {"mesh_frequency": options.mesh_frequency, "relative_speed": options.relative_speed}
+        refuse_without(False, "neither start nor stop", **speeds_given)
     alone = given(variation=options.variation, damping=options.damping)
     frequency: Any = options.mesh_frequency
 

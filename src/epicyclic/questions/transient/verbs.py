@@ -40,7 +40,7 @@ def _ends(options: TransientOptions) -> float | tuple[float, float] | None:
     first, last = options.start, options.stop
     if first is None:
         if last is not None:
-            raise ModelError("needs the frequency at the beginning too", path="stop", given=f"{last:g} Hz")
+            raise ModelError("needs the frequency at the beginning too", path="stop", given=last)
         return options.mesh_frequency
     if options.mesh_frequency is not None:
         raise ModelError("give start and stop, or mesh_frequency, not both", path="start", given=first)

@@ -214,7 +214,7 @@ def test_html_shows_the_flanks(capsys: pytest.CaptureFixture[str], tmp_path: Pat
         ({"torque": "5"}, "unit"),
         ({"torque": "5 kg"}, "torque"),
         ({"samples": 1}, "samples"),
-        ({"torque_end_a": "middle"}, "torque_end_a = middle.*left.*right"),
+        ({"torque_end_a": "middle"}, "torque_end_a = 'middle'.*left.*right"),
         ({"misalignment": "0.1"}, "misalignment"),
         ({"loads": [-1.0]}, "loads = .*relative loads"),
         ({"overrides": {"stages.main.face_width": None, "stages.main.meshes.sun-planet.stiffness": "1e9 N/m"}}, "face"),
@@ -237,7 +237,7 @@ def test_no_torque_is_said() -> None:
     ("options", "words"),
     [
         ({"torque": "5 N m"}, "torque = 5 N m: goes with one mesh"),
-        ({"misalignment": "0.1 mrad"}, "goes with one mesh"),
+        ({"misalignment": "0.1 mrad"}, "misalignment = 0.1 mrad: goes with one mesh"),
         ({"torque_end_b": "left"}, "goes with one mesh"),
         ({"deviations": True}, "deviations = True: goes with one mesh"),
         ({"pitch_error": "10 um"}, "goes with one mesh"),
