@@ -166,6 +166,11 @@ def test_stepped_planets_with_two_rings_and_two_outputs() -> None:
     assert found.stage.values.tolist() == ["main"]  # the second mesh frequency is no stage
 
 
+def test_a_coefficient_beside_an_oil_is_refused_before_what_the_oil_lacks() -> None:
+    with pytest.raises(ModelError, match=r"^friction = 0\.05: a number and an oil; allowed: one of the two"):
+        epicyclic.efficiency("ren2021", viscosity="20 mPa s", friction=0.05)
+
+
 def test_friction_by_oil_is_that_of_each_pair() -> None:
     train = epicyclic.load(model(STAGE, held=["carrier"], **SUN))
     found = epicyclic.efficiency(train, viscosity="20 mPa s", roughness="0.6 um")
