@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from ..errors import ModelError
-from ..options import MOST_SPEED
+from ..options import MOST_SPEED, Option
 
 if TYPE_CHECKING:
     from ..engine.source import Drive
@@ -377,28 +377,27 @@ def mesh_frequencies(
 
 
 def _quantity_of(kind: str) -> Reader:
-    """Reader of a quantity: a number in SI, a text must say its unit."""
+    """Reader of a quantity within the bounds of its option: a number in SI, a text must say its unit."""
 
-    def read(value: float | str, path: str, _: Drive) -> float:
-        from ..document.units import stated
+    def read(value: float | str, path: str, _: Drive, option: Option) -> float:
+        from ..document.units import Bounds, stated
 
-        return stated(value, kind, path)
+        return stated(value, kind, path, bounds=Bounds(low=option.least, high=option.most))
 
     return read
 
 
-Reader = Callable[[Any, str, "Drive"], Any]
-"""(what was given, keyword, drive) -> value of the field. Raises ModelError."""
+Reader = Callable[[Any, str, "Drive", Option], Any]
+"""(what was given, keyword, drive, option) -> value of the field. Raises ModelError."""
 
 READERS: Mapping[str, Reader] = {
-    "relative speed": relative_speed,
-    "frequency": lambda value, path, _: frequency(value, path),
-    "time": lambda value, path, _: seconds(value, path),
-    "load per length": lambda value, path, _: load_per_length(value, path),
+    "relative speed": lambda value, path, drive, _: relative_speed(value, path, drive),
+    "frequency": lambda value, path, *_: frequency(value, path),
+    "time": lambda value, path, *_: seconds(value, path),
+    "load per length": lambda value, path, *_: load_per_length(value, path),
     "torque step": lambda value, *_: torque_step(value),
-    "settings": lambda value, path, _: settings(value, path),
-    "references": lambda value, path, _: references(value, path),
-    "angle": _quantity_of("angle"),
-    "length": _quantity_of("length"),
+    "settings": lambda value, path, *_: settings(value, path),
+    "references": lambda value, path, *_: references(value, path),
+    **{kind: _quantity_of(kind) for kind in ("angle", "length", "torque", "viscosity")},
 }
 """Name, as `Option.reads` has it -> reader."""

@@ -30,7 +30,7 @@ from numbers import Real
 from pathlib import Path
 from pkgutil import iter_modules
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Annotated, Any, ForwardRef, TypeVar, get_args, get_origin
+from typing import TYPE_CHECKING, Annotated, Any, ForwardRef, get_args, get_origin
 
 from ..errors import ConvergenceError, ModelError
 from ..options import Option, option_fields
@@ -111,20 +111,8 @@ def takes(options: type[Any] | None = None) -> Callable[[Analysis], Analysis]:
     """
 
     def public(compute: Analysis) -> Analysis:
-        written: dict[str, Any] = {"source": "Source", "overrides": "Overrides | None"}
-        default: dict[str, Any] = {"source": Parameter.empty, "overrides": None}
-        for name, (usual, kind, option) in ({} if options is None else option_fields(options)).items():
-            written[name] = Annotated[option.accepted(kind), option]
-            default[name] = Parameter.empty if usual is MISSING else usual
-        if reports := "progress" in compute.__annotations__:
-            written["progress"], default["progress"] = compute.__annotations__["progress"], None
-        places = [Parameter.POSITIONAL_OR_KEYWORD, *[Parameter.KEYWORD_ONLY] * (len(written) - 1)]
-        parameters = [
-            Parameter(name, place, default=default[name], annotation=written[name])
-            for name, place in zip(written, places, strict=True)
-        ]
-        plain = Signature(parameters, return_annotation="xr.Dataset")
-        written["return"] = "xr.Dataset"
+        plain = _public_signature(compute, options)
+        reports = "progress" in plain.parameters
 
         @wraps(compute)
         def run(*arguments: Any, **keywords_given: Any) -> xr.Dataset:
@@ -141,28 +129,47 @@ def takes(options: type[Any] | None = None) -> Callable[[Analysis], Analysis]:
 
             drive = Drive(bound.pop("source"), bound.pop("overrides", None))
             more = {"progress": bound.pop("progress", None)} if reports else {}
-            if options is None:
-                return compute(drive, **more)
             values = {name: value for name, value in bound.items() if value is not None}
             for name, (_, _, option) in known.items():
                 if option.reads and name in values:
-                    values[name] = READERS[option.reads](values[name], name, drive)
+                    values[name] = READERS[option.reads](values[name], name, drive, option)
             try:
-                return compute(drive, options(**values), **more)
+                return compute(drive, *([] if options is None else [options(**values)]), **more)
             except ModelError as error:
                 typed = bound.get(error.path)
                 if isinstance(typed, str) and known[error.path][2].reads:  # what was typed, not what was read of it
                     raise ModelError(error.problem, path=error.path, given=typed, allowed=error.allowed) from None
                 raise
 
+        run.__annotations__ = {name: one.annotation for name, one in plain.parameters.items()}
+        run.__annotations__["return"] = plain.return_annotation
         vars(run).update(__signature__=plain)
-        run.__annotations__ = written
         known = keywords(run)
         shown, run.__doc__ = described(plain, compute.__doc__ or "", known)
         vars(run).update(__signature__=shown)
         return run
 
     return public
+
+
+def _public_signature(compute: Analysis, options: type[Any] | None) -> Signature:
+    """Source, overrides, the fields of the options, and ``progress`` where the function that computes has one."""
+
+    def keyword(name: str, annotation: Any, default: Any = None) -> Parameter:
+        return Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
+
+    declared = {} if options is None else option_fields(options)
+    parameters = [
+        Parameter("source", Parameter.POSITIONAL_OR_KEYWORD, annotation="Source"),
+        keyword("overrides", "Overrides | None"),
+        *(
+            keyword(name, Annotated[option.accepted(kind), option], Parameter.empty if default is MISSING else default)
+            for name, (default, kind, option) in declared.items()
+        ),
+    ]
+    if "progress" in compute.__annotations__:
+        parameters.append(keyword("progress", compute.__annotations__["progress"]))
+    return Signature(parameters, return_annotation="xr.Dataset")
 
 
 def _check_bounds(name: str, value: object, option: Option) -> None:
@@ -183,15 +190,15 @@ def given(**options: Any) -> dict[str, Any]:
     return {name: value for name, value in options.items() if value is not None}
 
 
-def chosen(options: Any, *names: str) -> dict[str, Any]:
-    """Those of the named options of a dataclass that are not their default."""
-    default = {field.name: field.default for field in fields(options)}
+def nondefault(options: Any, *names: str) -> dict[str, Any]:
+    """Those of the named options of a dataclass that differ from their default."""
+    default = {one.name: one.default for one in fields(options)}
     return {name: value for name in names if (value := getattr(options, name)) != default[name]}
 
 
-def asked(options: Any) -> dict[str, Any]:
-    """Field -> value of options, without those that say where a run is kept."""
-    names = [field.name for field in fields(options) if field.name not in ("folder", "resume")]
+def recorded_options(options: Any) -> dict[str, Any]:
+    """Field -> value of the options that tell one run from another: all but those that say where it is kept."""
+    names = [one.name for one in fields(options) if one.name not in ("folder", "resume")]
     return {name: getattr(options, name) for name in names}
 
 
@@ -205,6 +212,21 @@ def refuse_without(condition: bool, words: str, **options: object) -> None:
     if not condition:
         for name, value in given(**options).items():
             raise ModelError(f"goes with {words}", path=name, given=value)
+
+
+def check_range(options: Any) -> None:
+    """Refuse a range of speeds beside both of its ends, and ends beside speeds of one's own.
+
+    options : with start, stop, range, mesh_frequency and relative_speed.
+
+    Raises
+    ------
+    ModelError : one of them, by its name.
+    """
+    refuse_without(options.start is None or options.stop is None, "at most one end of its own", range=options.range)
+    if options.start is not None or options.stop is not None:
+        own = {"mesh_frequency": options.mesh_frequency, "relative_speed": options.relative_speed}
+        refuse_without(False, "neither start nor stop", **own)
 
 
 # --- what help says --------------------------------------------------------------------------------------------------
@@ -302,8 +324,6 @@ def _bounds(option: Option) -> str:
 
 
 STUDIES = ("support stiffness", "run-out")
-Item = TypeVar("Item")
-Result = TypeVar("Result")
 TO_MODES = "sweep to the modes"
 # Speeds of the sweeps of a report, about operation and to the modes: with several mesh frequencies, whose balance takes
 # 20 ms a speed and more, a second each.

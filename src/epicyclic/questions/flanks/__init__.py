@@ -75,7 +75,8 @@ class ContactOptions:
     turns: Turns = None
     of: Of = None
     torque: Annotated[
-        float | str | None, Option('Of a mesh, on its first gear [N m], or e.g. "850 N m".', default="as operated")
+        float | None,
+        Option('Of a mesh, on its first gear [N m], or e.g. "850 N m".', default="as operated", reads="torque"),
     ] = None
     misalignment: Annotated[
         float,
@@ -143,7 +144,8 @@ class ReliefOptions:
         Option("A mesh or pair; may be repeated.", default="every mesh with face widths", metavar="NAME"),
     ] = None
     torque: Annotated[
-        float | str | None, Option('On the first gear of the mesh [N m], or e.g. "850 N m".', default="as operated")
+        float | None,
+        Option('On the first gear of the mesh [N m], or e.g. "850 N m".', default="as operated", reads="torque"),
     ] = None
     objectives: Annotated[
         Sequence[Literal["lte", "load", "force_rms", "force_peak"]],
@@ -197,11 +199,20 @@ class EfficiencyOptions:
         float | None, Option("Coefficient of friction of all meshes.", least=0, most=1, default="0.05, or by the oil")
     ] = None
     viscosity: Annotated[
-        float | str | None,
-        Option('Dynamic viscosity of the oil in the meshes [Pa s], or e.g. "20 mPa s".', above=0, default="not used"),
+        float | None,
+        Option(
+            'Dynamic viscosity of the oil in the meshes [Pa s], or e.g. "20 mPa s".',
+            least=1e-4,
+            most=10,
+            default="not used",
+            reads="viscosity",
+        ),
     ] = None
     roughness: Annotated[
-        float | str | None, Option('Mean Ra of the flanks [m], or e.g. "0.6 um".', above=0, default="not used")
+        float | None,
+        Option(
+            'Mean Ra of the flanks [m], or e.g. "0.6 um".', least=1e-8, most=1e-4, default="not used", reads="length"
+        ),
     ] = None
     sharing: Annotated[
         Literal["uniform", "contact"], Option("Load along the contact lines: uniform, or that of loaded tooth contact.")

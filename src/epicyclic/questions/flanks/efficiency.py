@@ -11,7 +11,6 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ...document.units import Bounds, stated
 from ...errors import ConvergenceError, ModelError
 from ...results.dataset import dataset
 from ...system.assembly import train_provenance
@@ -112,33 +111,22 @@ def efficiency(train: Train, options: EfficiencyOptions) -> xr.Dataset:
     )
 
 
-# Viscosity [Pa s] and roughness [m] between which they may be those of oils and tooth flanks.
-_RANGES = ((1e-4, 10.0, "0.1 mPa s to 10 Pa s"), (1e-8, 1e-4, "0.01 um to 100 um"))
-
-
 def _oil(options: EfficiencyOptions) -> Oil | None:
-    """Oil from viscosity [Pa s] and roughness [m], numbers or texts; None where friction is a number.
+    """Oil from viscosity [Pa s] and roughness [m]; None where friction is a number.
 
     Raises
     ------
-    ModelError : one of the two alone, both ways at once, a text without its unit, a value that is not above 0.
+    ModelError : one of the two alone, both ways at once.
     """
-    viscosity, roughness = options.viscosity, options.roughness
-    if viscosity is None and roughness is None:
+    given = {"viscosity": options.viscosity, "roughness": options.roughness}
+    oil = {name: value for name, value in given.items() if value is not None}
+    if not oil:
         return None
     if options.friction is not None:
         raise ModelError("a number and an oil", path="friction", given=options.friction, allowed="one of the two")
-    for name, value in (("viscosity", viscosity), ("roughness", roughness)):
-        if value is None:
-            raise ModelError("is missing: friction by oil needs both", path=name, allowed="viscosity and roughness")
-    read: dict[str, float] = {}
-    for (name, kind, value), (least, most, words) in zip(
-        (("viscosity", "viscosity", viscosity), ("roughness", "length", roughness)), _RANGES, strict=True
-    ):
-        read[name] = stated(value or 0.0, kind, name, bounds=Bounds(low=least, high=most))
-        if not least <= read[name] <= most:  # a number of Python has no unit to read
-            raise ModelError("out of range", path=name, given=value, allowed=words)
-    return Oil(**read)
+    for name in given.keys() - oil.keys():
+        raise ModelError("is missing: friction by oil needs both", path=name, allowed="viscosity and roughness")
+    return Oil(**oil)
 
 
 # friction of the teeth ------------------------------------------------------------------------------------------------

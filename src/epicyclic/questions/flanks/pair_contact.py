@@ -11,7 +11,6 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from ...document.units import stated
 from ...engine.plan import require_memory
 from ...errors import ModelError
 from ...results.dataset import dataset
@@ -265,12 +264,12 @@ def _pair_name(mesh: Mesh) -> str:
     return f"{stage}/{pair}"
 
 
-def normal_force(train: Train, helices: Sequence[Mesh], torque: float | str | None) -> float:
+def normal_force(train: Train, helices: Sequence[Mesh], torque: float | None) -> float:
     """Force of one helix along the tooth normal [N], of a torque on the first gear [N m] or of the train.
 
     Raises
     ------
-    ModelError : no torque passes this mesh; a text without a unit of torque.
+    ModelError : no torque passes this mesh.
     """
     if torque is None:
         force = mean_force(train, helices[0])
@@ -283,8 +282,7 @@ def normal_force(train: Train, helices: Sequence[Mesh], torque: float | str | No
                 allowed=f"a torque, here or there{others}",
             )
         return force
-    value = stated(torque, "torque", "torque")
-    return abs(value) / (len(helices) * _lever(helices[0]))
+    return abs(torque) / (len(helices) * _lever(helices[0]))
 
 
 def _lever(mesh: Mesh) -> float:

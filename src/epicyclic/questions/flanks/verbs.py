@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 from ...options import RANGE_LOADS, Progress
 from ...verbs.options import loads_of
-from ...verbs.record import Verb, chosen, refuse_without, takes
+from ...verbs.record import Verb, nondefault, refuse_without, takes
 from . import ContactOptions, EfficiencyOptions, ReliefOptions, StiffnessOptions
 
 if TYPE_CHECKING:
@@ -47,8 +47,8 @@ def contact(drive: "Drive", options: ContactOptions, progress: Progress | None =
     ModelError : the model or an option is wrong; no torque, no face width; teeth that do not mesh.  ConvergenceError :
         no equilibrium.
     """
-    refuse_without(options.mesh is not None, "one mesh alone, which mesh names", **chosen(options, *_OF_MESH))
-    refuse_without(options.mesh is None, "all meshes, without mesh", **chosen(options, *_OF_TRAIN))
+    refuse_without(options.mesh is not None, "one mesh alone, which mesh names", **nondefault(options, *_OF_MESH))
+    refuse_without(options.mesh is None, "all meshes, without mesh", **nondefault(options, *_OF_TRAIN))
     options = replace(options, loads=loads_of(options.loads, options.load_points, RANGE_LOADS))
     train = drive.train
     if options.mesh is None:

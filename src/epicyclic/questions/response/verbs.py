@@ -4,7 +4,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ...verbs.options import mesh_frequencies
-from ...verbs.record import Verb, asked, chosen, refuse_without, takes
+from ...verbs.record import Verb, check_range, nondefault, recorded_options, refuse_without, takes
 from . import SteadyOptions, SweepOptions
 
 if TYPE_CHECKING:
@@ -23,8 +23,8 @@ def steady(drive: "Drive", options: SteadyOptions) -> "xr.Dataset":
     ------
     ModelError : the model or an option is wrong; no damping, no speed.  ConvergenceError : no steady motion found.
     """
-    refuse_without(options.contact_loss, "contact loss", **chosen(options, "shaft_orders", "shaft_tones"))
-    refuse_without(not options.contact_loss, "linear contact", **chosen(options, "samples", "method"))
+    refuse_without(options.contact_loss, "contact loss", **nondefault(options, "shaft_orders", "shaft_tones"))
+    refuse_without(not options.contact_loss, "linear contact", **nondefault(options, "samples", "method"))
     if options.contact_loss:
         from ..contact_loss.steady import contact_steady
 
@@ -52,25 +52,20 @@ def sweep(drive: "Drive", options: SweepOptions, progress: "Callable[[int, int],
     ------
     ModelError : the model or an option is wrong; no speed, torque or damping.
     """
-    of_contact_loss = chosen(options, "unstable", "harmonics", "shaft_tones")
+    of_contact_loss = nondefault(options, "unstable", "harmonics", "shaft_tones")
     refuse_without(options.contact_loss, "contact loss", **of_contact_loss)
-    refuse_without(not options.contact_loss, "linear contact", **chosen(options, "orders", "tolerance"))
+    refuse_without(not options.contact_loss, "linear contact", **nondefault(options, "orders", "tolerance"))
     from ...engine.run_folder import run_folder
 
+    check_range(options)
     if options.start is not None or options.stop is not None:
-        one = options.start is None or options.stop is None
-        refuse_without(one, "at most one end of its own", **chosen(options, "range"))
-        speeds_given = {"mesh_frequency": options.mesh_frequency, "relative_speed": options.relative_speed}
-        refuse_without(False, "neither start nor stop", **speeds_given)
         speeds = mesh_frequencies(
             drive, options.start, options.stop, options.points or 200, options.range or "operation"
         )
         options = replace(options, mesh_frequency=speeds, start=None, stop=None, range=None, points=None)
     verb = "sweep with contact loss" if options.contact_loss else "sweep"
-    with run_folder(options.folder, drive.system, verb=verb, options=asked(options), resume=options.resume) as (
-        system,
-        kept,
-    ):
+    folder, recorded = options.folder, recorded_options(options)
+    with run_folder(folder, drive.system, verb=verb, options=recorded, resume=options.resume) as (system, kept):
         if options.contact_loss:
             from ..contact_loss.sweep import contact_sweep
 

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 from ...errors import ModelError
 from ...options import Progress
-from ...verbs.record import Verb, chosen, takes
+from ...verbs.record import Verb, nondefault, takes
 from . import SharingOptions
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ def sharing(drive: "Drive", options: SharingOptions, progress: Progress | None =
     ------
     ModelError : the model or an option is wrong; no load; no damping.  ConvergenceError : the method did not converge.
     """
-    if options.method == "static" and (speed := chosen(options, "relative_speed")):
+    if options.method == "static" and (speed := nondefault(options, "relative_speed")):
         allowed = "another method"
         raise ModelError("moves nothing at rest", path="relative_speed", given=speed["relative_speed"], allowed=allowed)
     from .sharing import sharing as run

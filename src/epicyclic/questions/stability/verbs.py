@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 from ...document.units import typed
 from ...errors import ModelError
 from ...verbs.options import mesh_frequencies, spread
-from ...verbs.record import Verb, chosen, given, refuse_without, takes
+from ...verbs.record import Verb, check_range, given, nondefault, refuse_without, takes
 from . import StabilityOptions
 
 if TYPE_CHECKING:
@@ -40,41 +40,37 @@ def stability(
         raise ModelError("go together", path="over, values", allowed="a path and its values, damping.modal 0.01..0.05")
     from ...engine.run_folder import run_folder
 
-    one = options.start is None or options.stop is None
-    refuse_without(one, "at most one end of its own", **chosen(options, "range"))
-    if options.start is not None or options.stop is not None:
-        speeds_given = {"mesh_frequency": options.mesh_frequency, "relative_speed": options.relative_speed}
-        refuse_without(False, "neither start nor stop", **speeds_given)
+    check_range(options)
     alone = given(variation=options.variation, damping=options.damping)
     frequency: Any = options.mesh_frequency
 
     def speeds(points: int) -> list[float]:
         return mesh_frequencies(drive, options.start, options.stop, points, options.range or "modes")
 
-    asked: dict[str, Any] = {"frame_speed": options.frame_speed}
+    resume, recorded = options.resume, dict[str, Any](frame_speed=options.frame_speed)
     if over is None or values is None:
         from .stability import stability as run
 
-        ranged = bool(chosen(options, "start", "stop", "points", "range"))
-        asked |= {"mesh_frequency": speeds(points or 200) if ranged else frequency, **alone}
-        asked |= {"relative_speed": options.relative_speed}
-        with run_folder(folder, drive.system, verb="stability", options=asked, resume=options.resume) as (system, kept):
-            return run(system, **asked, progress=progress, kept=kept)
+        ranged = bool(nondefault(options, "start", "stop", "points", "range"))
+        recorded |= {"mesh_frequency": speeds(points or 200) if ranged else frequency, **alone}
+        recorded |= {"relative_speed": options.relative_speed}
+        with run_folder(folder, drive.system, verb="stability", options=recorded, resume=resume) as (system, kept):
+            return run(system, **recorded, progress=progress, kept=kept)
     import numpy as np
 
     from ..studies.parameter_studies import stability_map
 
     refuse_without(False, "speed as the only parameter", **alone, relative_speed=options.relative_speed)
     frequency = speeds(points or 100) if frequency is None else frequency
-    asked |= {
+    recorded |= {
         "path": over.strip(),
         "values": (
             [typed(value) for value in spread(values, options.value_points)] if isinstance(values, str) else values
         ),
         "mesh_frequency": np.atleast_1d(np.asarray(frequency, dtype=float)).tolist(),
     }
-    with run_folder(folder, drive.system, verb="stability map", options=asked, resume=options.resume) as (_, kept):
-        return stability_map(drive.source, **asked, overrides=drive.overrides, progress=progress, kept=kept)
+    with run_folder(folder, drive.system, verb="stability map", options=recorded, resume=resume) as (_, kept):
+        return stability_map(drive.source, **recorded, overrides=drive.overrides, progress=progress, kept=kept)
 
 
 VERBS = (
