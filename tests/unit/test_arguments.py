@@ -117,3 +117,29 @@ def test_arguments_that_are_missing_or_unknown_are_left_to_python() -> None:
     for verb in verbs().values():
         with pytest.raises(TypeError, match="no_such_keyword"):
             verb.run("lin1999-n4", no_such_keyword=1)
+
+
+def test_a_keyword_that_is_spelt_nearly_right_is_named() -> None:
+    sweep: Callable[..., Any] = epicyclic.sweep
+    with pytest.raises(TypeError, match="'pionts'; did you mean 'points'"):
+        sweep("ren2021", pionts=3)
+
+
+@pytest.mark.parametrize(
+    ("verb", "options", "said"),
+    [
+        (epicyclic.sweep, {"mesh_frequency": [np.nan, 100.0]}, "mesh_frequency = nan"),
+        (epicyclic.stability, {"mesh_frequency": np.array([100.0, np.inf])}, "mesh_frequency = inf"),
+        (epicyclic.contact, {"mesh": "sun-planet", "torque": "-850 N m"}, "torque = -850 N m"),
+        (
+            epicyclic.contact,
+            {"mesh": "sun-planet", "torque": 1e12},
+            "torque = 1000000000000.0: out of range; allowed: above 0, at most 1e\\+09",
+        ),
+    ],
+)
+def test_numbers_that_nothing_can_be_computed_of_are_refused(
+    verb: Callable[..., Any], options: dict[str, Any], said: str
+) -> None:
+    with pytest.raises(ModelError, match=f"^{said}"):
+        verb("ren2021", **options)

@@ -382,7 +382,8 @@ def _quantity_of(kind: str) -> Reader:
     def read(value: float | str, path: str, _: Drive, option: Option) -> float:
         from ..document.units import Bounds, stated
 
-        return stated(value, kind, path, bounds=Bounds(low=option.least, high=option.most))
+        low = option.least if option.above is None else option.above
+        return stated(value, kind, path, bounds=Bounds(low=low, high=option.most, above=option.above is not None))
 
     return read
 

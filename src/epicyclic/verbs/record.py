@@ -21,6 +21,7 @@ import re
 import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, field, fields
+from difflib import get_close_matches
 from functools import cache, partial, wraps
 from importlib import import_module
 from importlib.util import find_spec
@@ -121,7 +122,7 @@ def takes(options: type[Any] | None = None) -> Callable[[Analysis], Analysis]:
                 check_arguments(run, (), bound)
                 plain.bind(*arguments, **keywords_given)
             except TypeError as error:
-                raise TypeError(f"{compute.__name__}() {error}") from None
+                raise TypeError(f"{compute.__name__}() {error}{_meant(str(error), plain)}") from None
             for name, (_, _, option) in known.items():
                 _check_bounds(name, bound.get(name), option)
             from ..engine.source import Drive
@@ -172,17 +173,29 @@ def _public_signature(compute: Analysis, options: type[Any] | None) -> Signature
     return Signature(parameters, return_annotation="xr.Dataset")
 
 
+def _meant(problem: str, known: Signature) -> str:
+    """``; did you mean 'points'?`` behind what is said of an unknown keyword; "" where none is alike."""
+    unknown = re.search(r"unexpected keyword argument '(\w+)'", problem)
+    alike = get_close_matches(unknown[1], known.parameters, n=1, cutoff=0.7) if unknown else []
+    return f"; did you mean {alike[0]!r}?" if alike else ""
+
+
 def _check_bounds(name: str, value: object, option: Option) -> None:
-    """Raise ModelError where a value is a number outside the bounds of its option."""
+    """Raise ModelError where a value, or an entry of a list, is a number outside the bounds of its option."""
+    value = value.tolist() if hasattr(value, "tolist") else value
+    if isinstance(value, list | tuple):
+        for entry in value:
+            _check_bounds(name, entry, option)
+        return
     if isinstance(value, bool) or not isinstance(value, Real):
         return
-    number, least, most = float(value), option.least, option.most
-    if not isfinite(number) or (least is not None and number < least) or (most is not None and number > most):
-        low = "" if least is None else f"{least:g} or more" if most is None else f"{least:g} to {most:g}"
-        high = f"at most {most:g}" if least is None and most is not None else ""
-        raise ModelError("out of range", path=name, given=value, allowed=low or high or "a finite number")
-    if (option.above is not None) and number <= option.above:
-        raise ModelError("out of range", path=name, given=value, allowed=f"above {option.above:g}")
+    number, least, most, above = float(value), option.least, option.most, option.above
+    below = (least is not None and number < least) or (above is not None and number <= above)
+    if not isfinite(number) or below or (most is not None and number > most):
+        low = f"above {above:g}" if above is not None else "" if least is None else f"{least:g} or more"
+        high = "" if most is None else f"at most {most:g}"
+        allowed = f"{least:g} to {most:g}" if least is not None and high else ", ".join(filter(None, (low, high)))
+        raise ModelError("out of range", path=name, given=value, allowed=allowed or "a finite number")
 
 
 def given(**options: Any) -> dict[str, Any]:

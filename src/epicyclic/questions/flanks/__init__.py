@@ -76,7 +76,13 @@ class ContactOptions:
     of: Of = None
     torque: Annotated[
         float | None,
-        Option('Of a mesh, on its first gear [N m], or e.g. "850 N m".', default="as operated", reads="torque"),
+        Option(
+            'Of a mesh, on its first gear [N m], or e.g. "850 N m"; the loaded flank is that of operation.',
+            above=0,
+            most=1e9,
+            default="as operated",
+            reads="torque",
+        ),
     ] = None
     misalignment: Annotated[
         float,
@@ -145,7 +151,13 @@ class ReliefOptions:
     ] = None
     torque: Annotated[
         float | None,
-        Option('On the first gear of the mesh [N m], or e.g. "850 N m".', default="as operated", reads="torque"),
+        Option(
+            'On the first gear of the mesh [N m], or e.g. "850 N m".',
+            above=0,
+            most=1e9,
+            default="as operated",
+            reads="torque",
+        ),
     ] = None
     objectives: Annotated[
         Sequence[Literal["lte", "load", "force_rms", "force_peak"]],
