@@ -256,7 +256,7 @@ def test_a_link_put_into_a_tab_loses_nothing(tab: Tab) -> None:
     first = box(tab).input_value()
     nudge(tab, 1)
     second = changed(tab, first)
-    tab.page.get_by_text("ren2021 *").wait_for()
+    tab.page.get_by_text("edited", exact=True).wait_for()
     time.sleep(KEPT)
     tab.page.evaluate("location.hash = 'state=eNqrVspLzE1VslIqSs0zMjA0UdJRyi9LLSpLzEnNTwIAAAAA'")
     tab.page.get_by_text("The link cannot be opened").wait_for()
@@ -266,7 +266,7 @@ def test_a_link_put_into_a_tab_loses_nothing(tab: Tab) -> None:
     open_link(tab, link)
     tab.page.get_by_text("lin1999-n4").first.wait_for()
     tab.page.get_by_label(re.compile("^Undo")).click()
-    tab.page.get_by_text("ren2021 *").wait_for()
+    tab.page.get_by_text("edited", exact=True).wait_for()
     assert settled(tab, second) == second
     tab.said.clear()
 

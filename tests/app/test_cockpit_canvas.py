@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import colorsys
 import hashlib
 import json
 import re
@@ -115,18 +116,22 @@ def test_curves_close_together_are_told_apart_and_bars_begin_at_zero(page: Any) 
     assert axes[2] == [0, 400]
     assert page.evaluate("plot.steadyAxis([0, 400], 20, 150, false)") == [0, 400]
     assert page.evaluate("plot.steadyAxis([0, 400], 20, 150, true)")[1] < 250
+    # one state, one axis: it does not hang on what was shown before
+    assert page.evaluate("plot.steadyAxis([0, 400], 20, 250, true)") == page.evaluate("plot.axisFor(20, 250)")
 
 
 @browsing
-def test_a_curve_has_its_colour_again(page: Any) -> None:
-    found = page.evaluate(
-        """() => {
-        const colours = new plot.Colours();
-        const slots = (names) => { colours.take(names); return names.map((name) => colours.slots.get(name)); };
-        return ['abcd', 'acde', 'cd', 'bcd', 'bf'].map((names) => slots([...names]));
-        }"""
-    )
-    assert found == [[0, 1, 2, 3], [0, 2, 3, 1], [2, 3], [1, 2, 3], [1, 0]]
+def test_a_mesh_has_a_colour_of_its_own(page: Any) -> None:
+    show(page, frames.live(1, planets=4))
+    labels = [mesh["label"] for mesh in frames.train(4)["meshes"]]
+    found = page.evaluate("labels => labels.map((label) => cockpit.meshColour(label))", labels)
+    assert len(set(found)) == len(labels) == 8
+    assert page.evaluate("label => cockpit.meshColour(`${label} and 3 alike`)", labels[1]) == found[1]
+    assert page.evaluate("cockpit.meshColour('as it is')") is None
+    shown = "() => panes.sweep.order.map((one, i) => one.strong ? panes.sweep.styles[i].colour : null).filter(Boolean)"
+    painted(page, "sweep", 1)
+    assert page.evaluate(shown) == found[:4]
+    assert page.evaluate("panes.evidence.hit.data.colours") == found
 
 
 APART = """() => {
@@ -452,9 +457,42 @@ def test_colours_are_those_of_the_figures() -> None:
     }
     kinds = {name: light[name] for name in ("sun", "planet", "ring", "carrier", "gear")}
     assert kinds == {name: style.KIND_COLOURS[name] for name in kinds}
-    assert {light[f"strong-{i}"] for i in range(1, 5)} <= set(style.PALETTE)
+    assert light["shaft"] == style.KIND_COLOURS["body"]
+    assert [light[f"hue-{i}"] for i in range(1, 9)] == list(style.BRANCHES)
     assert [light[f"load-{i}"] for i in range(1, 6)] == [colour for _, colour in flanks._LOAD_COLOURS]
     assert f"--ck-font: {style.FONT};" in css
+
+
+def test_data_stand_out_and_are_not_blue() -> None:
+    css = (STATIC / "board.css").read_text(encoding="utf-8")
+    for part in (css[: css.index(".body--dark")], css[css.index(".body--dark") :]):
+        colours = dict(re.findall(r"--ck-([\w-]+): (#\w+);", part))
+        kinds = ("sun", "planet", "ring", "carrier", "shaft", "gear", "other", "edge")
+        for name in (*(f"hue-{i}" for i in range(1, 9)), *kinds):
+            assert contrast(colours[name], colours["surface"]) >= 3, name
+        data = [value for name, value in colours.items() if re.match("hue|load|sun|planet|ring|shaft|gear", name)]
+        assert len(data) == 18
+        assert not [one for one in data if 170 < hue_of(one) < 290]
+        assert 190 < hue_of(colours["accent"]) < 220
+
+
+def hue_of(colour: str) -> float:
+    """[deg]; 0 of what is nearly grey."""
+    red, green, blue = (int(colour[at : at + 2], 16) / 255 for at in (1, 3, 5))
+    hue, saturation, _ = colorsys.rgb_to_hsv(red, green, blue)
+    return 360 * hue if saturation > 0.2 else 0.0
+
+
+def contrast(one: str, other: str) -> float:
+    """Of two colours, as WCAG 2 has it."""
+
+    def luminance(colour: str) -> float:
+        parts = (int(colour[at : at + 2], 16) / 255 for at in (1, 3, 5))
+        linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in parts]
+        return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+    low, high = sorted((luminance(one), luminance(other)))
+    return (high + 0.05) / (low + 0.05)
 
 
 def test_uplot_is_what_its_authors_published() -> None:

@@ -46,7 +46,9 @@ ANSWER = {
     "key": "float",
     "question": "What does a floating sun buy?",
     "text": "K_gamma falls from 1.034 to 1.000.",
-    "figure": "1.034 → 1.000",
+    "figure": "1.034",
+    "then": "1.000",
+    "limit": "1.1",
     "level": "warn",
     "apply": {"stages.main.sun.mass": "500 kg"},
     "apply_label": "Let the sun float",
@@ -258,7 +260,7 @@ def test_an_answer_is_applied_and_taken_back() -> None:
         await played(
             session, answers=[ANSWER], checks=[{"level": "bad", "code": "x", "text": "teeth do not meet", "path": ""}]
         )
-        assert texts(user, data_answer="float").startswith("! | 1.034 → 1.000 | K_gamma falls")
+        assert texts(user, data_answer="float").startswith("! | 1.034 | 1.000 | 1.1 | K_gamma falls")
         assert "teeth do not meet" in texts(user, data_check="")
         assert "No strength rating" in texts(user, aria_label="Answers")
         press(user, "Let the sun float")
@@ -297,22 +299,29 @@ def test_curves_of_the_state_before_are_drawn_as_such_where_the_next_one_takes_l
 
 def test_what_a_job_found_stands_in_the_line_until_the_state_moves_on() -> None:
     async def talk(user: User, session: PageSession) -> None:
-        relief = {**ANSWER, "key": "relief", "apply": None, "text": "About 60 um.", "job": "relief", "figure": "≈ 60"}
+        relief = {**ANSWER, "key": "relief", "apply": None, "text": "About 60 um.", "job": "relief", "figure": "5 um"}
         await played(session, answers=[relief])
         press(user, "Compute relief")
         job = session.started[0]
-        found = {**relief, "text": "Grind 24 um.", "figure": "24 um", "level": "good", "apply": ANSWER["apply"]}
+        found = {
+            **relief,
+            "text": "Grind 24 um.",
+            "figure": "",
+            "then": "24 um",
+            "level": "good",
+            "apply": ANSWER["apply"],
+        }
         drawn = {"job": {"name": "relief", "text": "done"}, "answers": [{**found, "apply_label": "Draw it"}]}
         job.frame, job.status = PageFrame(rev=job.rev, kind="job", head=drawn, arrays={}), "done"
         session.tell("jobs")
-        assert texts(user, data_answer="relief").startswith("✓ | 24 um | Grind 24 um. | Draw it")
+        assert texts(user, data_answer="relief").startswith("✓ | 5 um | 24 um | 1.1 | Grind 24 um. | Draw it")
         await played(session, answers=[relief])  # of the same state
         assert "Grind 24 um." in texts(user, data_answer="relief")
         press(user, "Draw it")
         session.rev += 1
         session.tell("state")
         line = texts(user, data_answer="relief")
-        assert line.startswith("! | ≈ 60 | About 60 um. | Compute")
+        assert line.startswith("! | 5 um | 1.000 | 1.1 | About 60 um. | Compute")
         assert "Draw it" not in line
 
     look(talk)
@@ -401,7 +410,11 @@ def test_warnings_facts_speed_and_name_stand_in_the_header() -> None:
         assert session.relative_speed == 1.0
         session.unsaved = True
         session.tell("state")
-        assert texts(user, data_testid="name") == "ren2021 *"
+        await user.should_see("edited")
+        assert texts(user, data_testid="name") == "ren2021"
+        session.unsaved = False
+        session.tell("state")
+        await user.should_not_see("edited")
 
     look(talk)
 

@@ -11,6 +11,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Literal
 
 import numpy as np
@@ -177,13 +178,13 @@ def planet_answer(train: Train, sharing: Mapping[str, Any] | None, errors: Mappi
     largest, turning = float(np.nanmax(value)), float(sharing.get("k_gamma_turning") or np.nan)
     planets, verdict = max(train.planets.values(), default=1), sharing["verdict"]
     level: Level = "good" if verdict["passes"] else "bad"
-    figure = f"{verdict['value']:.3f}, limit {verdict['limit']:g}"
+    planet = partial(Answer, "planet", figure=f"{verdict['value']:.3f}", limit=f"{verdict['limit']:g}")
     assumed = ", with assumed deviations" if verdict["assumed"] else ""
     limit = f" Limit {verdict['limit']:g}: {verdict['source']}{assumed}."
     if largest <= 1 + _ONE and not has_deviations(train):
         text = f"No deviations are given: all {planets} planets carry the same; class 6 of ISO 1328-1 may be assumed."
         values = class_six(train)
-        return Answer("planet", text, figure=figure, apply=values, apply_label=_ASSUME, evidence="sharing")
+        return planet(text, apply=values, apply_label=_ASSUME, evidence="sharing")
     if largest <= 1 + _ONE:
         while_turning = np.asarray(sharing.get("turning", value), dtype=float)
         peak = ""
@@ -191,7 +192,7 @@ def planet_answer(train: Train, sharing: Mapping[str, Any] | None, errors: Mappi
             whom = carrying(sharing["rows"], while_turning, f"up to {turning:.3f}")
             peak = f"; while turning {whom[:1].lower()}{whom[1:]}"
         text = f"All planets carry the same mean load: nothing that stands still parts it{peak}.{limit}"
-        return Answer("planet", text, figure=figure, level=level, evidence="sharing")
+        return planet(text, level=level, evidence="sharing")
     text = carrying(sharing["rows"], value, f"{largest:.3f}") + ", mean-load K_gamma"
     if turning > largest + _NO_CHANGE:
         text += f" ({turning:.3f} while turning)"
@@ -199,7 +200,7 @@ def planet_answer(train: Train, sharing: Mapping[str, Any] | None, errors: Mappi
         first = errors["rows"][0]
         much = "most" if float(first["share"]) >= _MOST else f"{float(first['share']):.0f} %"
         text += f"; {much} of what is above 1 from {first['label']}"
-    return Answer("planet", f"{text}.{limit}", figure=figure, level=level, evidence="sharing")
+    return planet(f"{text}.{limit}", level=level, evidence="sharing")
 
 
 def carrying(rows: Sequence[Mapping[str, Any]], value: NDArray[np.float64], much: str) -> str:
@@ -253,19 +254,19 @@ def float_answer(train: Train, sharing: Mapping[str, Any] | None, twin: Mapping[
     if twin is None or sharing["k_gamma"] is None:
         return Answer("float", "The sun has no radial support of its own to take away, or nothing else holds it.")
     now, then = float(sharing["k_gamma"]), float(twin["k_gamma"])
-    figure = f"{now:.3f} → {then:.3f}"
+    figure = f"{now:.3f}"
+    after = f"{then:.3f}"
     if not has_deviations(train) and now <= 1 + _ONE:
         text = "Nothing yet: without deviations the planets share equally, floating sun or not."
-        return Answer("float", text, figure="0 %", evidence="sharing")
+        return Answer("float", text, figure=figure, then=after, evidence="sharing")
     of_stage = f" of {twin['stage']}" if len(train.planets) > 1 else ""
     level: Level = "good"
     values: dict[str, object] = {}
     if twin["value"] != 0:
         text = f"The sun{of_stage} floats already: K_gamma {now:.3f}; with a rigid support it would be {then:.3f}."
-        figure = f"{now:.3f}"
+        after = ""
     elif abs(now - then) < _NO_CHANGE:
         text = f"Nothing: K_gamma is {now:.3f} with the support of the sun{of_stage} and without it."
-        figure = "0 %"
     elif then > now:
         text = f"It costs: without its support the sun{of_stage} raises K_gamma from {now:.3f} to {then:.3f}."
     else:
@@ -273,7 +274,9 @@ def float_answer(train: Train, sharing: Mapping[str, Any] | None, twin: Mapping[
         level = "warn" if now - then > 0.01 else "good"
         values = {str(twin["path"]): twin["value"]}
     label = "Let the sun float"
-    return Answer("float", text, figure=figure, level=level, apply=values, apply_label=label, evidence="sharing")
+    return Answer(
+        "float", text, figure=figure, then=after, level=level, apply=values, apply_label=label, evidence="sharing"
+    )
 
 
 def error_answer(train: Train, sharing: Mapping[str, Any] | None, errors: Mapping[str, Any] | None) -> Answer:
@@ -542,10 +545,10 @@ def relief_answer(train: Train) -> Answer:
         text = f"is drawn; a first estimate F/(c' b) at operating load is {um} µm at the tips of {pair}.{counts}"
     else:
         level = "warn" if largest.amount > _LITTLE_GAP else "good"
-        figure = f"≈ {um} µm"
+        figure = "0 µm"
         text = f"About {um} µm at the tips of {pair}: first estimate F/(c' b) at operating load; none is drawn."
         text += counts if level == "warn" else ""
-    return Answer("relief", text, figure=figure, level=level, evidence="relief", job="relief")
+    return Answer("relief", text, figure=figure, then=f"≈ {um} µm", level=level, evidence="relief", job="relief")
 
 
 Part = Mapping[str, Any] | None

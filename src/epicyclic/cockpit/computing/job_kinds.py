@@ -19,12 +19,12 @@ from ...document.tables import PlainTable
 from ...errors import ModelError
 from ...options import Option
 from ...results.dataset import ranked
-from ...show.series import judged_quantile, label, scattering_pair
+from ...show.series import judged_quantile, scattering_pair
 from ...show.views import findings_of
 from ...system.tooth_pairs import first_mesh
 from ...train.resolution import load
 from ...train.train import Train
-from ..state.frames import LEVELS, Answer, PageFrame, force_unit, per_cent
+from ..state.frames import LEVELS, Answer, PageFrame, force_unit, mesh_labels, number, per_cent
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -85,15 +85,44 @@ def job_frame(
     return PageFrame(rev=0, kind="job", head=head, arrays=drawn.arrays)
 
 
-def mesh_words(names: Sequence[str]) -> list[str]:
-    """``sun-planet 2 L`` of ``main/sun-planet/2/left``, with the stage before it where there are several."""
-    several = len({name.split("/")[0] for name in names}) > 1
-    return [label(name, stage=several) for name in names]
-
-
 def _said(result: xr.Dataset) -> str:
     """The findings of a result, as terminal and report say them."""
     return " ".join(finding.text for finding in findings_of({"": result}))
+
+
+def found_frame(kind: JobKind, result: xr.Dataset, train: Train) -> PageFrame:
+    """What any result shows: its findings, its first variable, and the first finding as the answer of its question."""
+    findings = findings_of({kind.name: result})
+    answers = []
+    if kind.question and findings:
+        first = findings[0]
+        value, limit = ("" if np.isnan(one) else number(one, 4) for one in (first.value, first.limit))
+        text = f"{first.text} {first.change}".strip()
+        level = LEVELS[first.tone]
+        answers.append(
+            Answer(kind.question, text, figure=value, limit=limit, level=level, evidence=kind.name, job=kind.name)
+        )
+    return job_frame(kind.name, kind.label, _said(result), _first_variable(result, train), answers=answers)
+
+
+def _first_variable(result: xr.Dataset, train: Train) -> Drawn:
+    """The first variable of numbers over its last dim: lines over numbers, over names bars of its largest."""
+    known = (one for one in result.data_vars.values() if one.dtype.kind == "f" and 1 <= one.ndim <= 2)
+    values = next(known, None)
+    if values is None:
+        return bars("", [], np.empty(0))
+    along, labels, rows = values[values.dims[-1]], mesh_labels(train), np.atleast_2d(values.values)
+    if along.dtype.kind in "fiu":
+        names = [str(name) for name in values[values.dims[0]].values] if values.ndim == 2 else [_title(values)]
+        curves = dict(zip([labels.get(name, name) for name in names], rows, strict=True))
+        return lines(_title(along), _title(values), along.values, curves)
+    return bars(_title(values), [labels.get(str(name), str(name)) for name in along.values], rows.max(axis=0))
+
+
+def _title(values: xr.DataArray) -> str:
+    """Name of an axis with its unit."""
+    name = str(values.attrs.get("long_name") or values.name).replace("_", " ")
+    return f"{name} [{values.attrs.get('units') or '1'}]"
 
 
 _DRAW = "Draw this relief"
@@ -111,7 +140,7 @@ def relief_frame(result: xr.Dataset) -> PageFrame:
     answer = Answer(
         "relief",
         f"{finding.text} {finding.change}".strip(),
-        figure=str(result["solution_text"].values[int(result.attrs["picked"]), 0]).replace("um", "µm"),
+        then=str(result["solution_text"].values[int(result.attrs["picked"]), 0]).replace("um", "µm"),
         level=LEVELS[finding.tone],
         apply=overrides,
         apply_label=_DRAW,
@@ -145,14 +174,19 @@ def contact_loss_frame(result: xr.Dataset) -> PageFrame:
     return job_frame("contact_loss", "Teeth that part", _said(result), drawn)
 
 
-def transient_frame(result: xr.Dataset) -> PageFrame:
+def _of_meshes(result: xr.Dataset, train: Train, values: Array) -> dict[str, Array]:
+    """Curves (m, n) of the meshes of a result by the labels that meshes have on the page."""
+    labels = mesh_labels(train)
+    return {labels[str(name)]: row for name, row in zip(result["mesh"].values, values, strict=True)}
+
+
+def transient_frame(result: xr.Dataset, train: Train) -> PageFrame:
     """Forces of all meshes over time."""
-    words = mesh_words([str(name) for name in result["mesh"].values])
     force = result["mesh_force"].transpose("mesh", "time").values
     unit, scale = force_unit(float(np.nanmax(np.abs(force), initial=0.0)))
     time = np.asarray(result["time"].values, dtype=float)
     ms, word = (1e3, "ms") if time[-1] < 1 else (1.0, "s")
-    curves = dict(zip(words, scale * force, strict=True))
+    curves = _of_meshes(result, train, scale * force)
     drawn = lines(f"time [{word}]", f"mesh force [{unit}]", ms * time, curves)
     return job_frame("transient", "Motion over time", _said(result), drawn)
 
@@ -160,12 +194,12 @@ def transient_frame(result: xr.Dataset) -> PageFrame:
 _VIEWS = ("transmission error", "load along the face")
 
 
-def contact_frame(result: xr.Dataset, options: Mapping[str, Any]) -> PageFrame:
+def contact_frame(result: xr.Dataset, train: Train, options: Mapping[str, Any]) -> PageFrame:
     """Loaded transmission error over the mesh cycle at every load, or the largest load along the face."""
     loads = np.asarray(result["mesh_load"].values, dtype=float)
     if options.get("show") == _VIEWS[1]:
         length = result["load_per_length"].transpose("mesh", "width", "mesh_phase").values.max(axis=2) / 1e3
-        curves = {str(side): length[row] for row, side in enumerate(result["side"].values)}
+        curves = _of_meshes(result, train, length)
         drawn = lines("place along the face [1]", "largest load [N/mm]", result["width"].values, curves)
     else:
         error = 1e6 * result["loaded_transmission_error"].transpose("torque_factor", "mesh_phase").values
@@ -175,11 +209,10 @@ def contact_frame(result: xr.Dataset, options: Mapping[str, Any]) -> PageFrame:
     return job_frame("contact", "Loaded tooth contact", _said(result), drawn)
 
 
-def stiffness_frame(result: xr.Dataset) -> PageFrame:
+def stiffness_frame(result: xr.Dataset, train: Train) -> PageFrame:
     """Mesh stiffness over one mesh cycle, each mesh at its phase."""
-    words = mesh_words([str(name) for name in result["mesh"].values])
     history = 1e-9 * result["mesh_stiffness"].transpose("mesh", "mesh_phase").values
-    curves = dict(zip(words, history, strict=True))
+    curves = _of_meshes(result, train, history)
     drawn = lines("mesh cycle [1]", "mesh stiffness [N/nm]", result["mesh_phase"].values, curves)
     return job_frame("stiffness", "Mesh stiffness and phases", _said(result), drawn)
 
@@ -233,8 +266,16 @@ def tolerance_frame(result: xr.Dataset, train: Train) -> PageFrame:
         job="tolerance",
     )
     p, _ = judged_quantile(result)
-    figure, level = f"{finding.value:.3f} at {per_cent(p)}, limit {finding.limit:g}", LEVELS[finding.tone]
-    planet = Answer("planet", finding.text, figure=figure, level=level, evidence="tolerance", job="tolerance")
+    then, limit = f"{finding.value:.3f} at {per_cent(p)}", f"{finding.limit:g}"
+    planet = Answer(
+        "planet",
+        finding.text,
+        then=then,
+        limit=limit,
+        level=LEVELS[finding.tone],
+        evidence="tolerance",
+        job="tolerance",
+    )
     return job_frame(
         "tolerance", "Tolerances", text, drawn, apply=change, apply_label="Halve the first", answers=[answer, planet]
     )
@@ -280,9 +321,10 @@ class JobKind:
 
     name, label, purpose : of the page.  about : what it does by default, in a sentence.  seconds : on ren2021, about; a
         train of several stages or planets may take minutes.
-    options : keywords of its verb that may be chosen; a job refuses others.  views : what may be drawn, as ``show``.
-    verb : that it runs.  defaults : its keywords unless chosen otherwise.  search : those that follow from the train.
-    frame : (result, train, chosen options) -> what the page shows.
+    verb : that it runs.  options : its keywords that may be chosen, all where none are named; a job refuses others.
+    defaults : its keywords unless chosen otherwise.  search : those that follow from the train.
+    question : of `QUESTIONS`, that the first finding of its result answers.  frame : (result, train, chosen options) ->
+    what the page shows; `found_frame` where there is none.  views : what that may draw, as ``show``.
     """
 
     name: str
@@ -290,19 +332,20 @@ class JobKind:
     purpose: str
     about: str
     seconds: float
-    options: tuple[str, ...]
     verb: str
+    options: tuple[str, ...] = ()
     defaults: Mapping[str, Any] = field(default_factory=dict)
     views: tuple[str, ...] = ()
     search: Callable[[Train], Mapping[str, Any]] | None = None
-    frame: Callable[[xr.Dataset, Train, Mapping[str, Any]], PageFrame]
+    question: str = ""
+    frame: Callable[[xr.Dataset, Train, Mapping[str, Any]], PageFrame] | None = None
 
     def keywords(self) -> dict[str, tuple[Parameter, Any, Option]]:
         """Keyword -> parameter, type and option of the verb, of those that may be chosen."""
         from ...verbs.record import keywords, verbs
 
         known = keywords(verbs()[self.verb].run)
-        return {name: known[name] for name in self.options}
+        return {name: known[name] for name in self.options or known}
 
     def run(
         self, source: Source, overrides: Mapping[str, object], options: Mapping[str, Any], progress: Progress
@@ -314,7 +357,7 @@ class JobKind:
         ModelError : an option that it does not have.  ModelError, ConvergenceError : as its verb.
         """
         for key, value in options.items():
-            allowed_names = (*self.options, *(["show"] if self.views else []))
+            allowed_names = (*self.keywords(), *(["show"] if self.views else []))
             if key not in allowed_names:
                 allowed = ", ".join(allowed_names) or "none"
                 raise ModelError("no such option", path=f"{self.name}.{key}", given=value, allowed=allowed)
@@ -329,7 +372,7 @@ class JobKind:
         else:
             progress(0.05)
         result = run(source, overrides=dict(overrides), **keywords)
-        return self.frame(result, train, chosen), result
+        return self.frame(result, train, chosen) if self.frame else found_frame(self, result, train), result
 
 
 def _relief_search(train: Train) -> Mapping[str, Any]:
@@ -360,7 +403,7 @@ _KINDS = (
         verb="contact",
         defaults={"loads": (0.5, 1.0, 1.25)},
         search=lambda train: {"mesh": first_mesh(train)},
-        frame=lambda result, train, options: contact_frame(result, options),
+        frame=contact_frame,
     ),
     JobKind(
         name="relief",
@@ -382,7 +425,7 @@ _KINDS = (
         seconds=0.1,
         options=("samples",),
         verb="stiffness",
-        frame=lambda result, train, options: stiffness_frame(result),
+        frame=lambda result, train, options: stiffness_frame(result, train),
     ),
     JobKind(
         name="tolerance",
@@ -415,7 +458,7 @@ _KINDS = (
         options=("cycles", "start", "stop", "torque_step", "torque_ramp", "samples"),
         verb="transient",
         defaults={"cycles": 50.0},
-        frame=lambda result, train, options: transient_frame(result),
+        frame=lambda result, train, options: transient_frame(result, train),
     ),
     JobKind(
         name="sensitivity",

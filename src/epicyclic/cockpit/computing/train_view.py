@@ -109,6 +109,7 @@ def train_head(
         frequency = None if rate.get(stage) is None else relative_speed * float(rate[stage])
         stages.append({"name": stage, "x": x, "mesh_frequency": frequency})
     number = {body.name: i for i, body in enumerate(train.bodies)}
+    alike = list(dict.fromkeys((mesh.pair, mesh.side) for mesh in train.meshes))
     return {
         "title": train.title,
         "stages": stages,
@@ -121,6 +122,9 @@ def train_head(
                 "pair": mesh.pair.rpartition(".")[2],
                 "branch": (mesh.branch or 1) - 1,
                 "side": mesh.side or "",
+                # its colour in every chart: a hue a branch, as of the figures, darker by pair of gears and side
+                "hue": (mesh.branch or 0) - 1,
+                "shade": alike.index((mesh.pair, mesh.side)) / len(alike),
             }
             for mesh in train.meshes
         ],

@@ -91,10 +91,12 @@ _LARGE = """
 def window(title: str, *, width: int = 640, stays: bool = False) -> Iterator[ui.dialog]:
     """A dialog with a title and a button that closes it; what is built inside stands below, then it opens.
 
-    width : [px] where the page has room.  stays : whether it is neither opened here nor deleted where it is closed.
+    width : [px] on a page of usual width, where that has room.
+    stays : whether it is neither opened here nor deleted where it is closed.
     """
     dialog = ui.dialog().props(f'aria-label="{title}"')
-    with dialog, ui.card().classes("cockpit-window").style(f"width: {width}px; max-width: 96vw; max-height: 92vh"):
+    size = f"width: {width / 16:g}rem; max-width: 96vw; max-height: 92vh"
+    with dialog, ui.card().classes("cockpit-window").style(size):
         with ui.row().classes("w-full items-center no-wrap"):
             ui.label(title).classes("text-h6 col").props('role="heading" aria-level="2"')
             icon_button("close", "Close", dialog.close)

@@ -4,6 +4,7 @@ the modes as a list, a tab for each job with its options, a list of all jobs."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
 from functools import partial
 from inspect import Parameter
 from typing import Any
@@ -16,7 +17,7 @@ from ...options import YES, Shape, shape_of
 from ..computing.job_kinds import JOBS, JobKind
 from ..processes.jobs import Job, newest_of
 from ..processes.session import Session
-from ..state.frames import QUESTIONS
+from ..state.frames import QUESTIONS, Answer
 from .controls import Board, Words, box, button, hide, prop, refused
 
 
@@ -362,6 +363,8 @@ class EvidenceTabs:
 # answers --------------------------------------------------------------------------------------------------------------
 
 _MARKS = {"good": ("✓", "passes"), "warn": ("!", "look at"), "bad": ("✗", "fails"), "none": ("·", "note")}
+# Numbers of an answer that stand in columns.
+_COLUMNS = ("figure", "then", "limit")
 # Failing checks above the answers; the header has all of them.
 _MOST_CHECKS = 2
 
@@ -386,13 +389,19 @@ class AnswersPane:
         self.show, self.run, self.cancel = show, run, cancel
         with box("ck-box ck-answers", "section") as root:
             root.props["aria-label"] = "Answers"
-            with box("ck-title"):
+            with box("ck-title ck-columns"):
                 Words("h2", "Answers")
+                for name in _COLUMNS:
+                    Words(text="now" if name == "figure" else name, classes="ck-figure ck-pale")
                 Words(text="No strength rating: nothing here says that the teeth are strong enough.", classes="ck-pale")
             with box("ck-answer-list") as self._list:
                 self._list.props["aria-live"] = "polite"
                 self._checks = box("ck-checks")
                 self._lines = {key: _Line(key, question, self) for key, question in QUESTIONS.items()}
+        for kind in JOBS.values():
+            if kind.question:  # waits for its job where no frame answers it
+                waiting = Answer(kind.question, kind.about, job=kind.name, evidence=kind.name)
+                self._lines[kind.question].follow(asdict(waiting), session.rev)
 
     def follow(self, head: Mapping[str, Any], *, moving: bool) -> None:
         """Show the answers and checks of a frame that brings some.  moving : a lever is held, nothing is read out."""
@@ -438,9 +447,12 @@ class _Line:
             self._row.props["data-answer"] = key
             self._mark = Words(text="·", classes="ck-mark none")
             self._mark.props["role"] = "img"
+            self._numbers = {name: Words(classes="ck-figure") for name in _COLUMNS}
+            self._more = button("", self._unfold, classes="ck-more", label="Whole answer")
+            self._more.props["aria-expanded"] = "false"
             with box("ck-answer-text") as self._words:
-                self._figure = Words("b", classes="ck-figure")
                 self._text = Words(text=question, classes="ck-pale")
+            self._words.on("click", self._unfold)
             self._apply = button("Apply", self._on_apply, classes="ck-small ck-main")
             self._job = button("Compute", lambda: pane.run(str(self._answer["job"])))
             self._cancel = button("Cancel", lambda: pane.cancel(str(self._answer["job"])))
@@ -474,13 +486,15 @@ class _Line:
         if answer != self._answer:
             self._answer = answer
             level = str(answer.get("level"))
-            mark, words = _MARKS.get(level, _MARKS["none"])
+            mark, meaning = _MARKS.get(level, _MARKS["none"])
             self._mark.say(mark)
-            prop(self._mark, "aria-label", words)
+            prop(self._mark, "aria-label", meaning)
             others = [mark for mark in _MARKS if mark != level and mark in self._mark.classes]
             if others or level not in self._mark.classes:
                 self._mark.classes(add=level, remove=" ".join(others))
-            self._figure.say(str(answer.get("figure") or ""))
+            prop(self._row, "data-level", level)
+            for name, words in self._numbers.items():  # a job that finds the second number leaves the first one
+                words.say(str(answer.get(name) or self._of_frame.get(name) or ""))
             self._text.classes(remove="ck-pale")
             self._apply.say(str(answer.get("apply_label") or "Apply"))
             hide(self._apply, not answer.get("apply"))
@@ -499,6 +513,10 @@ class _Line:
                 text = progress_text(job, rev)
         self._text.say(text)
         prop(self._words, "title", f"{self._answer.get('question') or ''} {text}".strip())
+
+    def _unfold(self, _: object = None) -> None:
+        """Show the whole text, or two lines of it again."""
+        prop(self._more, "aria-expanded", "false" if self._more.props["aria-expanded"] == "true" else "true")
 
     def _on_apply(self) -> None:
         values = self._answer.get("apply")

@@ -447,6 +447,7 @@ class Header:
         with box("ck-head", "header"):
             self._name = Words("h1", "Cockpit", classes="ck-name")
             self._name.props["data-testid"] = "name"
+            self._edited = Words(text="edited", classes="ck-edited")
             self.open_model = open_button(session)
             self.new_train = new_button(session)
             self._of_model = [box("ck-head-part"), box("ck-head-part ck-head-end")]
@@ -472,11 +473,12 @@ class Header:
         state = self._session.state
         for part in self._of_model:
             hide(part, state is None)
+        hide(self._edited, state is None or not self._session.unsaved)
         if state is None:
             self._say("Cockpit", "epicyclic")
             return
-        self._say(f"{state.name}{' *' if self._session.unsaved else ''}", f"{state.name} · epicyclic")
-        saved = " (changed, not saved)" if self._session.unsaved else ""
+        self._say(state.name, f"{state.name} · epicyclic")
+        saved = " (edited, not saved)" if self._session.unsaved else ""
         prop(self._name, "title", f"{state.path or state.name}{saved}")
         relative = self._session.relative_speed
         hide(self._speed, relative == 1.0)

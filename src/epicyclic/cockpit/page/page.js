@@ -27,6 +27,13 @@
   });
 })();
 
+// Escape ends what is enlarged or unfolded; what swings ends in the panes, an open menu closes by itself.
+document.addEventListener("keydown", (event) => {
+  if (event.key !== "Escape" || event.defaultPrevented) return;
+  document.querySelector(".cockpit-large [aria-label$='back into the column']")?.click();
+  for (const details of document.querySelectorAll("details[open]")) details.open = false;
+});
+
 // A button that goes while it has the focus hands it to what stands in its place: the next control of its row.
 (() => {
   const isSeen = (element) => element.isConnected && element.checkVisibility();

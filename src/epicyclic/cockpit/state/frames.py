@@ -158,8 +158,10 @@ QUESTIONS: Mapping[str, str] = {
 class Answer:
     """One line of the page.
 
-    key : of `QUESTIONS`, whose text is the question.  text : one sentence or two.  figure : the number to remember, ""
-    without one.  level : how it stands.  apply : overrides by path that act on it, None without.
+    key : of `QUESTIONS`, whose text is the question.  text : one sentence or two.  figure : the number to remember, as
+    it is now, then : what it would be, with the change that is proposed or in all trains, limit : what it is held
+    against; each with its unit, "" without one.  level : how it stands.
+    apply : overrides by path that act on it, None without.
     apply_label : what they do.  evidence : what shows why: sweep, sharing, errors, relief or modes.
     job : that says more, None without.  stale : whether it belongs to an earlier state.
     mode : number of the mode that it is about, None without one.  speed : that it is about, on the axis of the sweep
@@ -171,6 +173,8 @@ class Answer:
     text: str
     _: KW_ONLY
     figure: str = ""
+    then: str = ""
+    limit: str = ""
     level: Level = "none"
     apply: Mapping[str, object] | None = None
     apply_label: str = ""

@@ -28,7 +28,7 @@ from .renderers import FROM_ZERO, Bars, Curve, Heat, Layer, Mark, Panel, Trace, 
 from .style import DASHES, INK, PALE, PALETTE, tint
 
 # Lowest load pale, highest dark, even in lightness, for the colour-blind too.
-_LOAD_COLOURS = [[0.0, "#F4F8FB"], [0.25, "#B9D7EA"], [0.5, "#56A3D0"], [0.75, "#1F6FA8"], [1.0, "#0B2E4F"]]
+_LOAD_COLOURS = [[0.0, "#FFF7EC"], [0.25, "#FDD8A8"], [0.5, "#E8924A"], [0.75, "#B4531A"], [1.0, "#4A1D05"]]
 # Compression blue, tension red, none white.
 _STRESS_COLOURS = [[0.0, "#2166AC"], [0.5, "#FFFFFF"], [1.0, "#B2182B"]]
 # Specific sliding beyond this is near a base tangent point, where it has no bound: the curve leaves the panel there.

@@ -13,16 +13,19 @@ from ...limits import RESONANCE_BAND
 
 # Okabe and Ito's colour-blind safe set, its yellow (unreadable on white) replaced by violet and grey.
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#5B3F8C", "#7A7A7A")
+# Of branches.  As of bodies below and loads in `flanks`, none is blue, which on the page is what can be clicked; three
+# to one on white; the first four apart for eyes without red or green too, by their lightness (CIE76 21 at the least).
+BRANCHES = ("#D55E00", "#00855F", "#D669A3", "#6A1B55", "#7C838A", "#9A7B00", "#8C1D18", "#3F5A00")
 DASHES = ("solid", "dash", "dot", "dashdot")
 INK, PALE, GRID, WARNING = "#1F2933", "#66727F", "#E3E7EB", "#B42318"
 FONT = "'Segoe UI', 'Helvetica Neue', Helvetica, Arial, 'Liberation Sans', sans-serif"
 KIND_COLOURS = {
-    "sun": "#E69F00",
-    "planet": "#0072B2",
+    "sun": "#B07A00",
+    "planet": "#A8527F",
     "ring": "#009E73",
     "carrier": "#7A7A7A",
-    "gear": "#56B4E9",
-    "body": "#5B3F8C",
+    "gear": "#7A7F1A",
+    "body": "#8A5A3C",
 }
 MODE_COLOURS = {
     "rigid": "#7A7A7A",
@@ -143,7 +146,7 @@ def mode_symbol(kind: str) -> str:
 
 def branch_colour(branch: int) -> str:
     """Colour of a branch, 1 the first; meshes without a branch have the last colour."""
-    return PALETTE[(branch - 1) % len(PALETTE)]
+    return BRANCHES[(branch - 1) % len(BRANCHES)]
 
 
 def translucent(colour: str, alpha: float) -> str:

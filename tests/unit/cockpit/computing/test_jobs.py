@@ -112,7 +112,7 @@ def test_tolerance_shares_are_those_of_the_verb() -> None:
     quantile = float(one["system_k_gamma_quantile"].sel(probability=0.99))
     assert f"below {quantile:.3f} in 99 %" in frame.head["job"]["text"].replace("\u00a0", " ")
     planet = next(answer for answer in frame.head["answers"] if answer["key"] == "planet")
-    assert planet["figure"] == f"{quantile:.3f} at 99 %, limit 1.1"
+    assert (planet["then"], planet["limit"]) == (f"{quantile:.3f} at 99 %", "1.1")
     answer = next(answer for answer in frame.head["answers"] if answer["key"] == "error")
     assert (answer["key"], answer["figure"]) == ("error", f"{100 * shares[0]:.0f} %")
     alone = one["sobol_first"].values[pair][np.nanargmax(one["sobol_total"].values[pair])]

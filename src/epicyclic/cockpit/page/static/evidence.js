@@ -1,8 +1,8 @@
 // What an answer rests on: load sharing, what each error costs, lines or bars of a job.
-import { brief, look, roundUp, short, written } from "./look.js";
+import { brief, hue, look, px, roundUp, short, written } from "./look.js";
 import { make, Pane, Sheet } from "./pane.js";
-import { Colours, ghostCurve, plotOf, rowsOf } from "./plot.js";
-import { about1, drawBars, drawSharing, folded, heightFor } from "./rows.js";
+import { ghostCurve, plotOf, rowsOf } from "./plot.js";
+import { about1, drawBars, drawSharing, FOOT, folded, heightFor } from "./rows.js";
 
 const STALE = 0.4;
 const GAPS = { sharing: 0.05, period: 0.1 }; // least half width of the axes about 1: below, all is as good as equal
@@ -18,12 +18,12 @@ export class EvidencePane extends Pane {
     this.old = make("div", { class: "ck-note ck-at-left", hidden: "" }, "of another state: run it again");
     this.root.prepend(this.scroll, this.body, this.keys, this.old);
     this.sheet = new Sheet(this.scroll);
-    this.colours = new Colours();
     this.styles = [];
     this.name = "sharing";
     this.halves = {};
     this.root.dataset.evidence = this.name;
     this.root.addEventListener("pointermove", (event) => this.onPointer(event));
+    this.scroll.addEventListener("scroll", () => this.schedule());
   }
 
   partNames() {
@@ -57,7 +57,7 @@ export class EvidencePane extends Pane {
 
   clear() {
     this.dropPlot();
-    this.sheet.fit(this.width, this.height);
+    this.sheet.fit(this.width / px(1), this.height / px(1));
     this.sheet.begin();
     this.keys.replaceChildren();
     this.old.hidden = true;
@@ -97,13 +97,15 @@ export class EvidencePane extends Pane {
       this.empty.hidden = false;
       return;
     }
-    const height = Math.max(this.height, heightFor(data.rows.length));
-    const width = this.width - (height > this.height ? 12 : 0); // of the scroll bar
+    const height = Math.max(this.height / px(1), heightFor(data.rows.length));
+    const width = (this.width - (px(height) > this.height ? 12 : 0)) / px(1); // without the scroll bar
     this.sheet.fit(width, height);
     const context = this.sheet.begin();
-    context.globalAlpha = stale ? STALE : 1;
+    data.alpha = stale ? STALE : 1;
     const drawn = this.name === "sharing" ? drawSharing(context, width, height, data) : drawBars(context, width, height, data);
     this.hit = { data, ...drawn };
+    const below = this.scroll.scrollHeight - this.scroll.clientHeight - this.scroll.scrollTop;
+    if (below > 1) this.sheet.lift(FOOT, below / px(1));
     this.describe(data.note, (data.labels ?? data.rows).map((row, i) => `${row} ${written((data.coefficient ?? data.values)[i])}`));
   }
 
@@ -119,6 +121,7 @@ export class EvidencePane extends Pane {
     const isReleased = part.kind !== "live";
     return {
       labels, groups, twin, ghost, period,
+      colours: labels.map((label) => this.hub.meshColour(label) ?? look().ink),
       rows: names.map(brief),
       coefficient: arrays.coefficient.data,
       cycles: head.cycles,
@@ -201,8 +204,7 @@ export class EvidencePane extends Pane {
     for (const curve of curves) curve.strong = isFew || Boolean(curve.strong);
     curves.sort((a, b) => Number(a.strong) - Number(b.strong) || a.row - b.row);
     const strong = curves.filter((curve) => curve.strong).slice(-4);
-    this.colours.take(strong.map((curve) => curve.label));
-    this.styles = curves.map((curve) => ({ colour: strong.includes(curve) ? this.colours.of(curve.label) : look().other }));
+    this.styles = curves.map((curve) => ({ colour: strong.includes(curve) ? this.colourOf(curve) : look().other }));
     this.curves = curves;
     this.data = [x, ...curves.map((curve) => rows[curve.row])];
     this.xRange = [Math.min(...x), Math.max(...x)];
@@ -220,6 +222,10 @@ export class EvidencePane extends Pane {
     this.describe(part.head.title ?? "", strong.map((curve) => curve.label));
   }
 
+  colourOf({ label, row }) {
+    return this.hub.meshColour(label) ?? hue(row);
+  }
+
   lineKeys(head, strong) {
     const key = (text, colour, name = "") => {
       const mark = make("i", name ? { class: name } : {});
@@ -229,8 +235,7 @@ export class EvidencePane extends Pane {
     const title = make("b", {}, head.title ?? "");
     title.style.color = "var(--ck-ink)";
     const shown = strong.length > 1 || this.ghost ? strong.slice(0, LINES) : [];
-    const words = (label) => (shown.length > 2 ? label.replace(/planet /g, "p") : label);
-    const rows = shown.map((curve) => key(words(curve.label), this.colours.of(curve.label)));
+    const rows = shown.map((curve) => key(brief(curve.label), this.colourOf(curve)));
     if (this.curves.length > strong.length) rows.push(key(`${this.curves.length - strong.length} more`, look().other));
     if (this.ghost) rows.push(key("A", look().pale, "ck-dashed"));
     // of many curves the tab says what they are
@@ -263,16 +268,16 @@ export class EvidencePane extends Pane {
     const edge = this.root.getBoundingClientRect();
     const [x, y] = [event.clientX - edge.left, event.clientY - edge.top];
     const { data, lines, strip } = this.hit;
-    const row = Math.floor((y + this.scroll.scrollTop - lines.top) / lines.tall);
+    const row = Math.floor(((y + this.scroll.scrollTop) / px(1) - lines.top) / lines.tall);
     if (row < 0 || row >= data.rows.length) return this.hideTip();
-    this.showTip(x, y, data.coefficient ? this.sharingRows(data, row, strip, x) : barRows(data, row));
+    this.showTip(x, y, data.coefficient ? this.sharingRows(data, row, strip, x / px(1)) : barRows(data, row));
   }
 
   /** What the tooltip says of the meshes of a row, and of the part of the hunting period under the pointer. */
   sharingRows(data, row, strip, x) {
     return data.groups[row].flatMap((index) => {
-      const rows = [[data.labels[index], null], ["coefficient", written(data.coefficient[index], 4), look().accent]];
-      if (data.twin) rows.push([data.twinLabel.split(",")[0], written(data.twin[index], 4), look().strong[0]]);
+      const rows = [[data.labels[index], null], ["coefficient", written(data.coefficient[index], 4), data.colours[index]]];
+      if (data.twin) rows.push([data.twinLabel.split(",")[0], written(data.twin[index], 4), data.colours[index]]);
       if (data.ghost?.[index] != null) rows.push(["A", written(data.ghost[index], 4), look().pale]);
       if (strip && x >= strip.x0 && x < strip.x1) {
         const column = Math.floor(((x - strip.x0) / (strip.x1 - strip.x0)) * strip.columns);

@@ -1,5 +1,6 @@
 // What all panes of a page share: the newest part of every kind, the ghost of pin A, the chosen mode, play or pause.
 import { decode } from "./frames.js";
+import { alone, hue } from "./look.js";
 
 // Key of the head -> prefixes of the arrays that belong to it. A frame brings some; the others stay as they were.
 const PARTS = {
@@ -98,6 +99,17 @@ export class Hub {
     if (this.mode === index) return;
     this.mode = index;
     this.tell(["mode"]);
+  }
+
+  /** Colour of a mesh by its label, the same in every chart: hue by branch, shade by pair and side; null of what is no mesh. */
+  meshColour(label) {
+    const mesh = this.parts.train?.head.meshes.find((one) => one.label === alone(label));
+    return mesh ? hue(mesh.hue, mesh.shade) : null;
+  }
+
+  /** End the mode that swings in the drawing. */
+  rest() {
+    if (this.mode !== null) for (const pane of this.panes) pane.rest();
   }
 
   setPlaying(isPlaying) {

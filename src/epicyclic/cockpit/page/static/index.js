@@ -21,6 +21,10 @@ for (const name of ["board.css", "uPlot.min.css"]) {
   }
 }
 
+document.addEventListener("keydown", (event) => {
+  if (event.key === "Escape" && !event.defaultPrevented) cockpit.rest();
+});
+
 export function createPane(kind, root, options = {}) {
   return new KINDS[kind](kind, root, cockpit, options);
 }

@@ -9,9 +9,9 @@ export function look() {
   const of = (name) => style.getPropertyValue(`--ck-${name}`).trim();
   cached = {
     surface: of("surface"), raised: of("raised"), ink: of("ink"), pale: of("pale"), grid: of("grid"), edge: of("edge"),
-    other: of("other"), accent: of("accent"), font: of("font"),
+    other: of("other"), font: of("font"), px: parseFloat(getComputedStyle(document.documentElement).fontSize) / 16,
     levels: { good: of("pale"), warn: of("warn"), bad: of("bad") },
-    strong: [1, 2, 3, 4].map((i) => of(`strong-${i}`)),
+    hues: [1, 2, 3, 4, 5, 6, 7, 8].map((i) => of(`hue-${i}`)),
     kinds: Object.fromEntries(["sun", "planet", "ring", "carrier", "shaft", "gear"].map((kind) => [kind, of(kind)])),
     load: [1, 2, 3, 4, 5].map((i) => rgb(of(`load-${i}`))),
     dark: document.body.classList.contains("body--dark"),
@@ -24,16 +24,35 @@ export function forget() {
   cached = null;
 }
 
-/** Call back when the theme of the page changes; returns what stops it. */
+/** Call back when the theme of the page or the size of its text changes; returns what stops it. */
 export function watchTheme(callback) {
-  const observer = new MutationObserver(() => {
-    const isDark = document.body.classList.contains("body--dark");
-    if (cached && cached.dark === isDark) return;
+  const now = () => `${document.body.classList.contains("body--dark")} ${getComputedStyle(document.documentElement).fontSize}`;
+  let shown = now();
+  const changed = () => {
+    if (shown === now()) return;
+    shown = now();
     cached = null;
     callback();
-  });
+  };
+  const observer = new MutationObserver(changed);
   observer.observe(document.body, { attributes: true, attributeFilter: ["class"] });
-  return () => observer.disconnect();
+  window.addEventListener("resize", changed);
+  return () => {
+    observer.disconnect();
+    window.removeEventListener("resize", changed);
+  };
+}
+
+/** A length of the usual page in the present one, whose text grows with a wide window. */
+export const px = (length) => length * look().px;
+
+/** Font of a canvas, as CSS. */
+export const font = (size, weight = 400) => `${weight} ${size}px ${look().font}`;
+
+/** Colour of data number `at` from 0, the last of -1, as CSS; `shade` 0..1 takes it towards the ink, where it stands out as well. */
+export function hue(at, shade = 0) {
+  const colour = look().hues.at(at % look().hues.length);
+  return shade ? `color-mix(in srgb, ${colour} ${Math.round(100 - 90 * shade)}%, ${look().ink})` : colour;
 }
 
 function rgb(hex) {
@@ -92,5 +111,8 @@ export function roundUp(value) {
   const step = [1, 1.5, 2, 2.5, 3, 4, 5, 6, 8, 10].find((one) => one * power >= value * (1 - 1e-9));
   return step * power;
 }
+
+/** The label of a curve without how many lie on it. */
+export const alone = (label) => label.replace(/ and \d+ alike$/, "");
 
 export const calm = () => window.matchMedia("(prefers-reduced-motion: reduce)").matches;

@@ -1,5 +1,5 @@
 // What every pane does: size, theme, one paint a frame of the browser, its revision in the DOM after the paint, tooltip.
-import { look, watchTheme } from "./look.js";
+import { font, px, watchTheme } from "./look.js";
 
 export function make(tag, options = {}, ...children) {
   const { class: name, ...rest } = options;
@@ -133,6 +133,9 @@ export class Pane {
 
   onKey() {}
 
+  /** End what swings in the pane. */
+  rest() {}
+
   /** Tooltip at a place of the pane: rows of [text, value, colour]; text only, never markup. */
   showTip(x, y, rows) {
     const lines = rows.map(([text, value, colour]) => {
@@ -172,7 +175,7 @@ export class Pane {
   }
 }
 
-/** A canvas that fills an element, sharp on every screen; `begin` clears it and gives its context in CSS pixels. */
+/** A canvas that fills an element, sharp on every screen; `begin` clears it and gives its context in pixels of the usual page. */
 export class Sheet {
   constructor(parent) {
     this.canvas = make("canvas", { "aria-hidden": "true" });
@@ -180,16 +183,23 @@ export class Sheet {
   }
 
   fit(width, height) {
-    const ratio = window.devicePixelRatio || 1;
+    const ratio = px(window.devicePixelRatio || 1);
     const wide = Math.round(width * ratio);
     const tall = Math.round(height * ratio);
     if (this.canvas.width !== wide || this.canvas.height !== tall) {
       this.canvas.width = wide;
       this.canvas.height = tall;
-      this.canvas.style.width = `${width}px`;
-      this.canvas.style.height = `${height}px`;
+      this.canvas.style.width = `${px(width)}px`;
+      this.canvas.style.height = `${px(height)}px`;
     }
     Object.assign(this, { width, height, ratio });
+  }
+
+  /** Show what stands at the bottom of the sheet `up` pixels further up: where it is seen of a sheet that is scrolled. */
+  lift(tall, up) {
+    const context = this.canvas.getContext("2d");
+    const [from, height] = [Math.round((this.height - tall) * this.ratio), Math.ceil(tall * this.ratio)];
+    context.putImageData(context.getImageData(0, from, this.canvas.width, height), 0, from - Math.round(up * this.ratio));
   }
 
   begin() {
@@ -197,7 +207,7 @@ export class Sheet {
     context.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
     context.clearRect(0, 0, this.width, this.height);
     context.globalAlpha = 1;
-    context.font = `12px ${look().font}`;
+    context.font = font(12);
     context.textBaseline = "middle";
     context.textAlign = "left";
     context.setLineDash([]);

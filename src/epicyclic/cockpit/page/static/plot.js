@@ -1,20 +1,21 @@
-// What the plots on uPlot share: axes in the colours of the page, colours that stay with a curve, steady ranges.
-import { look, roundUp, translucent } from "./look.js";
+// What the plots on uPlot share: axes in the colours of the page, steady ranges.
+import { font, look, px, roundUp, translucent } from "./look.js";
 import uPlot from "./uPlot.min.js";
 
 const FONT_SIZE = 11;
 
-export const axisFont = () => `${FONT_SIZE}px ${look().font}`;
+// uPlot reads whole pixels
+export const axisFont = () => font(Math.round(px(FONT_SIZE)));
 
 function axis(label, side) {
   return {
     side,
     label,
-    labelSize: 17,
+    labelSize: px(17),
     labelGap: 0,
-    labelFont: `12px ${look().font}`,
+    labelFont: font(Math.round(px(12))),
     font: axisFont(),
-    size: side === 3 ? 44 : 24,
+    size: px(side === 3 ? 44 : 24),
     gap: 3,
     stroke: () => look().ink,
     grid: { stroke: () => look().grid, width: 1 },
@@ -47,7 +48,7 @@ export function plotOf(parent, { width, height, xLabel, yLabel, count, owner, to
   return new uPlot(
     {
       width, height,
-      padding: [top, 16, 0, 0],
+      padding: [px(top), px(16), 0, 0],
       legend: { show: false },
       cursor: { show: cursor, y: false, drag: { x: false, y: false, setScale: false }, points: { size: 6 }, focus: { prox: 1e6 } },
       scales: { x: { time: false, range: () => owner.rangeX() }, y: { range: () => owner.rangeY() } },
@@ -87,33 +88,6 @@ export function endsOf(rows) {
   return [least, most];
 }
 
-/** Colours of the strong curves: a curve keeps its colour as long as it stays strong, and has it again where it is free. */
-export class Colours {
-  constructor() {
-    this.slots = new Map();
-    this.past = new Map();
-  }
-
-  take(names) {
-    for (const [name, slot] of [...this.slots]) {
-      this.past.set(name, slot);
-      if (!names.includes(name)) this.slots.delete(name);
-    }
-    // those that had a colour choose before those that never had one
-    for (const name of [...names].sort((a, b) => Number(this.past.has(b)) - Number(this.past.has(a)))) {
-      if (this.slots.has(name)) continue;
-      const used = new Set(this.slots.values());
-      const free = [0, 1, 2, 3].filter((slot) => !used.has(slot));
-      const before = this.past.get(name);
-      this.slots.set(name, free.includes(before) ? before : free[0] ?? 3);
-    }
-  }
-
-  of(name) {
-    return look().strong[this.slots.get(name) ?? 0];
-  }
-}
-
 const FLAT = 0.7; // curves that stay above this share of their largest are drawn on an axis that starts below them
 const SPAN = 0.08; // least range of such an axis, of the largest value: what is less is as good as constant
 const ROOM = 0.3; // of the range above the curves, where the names of the peaks stand
@@ -128,12 +102,11 @@ export function axisFor(least, most) {
   return [low, Math.ceil((most + ROOM * span) / step) * step];
 }
 
-/** The axis after news: it grows at once, and shrinks only when the slider is let go and much of it is empty. */
+/** The axis after news: it grows at once, and shrinks when the slider is let go, to that of the state alone. */
 export function steadyAxis(axis, least, most, isReleased) {
   const wanted = axisFor(least, most);
-  if (!axis || !(axis[1] > axis[0])) return wanted;
+  if (isReleased || !axis || !(axis[1] > axis[0])) return wanted;
   const holds = axis[0] <= least && (axis[1] >= 0.99 * most || axis[1] >= wanted[1]) && axis[1] >= most;
-  if (isReleased && (most - axis[0] < 0.55 * (axis[1] - axis[0]) || wanted[1] - wanted[0] < 0.55 * (axis[1] - axis[0]))) return wanted;
   return holds ? axis : [Math.min(axis[0], wanted[0]), Math.max(axis[1], wanted[1])];
 }
 

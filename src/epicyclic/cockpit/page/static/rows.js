@@ -1,16 +1,16 @@
 // Plots whose rows have names: dots about the fair share with a strip over the hunting period, and bars from zero.
-import { loadColour, look, roundUp, short, translucent } from "./look.js";
+import { font, hue, loadColour, look, roundUp, short, translucent } from "./look.js";
 import { decimalsOf } from "./plot.js";
 
-export const ROW = { least: 13, most: 32 }; // [px]
+export const ROW = { least: 12, most: 32 }; // [px]
 const SHADES = 255; // steps of the colours of a strip
 const HEAD = 24;
-const FOOT = 36;
+export const FOOT = 36; // numbers and title of the axis
 
 export const heightFor = (rows) => HEAD + FOOT + rows * ROW.least;
 
 function labelWidth(context, labels, most) {
-  context.font = `11px ${look().font}`;
+  context.font = font(11);
   return Math.min(most, Math.max(30, ...labels.map((label) => context.measureText(label).width)) + 4);
 }
 
@@ -40,7 +40,7 @@ function spread(count, height) {
 }
 
 function labels(context, rows, lines, width) {
-  context.font = `11px ${look().font}`;
+  context.font = font(11);
   context.textAlign = "right";
   context.fillStyle = look().ink;
   rows.forEach((label, row) => context.fillText(cut(context, label, width), 6 + width, lines.y(row)));
@@ -59,7 +59,7 @@ export function ticks(low, high, most = 6) {
 
 function axis(context, { x0, x1, low, high, title }, lines) {
   const place = (value) => x0 + ((value - low) / (high - low)) * (x1 - x0);
-  context.font = `11px ${look().font}`;
+  context.font = font(11);
   context.textAlign = "center";
   context.lineWidth = 1;
   for (const { value, text } of ticks(low, high, Math.max(2, Math.min(6, Math.floor((x1 - x0) / 52))))) {
@@ -72,7 +72,7 @@ function axis(context, { x0, x1, low, high, title }, lines) {
     context.fillStyle = look().ink;
     context.fillText(text, x, lines.bottom + 11);
   }
-  context.font = `12px ${look().font}`;
+  context.font = font(12);
   context.fillText(cut(context, title, x1 - x0 + 40), (x0 + x1) / 2, lines.bottom + 26);
   return place;
 }
@@ -90,7 +90,7 @@ function reference(context, x, lines) {
 /** Marks of a legend from right to left within the head: {text, draw(x, y)}. */
 function legend(context, right, marks) {
   let x = right;
-  context.font = `11px ${look().font}`;
+  context.font = font(11);
   context.textAlign = "left";
   for (const { text, draw } of [...marks].reverse()) {
     x -= context.measureText(text).width;
@@ -161,17 +161,17 @@ export function drawSharing(context, width, height, data) {
     });
     const most = Math.max(...group.map((index) => data.coefficient[index]));
     if (!Number.isFinite(most)) return;
-    context.font = `11px ${look().font}`;
+    context.font = font(11);
     context.textAlign = "left";
     context.fillStyle = look().ink;
     context.fillText(most.toFixed(3), x1 + 8, y);
   });
   const strip = data.period ? drawStrip(context, x1 + value + 14, width - 10, lines, data) : null;
-  const marks = [{ text: "as it is", draw: (x, y) => dot(context, x, y, look().accent) }];
-  if (data.twin) marks.push({ text: data.twinLabel, draw: (x, y) => openDot(context, x, y, look().strong[0]) });
+  const marks = [{ text: "as it is", draw: (x, y) => dot(context, x, y, look().ink) }];
+  if (data.twin) marks.push({ text: data.twinLabel, draw: (x, y) => openDot(context, x, y, look().ink) });
   if (data.ghost) marks.push({ text: "A", draw: (x, y) => dashedDiamond(context, x, y) });
   const left = legend(context, width - 10, marks);
-  context.font = `600 12px ${look().font}`;
+  context.font = font(12, 600);
   context.textAlign = "left";
   context.fillStyle = look().ink;
   context.fillText(cut(context, data.note, left - 8), 8, 12);
@@ -182,19 +182,21 @@ export function drawSharing(context, width, height, data) {
 function lollipop(context, place, y, index, data, size) {
   const at = data.coefficient[index];
   if (!Number.isFinite(at)) return;
+  context.globalAlpha = data.alpha; // of what is older than the state; its texts stay to be read
   context.beginPath();
   context.moveTo(place(1), y);
   context.lineTo(place(at), y);
   context.lineWidth = 1.5;
-  context.strokeStyle = translucent(look().accent, 0.45);
+  context.strokeStyle = translucent(data.colours[index], 0.45);
   context.stroke();
   if (data.ghost?.[index] != null) dashedDiamond(context, place(data.ghost[index]), y);
-  dot(context, place(at), y, look().accent, size);
-  if (Number.isFinite(data.twin?.[index])) openDot(context, place(data.twin[index]), y, look().strong[0], size + 0.5);
+  dot(context, place(at), y, data.colours[index], size);
+  if (Number.isFinite(data.twin?.[index])) openDot(context, place(data.twin[index]), y, data.colours[index], size + 0.5);
+  context.globalAlpha = 1;
 }
 
 /** Rows over the hunting period, coloured by load. */
-function drawStrip(context, x0, x1, lines, { groups, period, periodHalf, cycles }) {
+function drawStrip(context, x0, x1, lines, { groups, period, periodHalf, cycles, alpha }) {
   const [rows, columns] = period.shape;
   if (!columns || x1 - x0 < 30) return null;
   const picture = document.createElement("canvas");
@@ -212,11 +214,13 @@ function drawStrip(context, x0, x1, lines, { groups, period, periodHalf, cycles 
   }
   paint.putImageData(image, 0, 0);
   context.imageSmoothingEnabled = false;
+  context.globalAlpha = alpha;
   groups.forEach((group, row) => {
     const tall = (0.82 * lines.tall) / group.length;
     group.forEach((index, i) => context.drawImage(picture, 0, index, columns, 1, x0, lines.y(row) - 0.41 * lines.tall + i * tall, x1 - x0, tall));
   });
-  context.font = `11px ${look().font}`;
+  context.globalAlpha = 1;
+  context.font = font(11);
   context.fillStyle = look().ink;
   context.textAlign = "left";
   context.fillText("0", x0, lines.bottom + 11);
@@ -224,7 +228,7 @@ function drawStrip(context, x0, x1, lines, { groups, period, periodHalf, cycles 
   const spaced = String(cycles ?? columns).replace(/\B(?=(\d{3})+$)/g, "\u2009");
   context.fillText(spaced, x1, lines.bottom + 11);
   context.textAlign = "center";
-  context.font = `12px ${look().font}`;
+  context.font = font(12);
   context.fillText(cut(context, "hunting period [mesh cycles]", x1 - x0 - 4), (x0 + x1) / 2, lines.bottom + 26);
   drawScale(context, x0, x1, lines.bottom + 11, low, high);
   return { x0, x1, columns };
@@ -239,7 +243,7 @@ function drawScale(context, x0, x1, y, low, high) {
     context.fillStyle = loadColour(i / (width - 1));
     context.fillRect(middle - width / 2 + i, y - 4, 1.5, 7);
   }
-  context.font = `10px ${look().font}`;
+  context.font = font(10);
   context.fillStyle = look().pale;
   context.textAlign = "right";
   context.fillText(short(low, 3), middle - width / 2 - 4, y);
@@ -264,11 +268,13 @@ export function drawBars(context, width, height, data) {
     const [y, at] = [lines.y(row), data.values[row]];
     const thick = Math.min(16, 0.66 * lines.tall);
     if (Number.isFinite(at)) {
-      context.fillStyle = row === data.strong ? look().strong[0] : look().accent;
+      context.globalAlpha = data.alpha;
+      context.fillStyle = row === data.strong ? hue(0) : look().pale;
       context.fillRect(Math.min(place(0), place(at)), y - thick / 2, Math.max(1, Math.abs(place(at) - place(0))), thick);
+      context.globalAlpha = 1;
     }
     if (data.ghost?.[row] != null) ghostBar(context, place(0), place(data.ghost[row]), y, thick + 3);
-    context.font = `11px ${look().font}`;
+    context.font = font(11);
     context.textAlign = "left";
     context.fillStyle = look().ink;
     const end = Math.max(place(0), Number.isFinite(at) ? place(at) : 0, data.ghost?.[row] != null ? place(data.ghost[row]) : 0);
@@ -282,7 +288,7 @@ export function drawBars(context, width, height, data) {
   }
   let left = width;
   if (data.ghost) left = legend(context, width - 10, [{ text: "A", draw: (x, y) => ghostBar(context, x - 8, x + 4, y, 8) }]);
-  context.font = `600 12px ${look().font}`;
+  context.font = font(12, 600);
   context.textAlign = "left";
   context.fillStyle = look().ink;
   context.fillText(cut(context, data.note, left - 16), 8, 12);

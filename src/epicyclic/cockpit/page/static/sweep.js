@@ -1,8 +1,8 @@
 // Mesh forces over speed: the worst curves strong, peaks named after their modes, the operating speed, pin A dashed.
 import { nearestOf, placed } from "./labels.js";
-import { brief, look, short, written } from "./look.js";
+import { alone, brief, font, hue, look, px, short, written } from "./look.js";
 import { make, Pane } from "./pane.js";
-import { axisFont, Colours, endsOf, ghostCurve, plotOf, rowsOf, steadyAxis } from "./plot.js";
+import { axisFont, endsOf, ghostCurve, plotOf, rowsOf, steadyAxis } from "./plot.js";
 
 const NARROW = 460; // [px] of a pane below which the key has two lines
 const STALE = 0.4; // opacity of what is older than the state
@@ -18,7 +18,6 @@ export class SweepPane extends Pane {
     this.note = make("div", { class: "ck-note" });
     this.raised = make("div", { class: "ck-note ck-at-left", hidden: "" }, "axis not from 0");
     this.root.prepend(this.body, this.keys, this.note, this.raised, this.peaks);
-    this.colours = new Colours();
     this.styles = [];
     this.axis = null;
     this.range = null;
@@ -98,7 +97,6 @@ export class SweepPane extends Pane {
     this.range = isOther || isReleased || !this.range ? range : [Math.min(range[0], this.range[0]), Math.max(range[1], this.range[1])];
     const order = head.curves.map((curve, i) => ({ ...curve, row: i }));
     order.sort((a, b) => Number(a.strong) - Number(b.strong) || a.row - b.row);
-    this.colours.take(order.filter((curve) => curve.strong).map((curve) => curve.label).sort());
     this.order = order;
     this.styleCurves();
     this.data = [Array.from(arrays.x.data), ...order.map((curve) => rows[curve.row])];
@@ -112,8 +110,12 @@ export class SweepPane extends Pane {
     this.describe(head);
   }
 
+  colourOf({ label, row }) {
+    return this.hub.meshColour(label) ?? hue(row);
+  }
+
   styleCurves() {
-    this.styles = this.order.map((curve) => ({ colour: curve.strong ? this.colours.of(curve.label) : look().other }));
+    this.styles = this.order.map((curve) => ({ colour: curve.strong ? this.colourOf(curve) : look().other }));
   }
 
   build(head, count) {
@@ -132,7 +134,7 @@ export class SweepPane extends Pane {
     const context = plot.ctx;
     for (const curve of this.pinned?.curves ?? []) {
       const same = this.order.find((one) => one.strong && one.label === curve.label);
-      ghostCurve(context, plot, this.pinned.x, curve.y, same ? this.colours.of(curve.label) : look().pale);
+      ghostCurve(context, plot, this.pinned.x, curve.y, same ? this.colourOf(curve) : look().pale);
     }
   }
 
@@ -166,7 +168,7 @@ export class SweepPane extends Pane {
     context.lineWidth = 1.5 * ratio;
     context.strokeStyle = look().ink;
     line(context, [x, top], [x, top + height]);
-    context.font = `600 ${10.5 * ratio}px ${look().font}`;
+    context.font = font(px(10.5) * ratio, 600);
     context.fillStyle = look().ink;
     context.textBaseline = "top";
     const text = `operating, ${short(at, 4)}`;
@@ -175,7 +177,7 @@ export class SweepPane extends Pane {
     context.textAlign = isRight ? "left" : "right";
     context.fillText(text, x + (isRight ? 5 : -5) * ratio, top + 2 * ratio);
     const start = isRight ? x : x - wide - 8 * ratio;
-    return { x: start / ratio, y: top / ratio, w: wide / ratio + 8, h: 15 };
+    return { x: start / ratio, y: top / ratio, w: wide / ratio + 8, h: px(15) };
   }
 
   /** How far the resonance of the first answer is: a dashed line at its speed, and from there to the speed that is shown. */
@@ -191,7 +193,7 @@ export class SweepPane extends Pane {
     line(context, [x, top], [x, top + height]);
     context.setLineDash([]);
     line(context, [from, y], [x, y]);
-    context.font = `600 ${10.5 * ratio}px ${look().font}`;
+    context.font = font(px(10.5) * ratio, 600);
     context.textBaseline = "bottom";
     const wide = context.measureText(figure).width;
     const isLeft = x < from ? x - wide - 8 * ratio > left : x + wide + 8 * ratio > left + width;
@@ -199,7 +201,7 @@ export class SweepPane extends Pane {
     context.textAlign = "left";
     context.fillText(figure, start, top + height - 2 * ratio);
     context.restore();
-    return { x: start / ratio - 2, y: (top + height) / ratio - 16, w: wide / ratio + 4, h: 15 };
+    return { x: start / ratio - 2, y: (top + height) / ratio - px(16), w: wide / ratio + 4, h: px(15) };
   }
 
   /** Names of the peaks as buttons, the highest first; where there is no room the point alone stays. */
@@ -208,7 +210,7 @@ export class SweepPane extends Pane {
     const sorted = [...known].sort((a, b) => b.y - a.y);
     const items = sorted.map((peak) => {
       const at = { x: plot.valToPos(peak.x, "x", true) / ratio, y: plot.valToPos(peak.y, "y", true) / ratio };
-      return { ...at, w: this.widthOf(peak.label), h: LABEL.height, peak };
+      return { ...at, w: this.widthOf(peak.label), h: px(LABEL.height), peak };
     });
     const points = this.curvePoints(plot, ratio);
     const dots = items.map(({ x, y }) => ({ x: x - 4, y: y - 4, w: 8, h: 8 }));
@@ -244,7 +246,7 @@ export class SweepPane extends Pane {
     if (!this.measured.has(text)) {
       if (this.measured.size > 400) this.measured.clear();
       this.measurer.font = axisFont();
-      this.measured.set(text, Math.min(LABEL.most, Math.ceil(this.measurer.measureText(text).width) + LABEL.pad + 2));
+      this.measured.set(text, Math.min(px(LABEL.most), Math.ceil(this.measurer.measureText(text).width) + LABEL.pad + 2));
     }
     return this.measured.get(text);
   }
@@ -272,15 +274,15 @@ export class SweepPane extends Pane {
       mark.style.borderTopColor = colour;
       return make("span", {}, mark, text);
     };
-    const words = (curve) => withoutStage(brief(curve.label.replace(/ and \d+ alike$/, "")), strong);
-    const rows = strong.map((curve) => key(words(curve), this.colours.of(curve.label)));
+    const words = (curve) => withoutStage(brief(alone(curve.label)), strong);
+    const rows = strong.map((curve) => key(words(curve), this.colourOf(curve)));
     const others = this.order.length - strong.length;
     if (others) rows.push(key(`${others} more`, look().other));
     if (this.pinned) rows.push(key("A", look().pale, true));
     for (const row of rows.slice(strong.length)) row.classList.add("ck-whole");
     this.note.textContent = head.stage ?? "";
     this.raised.hidden = !(this.axis[0] > 0);
-    const text = rows.map((row) => row.textContent).join("|") + look().dark + strong.map((curve) => this.colours.of(curve.label)).join();
+    const text = rows.map((row) => row.textContent).join("|") + look().dark + strong.map((curve) => this.colourOf(curve)).join();
     if (text === this.keyText) return;
     this.keyText = text;
     this.keys.replaceChildren(...rows);
@@ -315,7 +317,7 @@ export class SweepPane extends Pane {
     const rows = [[`${short(at, 4)} ${unit(this.head.x_label)}`, null]];
     const strong = this.order.map((curve, i) => ({ ...curve, value: this.data[i + 1][index] })).filter((curve) => curve.strong && curve.value != null);
     strong.sort((a, b) => b.value - a.value);
-    for (const curve of strong) rows.push([curve.label, `${written(curve.value, 4)} ${unit(this.head.y_label)}`, this.colours.of(curve.label)]);
+    for (const curve of strong) rows.push([curve.label, `${written(curve.value, 4)} ${unit(this.head.y_label)}`, this.colourOf(curve)]);
     if (this.pinned) {
       const near = nearest(this.pinned.x, at);
       const most = Math.max(...this.pinned.curves.map((curve) => curve.y[near] ?? -Infinity));

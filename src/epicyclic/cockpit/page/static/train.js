@@ -1,5 +1,5 @@
 // The drawing of the train: front view and axial section, turning, or a mode shape in the same drawing.
-import { calm, loadColour, look, roundUp, written } from "./look.js";
+import { calm, font, loadColour, look, px, roundUp, written } from "./look.js";
 import { make, Pane, Sheet } from "./pane.js";
 import { drawLoadKey, fitted, paint, paintMode, placeAt, prepared, slowing, under } from "./train_paint.js";
 
@@ -39,8 +39,22 @@ export class TrainPane extends Pane {
   }
 
   clear() {
-    this.sheet.fit(this.width, this.height);
+    this.sheet.fit(this.wide, this.tall);
     this.sheet.begin();
+  }
+
+  /** Size in pixels of the usual page. */
+  get wide() {
+    return this.width / px(1);
+  }
+
+  get tall() {
+    return this.height / px(1);
+  }
+
+  restyle() {
+    this.fit = null;
+    this.schedule();
   }
 
   resized() {
@@ -50,7 +64,7 @@ export class TrainPane extends Pane {
   draw(part, time, stale) {
     if (this.part_ !== part) this.take(part);
     this.advance(time);
-    this.sheet.fit(this.width, this.height);
+    this.sheet.fit(this.wide, this.tall);
     const context = this.sheet.begin();
     if (!this.front.shapes.length) return;
     this.fit ??= this.views();
@@ -101,10 +115,10 @@ export class TrainPane extends Pane {
   }
 
   views() {
-    const tall = Math.round(this.height * FRONT_SHARE);
+    const tall = Math.round(this.tall * FRONT_SHARE);
     const head = this.front.shapes.some((shape) => shape.role === "stage") ? 22 : 8;
-    const front = { x: 10, y: head, width: this.width - 20, height: tall - KEY - head };
-    const section = { x: 24, y: tall + 8, width: this.width - 48, height: this.height - tall - 26 };
+    const front = { x: 10, y: head, width: this.wide - 20, height: tall - KEY - head };
+    const section = { x: 24, y: tall + 8, width: this.wide - 48, height: this.tall - tall - 26 };
     return { front: fitted(this.front.bounds, front), section: fitted(this.section.bounds, section), key: tall - KEY / 2 };
   }
 
@@ -157,12 +171,13 @@ export class TrainPane extends Pane {
     const scene = { loads: this.loads, meshes: part.head.meshes };
     paint(context, this.front, front, { ...scene, place: (shape) => this.placed(shape) });
     paint(context, this.section, section, { ...scene, place: (shape) => shape.at });
+    context.globalAlpha = 1;
     const known = [...this.loads.values].some(Number.isFinite);
     if (known) drawLoadKey(context, 62, key, this.loads);
-    context.font = `10.5px ${look().font}`;
+    context.font = font(10.5);
     context.fillStyle = look().pale;
     context.textAlign = "right";
-    if (this.slow > 1 && this.width > 330) context.fillText(`turning 1 : ${written(this.slow, 1)}`, this.width - 8, key + 0.5);
+    if (this.slow > 1 && this.wide > 330) context.fillText(`turning 1 : ${written(this.slow, 1)}`, this.wide - 8, key + 0.5);
   }
 
   /** Where shapes of both views are in a mode, `swing` -1..1: displaced and turned; moved in the plane, and tilted. */
@@ -190,11 +205,12 @@ export class TrainPane extends Pane {
     const [turned, tilted] = this.movedBy(motion, swing);
     paintMode(context, this.front, front, turned, amount);
     paintMode(context, this.section, section, tilted, amount);
-    context.font = `600 12px ${look().font}`;
+    context.globalAlpha = 1;
+    context.font = font(12, 600);
     context.fillStyle = look().ink;
     context.textAlign = "left";
     const title = `${written(this.mode.frequency, 4)} Hz, ${this.mode.label}`;
-    context.fillText(cut(context, title, this.width - 16), 8, key + 0.5);
+    context.fillText(cut(context, title, this.wide - 16), 8, key + 0.5);
   }
 
   drawButton() {
@@ -217,8 +233,7 @@ export class TrainPane extends Pane {
     if (event.key === " " && event.target === this.root) {
       event.preventDefault();
       this.hub.setPlaying(!this.hub.playing);
-    } else if (event.key === "Escape" && this.hub.mode !== null) this.choose(null);
-    else if (["ArrowDown", "ArrowRight", "ArrowUp", "ArrowLeft"].includes(event.key) && modes.length) {
+    } else if (["ArrowDown", "ArrowRight", "ArrowUp", "ArrowLeft"].includes(event.key) && modes.length) {
       event.preventDefault();
       const step = event.key === "ArrowDown" || event.key === "ArrowRight" ? 1 : -1;
       const at = modes.findIndex((mode) => mode.index === this.hub.mode);
@@ -226,6 +241,10 @@ export class TrainPane extends Pane {
       this.choose(modes[next].index);
       this.say(`Mode ${next + 1} of ${modes.length}: ${written(modes[next].frequency, 4)} hertz, ${modes[next].label}`);
     }
+  }
+
+  rest() {
+    this.choose(null);
   }
 
   choose(index) {
@@ -236,12 +255,12 @@ export class TrainPane extends Pane {
   onPointer(event) {
     if (!this.fit || !this.part_ || event.target === this.button) return this.hideTip();
     const edge = this.root.getBoundingClientRect();
-    const [x, y] = [event.clientX - edge.left, event.clientY - edge.top];
+    const [x, y] = [(event.clientX - edge.left) / px(1), (event.clientY - edge.top) / px(1)];
     const found = y < this.fit.key - KEY / 2
       ? under(this.front, this.fit.front, (shape) => this.placed(shape), x, y)
       : under(this.section, this.fit.section, (shape) => shape.at, x, y);
     if (!found) return this.hideTip();
-    this.showTip(x, y, found.meshes ? this.meshRows(found.meshes) : this.bodyRows(found.body));
+    this.showTip(px(x), px(y), found.meshes ? this.meshRows(found.meshes) : this.bodyRows(found.body));
   }
 
   bodyRows(index) {

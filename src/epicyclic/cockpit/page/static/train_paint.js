@@ -1,5 +1,5 @@
 // The display list of the train painted on a canvas: areas, strokes, symbols and texts in [mm], each by its role.
-import { faded, loadColour, look, short, tinted, translucent, written } from "./look.js";
+import { faded, font, loadColour, look, short, tinted, translucent, written } from "./look.js";
 
 const TURN = 2 * Math.PI;
 
@@ -155,7 +155,10 @@ function symbol(context, shape, view, scene) {
   context.textAlign = "center";
   context.lineWidth = 1;
   context.strokeStyle = context.fillStyle = look().ink;
+  const alpha = context.globalAlpha; // of what is older than the state; its texts stay to be read
+  if (shape.type === "text") context.globalAlpha = 1;
   ROLES[shape.type][shape.role](context, x, y, shape, view, scene);
+  context.globalAlpha = alpha;
 }
 
 /** Of the meshes of a shape the most loaded one, -1 where no load is known. */
@@ -223,7 +226,8 @@ function load(context, x, y, radius, value, [cx, cy], room) {
   const away = Math.hypot(cx - x, cy - y) || 1;
   // Clear of the patch in every direction: a number of three digits is twice as wide as tall.
   const reach = radius + 4 + (12 * Math.abs(cx - x) + 6 * Math.abs(cy - y)) / away;
-  context.font = `600 10.5px ${look().font}`;
+  context.globalAlpha = 1;
+  context.font = font(10.5, 600);
   context.fillStyle = look().ink;
   context.fillText(written(value, 3), x + ((cx - x) / away) * reach, y + ((cy - y) / away) * reach);
 }
@@ -275,18 +279,18 @@ function bars(context, x, y) {
 }
 
 function number(context, x, y, { room, text }, view) {
-  context.font = `600 ${Math.max(9, Math.min(17, 0.42 * room * view.scale))}px ${look().font}`;
+  context.font = font(Math.max(9, Math.min(17, 0.42 * room * view.scale)), 600);
   context.fillText(text, x, y + 0.5);
 }
 
 function name(context, x, y, { room, text }, view) {
   if (room * view.scale <= 22) return;
-  context.font = `11px ${look().font}`;
+  context.font = font(11);
   context.fillText(text, x, y + Math.min(0.52 * room * view.scale, 20));
 }
 
 function stage(context, x, y, { text }) {
-  context.font = `600 11px ${look().font}`;
+  context.font = font(11, 600);
   context.fillStyle = look().pale;
   context.fillText(text, x, Math.max(y - 12, 8));
 }
@@ -322,7 +326,7 @@ export function drawLoadKey(context, x, y, loads) {
   context.lineWidth = 1;
   context.strokeStyle = look().edge;
   context.strokeRect(x - 0.5, y - 4.5, width + 1.5, 9);
-  context.font = `10.5px ${look().font}`;
+  context.font = font(10.5);
   context.fillStyle = look().pale;
   context.textAlign = "right";
   context.fillText(short(loads.low, 3), x - 5, y + 0.5);
