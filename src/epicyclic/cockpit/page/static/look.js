@@ -52,7 +52,7 @@ export const font = (size, weight = 400) => `${weight} ${size}px ${look().font}`
 /** Colour of data number `at` from 0, the last of -1, as CSS; `shade` 0..1 takes it towards the ink, where it stands out as well. */
 export function hue(at, shade = 0) {
   const colour = look().hues.at(at % look().hues.length);
-  return shade ? `color-mix(in srgb, ${colour} ${Math.round(100 - 90 * shade)}%, ${look().ink})` : colour;
+  return shade ? `color-mix(in srgb, ${colour} ${Math.round(100 - 75 * shade)}%, ${look().ink})` : colour;
 }
 
 function rgb(hex) {
