@@ -410,11 +410,11 @@ def test_warnings_facts_speed_and_name_stand_in_the_header() -> None:
         assert session.relative_speed == 1.0
         session.unsaved = True
         session.tell("state")
-        await user.should_see("edited")
+        assert texts(user, data_testid="edited") == "edited"
         assert texts(user, data_testid="name") == "ren2021"
         session.unsaved = False
         session.tell("state")
-        await user.should_not_see("edited")
+        assert texts(user, data_testid="edited") == ""
 
     look(talk)
 

@@ -448,6 +448,7 @@ class Header:
             self._name = Words("h1", "Cockpit", classes="ck-name")
             self._name.props["data-testid"] = "name"
             self._edited = Words(text="edited", classes="ck-edited")
+            self._edited.props["data-testid"] = "edited"
             self.open_model = open_button(session)
             self.new_train = new_button(session)
             self._of_model = [box("ck-head-part"), box("ck-head-part ck-head-end")]
