@@ -218,8 +218,9 @@ def test_curves_that_lie_on_each_other_are_one_strong_curve() -> None:
 def test_the_twin_is_the_train_with_the_override_it_names(drive: str, overrides: dict[str, object]) -> None:
     (frame,) = frames_of(drive, overrides)
     twin = frame.head["sharing"]["twin"]
-    mean_load = mean_loads(assemble(load(drive, {**overrides, twin["path"]: twin["value"]})))[0]
+    mean_load, turning = mean_loads(assemble(load(drive, {**overrides, twin["path"]: twin["value"]})))
     np.testing.assert_allclose(frame.arrays["sharing/twin"], mean_load, rtol=1e-6)
+    assert twin["k_gamma_turning"] == pytest.approx(float(turning.max()), rel=1e-9)
     assert twin["k_gamma"] == pytest.approx(float(mean_load.max()), rel=1e-9)
     floats = overrides.get("stages.main.sun.support.radial") == 0
     assert twin["label"].startswith("with a supported sun" if floats else "with a floating sun")
