@@ -257,16 +257,19 @@ def _shift(model: _Model, parts: _Parts) -> str:
         of_twin = mode_view(twin.train, twin.system, model.labels, relative_speed=relative_speed)
     except _NOT_COMPUTED:
         return ""
-    told, told_of_twin = (_told_modes(model, view) for view in (modes, of_twin))
+    told, told_of_twin = (_told_modes(view, _mode_rows(model, view)) for view in (modes, of_twin))
     to_rpm = None if model.axis is None else model.axis[1]
     return answers.resonance_shift(
         model.system, told, twin.system, told_of_twin, relative_speed=relative_speed, to_rpm=to_rpm
     )
 
 
-def _told_modes(model: _Model, view: ModeView) -> dict[str, Any]:
+def _mode_rows(model: _Model, view: ModeView) -> list[dict[str, Any]]:
+    return view.rows(model.axis, model.request.relative_speed, len(model.train.planets))
+
+
+def _told_modes(view: ModeView, rows: Any) -> dict[str, Any]:
     """Modes as the answers take them: with the mesh orders that meet them."""
-    rows = view.rows(model.axis, model.request.relative_speed, len(model.train.planets))
     names = ("frequency", "shape", "mass", "crossings", "force_ratio", "at_rest")
     return {"rows": rows, **{name: getattr(view, name) for name in names}}
 
@@ -290,8 +293,8 @@ def _shown(model: _Model, parts: _Parts) -> dict[str, _Shown]:
     """Parts of a frame by their names; those that there are."""
     shown: dict[str, _Shown] = {}
     if parts.modes is not None:
-        rows = parts.modes.rows(model.axis, model.request.relative_speed, len(model.train.planets))
-        shown["modes"] = rows, {name: getattr(parts.modes, name) for name in ("frequency", "shape", "mass")}
+        values = {name: getattr(parts.modes, name) for name in ("frequency", "shape", "mass")}
+        shown["modes"] = _mode_rows(model, parts.modes), values
     if parts.sharing is not None:
         shown["sharing"] = sharing_head(parts.sharing, parts.twin, model.train, model.meshes)
     if parts.errors is not None:
@@ -307,7 +310,7 @@ def _answers(model: _Model, parts: _Parts, shown: Mapping[str, _Shown]) -> dict[
     """Answers and checks of a frame: of what is shown, and of the modes the mesh orders that meet them."""
     told = {name: {**table, **values} for name, (table, values) in shown.items() if name != "modes"}
     if parts.modes is not None:
-        told["modes"] = _told_modes(model, parts.modes)
+        told["modes"] = _told_modes(parts.modes, shown["modes"][0])
     if parts.twin is not None:
         told["twin"] = {**parts.twin.head, "coefficient": parts.twin.coefficient, "resonance": parts.shift}
     checks = [asdict(check) for check in answers.checks_of(model.train, model.system)]

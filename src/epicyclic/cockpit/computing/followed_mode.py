@@ -90,9 +90,12 @@ class FollowedMode:
 
 def shapes_of(frame: PageFrame) -> ModeShapes | None:
     """Modes of a live frame; None where it has none."""
-    rows, train = frame.head.get("modes"), frame.head["train"]
-    names = [train["title"], *(body["name"] for body in train["bodies"])]
-    return mode_shapes(names, rows, frame.arrays["modes/shape"], frame.arrays["modes/mass"]) if rows else None
+    rows = frame.head.get("modes")
+    shape, mass = (frame.arrays.get(f"modes/{name}") for name in ("shape", "mass"))
+    if not rows or shape is None or mass is None:
+        return None
+    train = frame.head["train"]
+    return mode_shapes([train["title"], *(body["name"] for body in train["bodies"])], rows, shape, mass)
 
 
 def mode_shapes(
