@@ -21,7 +21,9 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 from .errors import ModelError
 
 if TYPE_CHECKING:
+    import numpy as np
     import xarray as xr
+    from numpy.typing import NDArray
 
 # By number of planets.  The table of the wind standard ends at seven; the last factor of the ship rule is for as many
 # or more.
@@ -37,8 +39,11 @@ _ROUNDING = 5e-7
 # natural frequencies of a drawing are known to some 10 %.
 RESONANCE_BAND = 0.2
 # Amplitude of a mesh force per its mean: a twentieth is less than loads of a train are known to, and at the mean itself
-# the force falls to zero once a cycle, teeth part.
+# the force falls to zero once a cycle, teeth part.  A peak of the largest force over speed that rises less than a
+# twentieth above its surroundings is no matter either.
 NO_MATTER, TEETH_PART = 0.05, 1.0
+# Modal assurance from which two shapes are the same mode: half of the kinetic energy and more is in it.
+SAME_SHAPE = 0.5
 # A relief that takes less than this part off its objective is not worth a grinding: loads and flanks vary more.
 RELIEF_GAIN = 0.02
 Tone = Literal["good", "caution", "bad"]
@@ -194,6 +199,15 @@ class ResonanceVerdict(NamedTuple):
         if self.tone == "good":
             return f"{words} (no matter below {100 * NO_MATTER:g} %)"
         return f"{words}, teeth part from {100 * TEETH_PART:g} %" if self.tone == "bad" else words
+
+
+def peak_matters(height: NDArray[np.float64], prominence: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Whether peaks of the largest force over speed rise enough above their surroundings to be named.
+
+    height : (p,) of the peaks [N].  prominence : (p,) height above the higher of the lowest places on both sides, up to
+    the next higher peak [N].
+    """
+    return prominence >= NO_MATTER * (height - prominence)
 
 
 def nearest_verdict(

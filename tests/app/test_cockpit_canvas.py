@@ -7,7 +7,7 @@ import colorsys
 import hashlib
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -235,16 +235,63 @@ def test_the_resonance_of_the_answers_stands_in_the_curve(page: Any) -> None:
         show(page, frames.live(rev, resonance={**resonance, "level": level}))
         painted(page, "sweep", rev)
         said = page.locator("#sweep").get_attribute("aria-label")
-        return page.evaluate(INK_OF_LEVEL, level), "resonance of the answers at 900, 10 % away" in said
+        return page.evaluate(INK_OF_LEVEL, level), "resonance of the answers: 4th order, 900 rpm, −10 %" in said
 
-    columns, said = drawn(1, "bad", speed=900.0, figure="10 %")
+    mark = "4th order, 900 rpm, −10 %"
+    columns, said = drawn(1, "bad", speed=900.0, mark=mark)
     assert said
     assert columns
     assert columns == pytest.approx([900.0] * len(columns), abs=8.0)  # two pixels
-    assert drawn(2, "warn", speed=900.0, figure="10 %")[0]
+    assert drawn(2, "warn", speed=900.0, mark=mark)[0]
     assert page.evaluate(INK_OF_LEVEL, "bad") == []
-    assert drawn(3, "bad", speed=2000.0, figure="100 %") == ([], False)  # beyond the axis
+    assert drawn(3, "bad", speed=2000.0, mark="4th order, 2000 rpm, +100 %") == ([], False)  # beyond the axis
     assert drawn(4, "bad") == ([], False)
+
+
+@browsing
+def test_the_mark_of_the_resonance_stays_after_jobs_pins_sizes_themes_and_late_frames(page: Any) -> None:
+    resonance = {"speed": 900.0, "mark": "4th order, 900 rpm, −10 %", "level": "bad"}
+    show(page, frames.live(2, resonance=resonance))
+    painted(page, "sweep", 2)
+    before = page.evaluate(INK_OF_LEVEL, "bad")
+    assert before
+
+    def after(change: Callable[[], object]) -> list[float]:
+        change()
+        page.evaluate("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
+        page.wait_for_timeout(60)
+        columns: list[float] = page.evaluate(INK_OF_LEVEL, "bad")
+        return columns
+
+    ghost = base64.b64encode(frames.live(1)).decode()
+    for change in (
+        lambda: show(page, frames.job(2, "relief", answers=[{"key": "relief", "speed": None}])),
+        lambda: page.evaluate("text => cockpit.ghost(text)", ghost),
+        lambda: page.evaluate("document.getElementById('sweep').style.height = '240px'"),
+        lambda: page.evaluate("document.body.className = 'body--dark'"),
+        lambda: show(page, frames.live(1), *frames.full(2)),
+    ):
+        assert after(change) == pytest.approx([900.0] * len(before), abs=8.0)
+    # a frame that brings answers and no curve takes it away at once
+    quiet = {"answers": [{"key": "resonance", "speed": None}]}
+    assert after(lambda: show(page, frames.packed(2, "errors", quiet, {}))) == []
+
+
+@browsing
+def test_names_of_peaks_give_way_to_the_mark_of_the_resonance(page: Any) -> None:
+    low = {"speed": 760.0, "mark": "12th order of the first stage, 760 rpm, −24 %", "level": "bad"}
+    show(page, frames.live(1, scale=8.0), frames.live(2, scale=0.6, resonance=low))  # peaks far down, beside the mark
+    painted(page, "sweep", 2)
+    found = page.evaluate(
+        """() => { const box = panes.sweep.mark, edge = panes.sweep.root.getBoundingClientRect();
+        const names = [...document.querySelectorAll('.ck-peak')].map(e => e.getBoundingClientRect());
+        const meets = b => b.left - edge.left < box.x + box.w && box.x < b.right - edge.left
+          && b.top - edge.top < box.y + box.h && box.y < b.bottom - edge.top;
+        return {names: names.length, over: names.filter(meets).length, box}; }"""
+    )
+    assert found["names"] >= 3
+    assert found["over"] == 0
+    assert found["box"]["w"] > 200
 
 
 @browsing

@@ -14,12 +14,18 @@ from epicyclic.cockpit.computing.compute import compute
 from epicyclic.cockpit.state.frames import Request
 from epicyclic.document.document import drive_text, ready_drives
 from epicyclic.errors import ModelError
-from epicyclic.limits import SHIP, WIND, k_gamma_limit, nearest_limit, passes
+from epicyclic.limits import NO_MATTER, SHIP, WIND, k_gamma_limit, nearest_limit, passes, peak_matters
 from epicyclic.questions.sharing.views import findings
 from epicyclic.questions.tolerance.views import tolerance_findings
 from epicyclic.train.resolution import load
 
 FILE = {"limits": {"k_gamma": 1.2, "stages": {"low": {"k_gamma": 1.3}, "high": {"k_gamma": SHIP}}}}
+
+
+def test_a_peak_matters_from_a_twentieth_above_its_surroundings() -> None:
+    height = np.array([104.9, 105.1, 210.0, 1.0])
+    assert peak_matters(height, height - [100.0, 100.0, 100.0, 0.0]).tolist() == [False, True, True, True]
+    assert NO_MATTER == 0.05
 
 
 def test_an_option_goes_before_stage_file_and_table() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import struct
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import Any
 
@@ -115,7 +115,7 @@ def sweep_head(drawn: Mapping[str, Any], points: int, scale: float) -> tuple[dic
         "planets swing",
     ]
     peaks = [
-        {"x": float(c), "y": float(scale * (h + 74)), "label": name, "mode": i}
+        {"x": float(c), "y": float(scale * (h + 74)), "label": name, "mode": i, "count": 1}
         for i, (c, h, name) in enumerate(zip(centres, heights, names, strict=True))
     ]
     head = {
@@ -168,14 +168,15 @@ def full(rev: int, *, planets: int = 3, seed: int = 1) -> list[bytes]:
     ]
 
 
-def job(rev: int, name: str) -> bytes:
-    """A frame of a job: lines for ``contact``, bars for every other name."""
+def job(rev: int, name: str, *, answers: Sequence[Mapping[str, Any]] = ()) -> bytes:
+    """A frame of a job: lines for ``contact``, bars for every other name; with the answers that it has found."""
     plain = {"name": name, "title": "Transmission error under load", "text": "", "apply": None, "apply_label": ""}
+    found = {"answers": list(answers)} if answers else {}
     if name == "contact":
         x = np.linspace(0, 1, 64)
         curves = [{"label": label, "strong": True} for label in ("as it is", "with tip relief")]
         lines = {"x_label": "mesh cycle [1]", "y_label": "transmission error [um]", "curves": curves}
         y = np.array([12 + 3 * np.sin(2 * np.pi * x), 11 + 0.8 * np.sin(2 * np.pi * x)])
-        return packed(rev, "job", {"job": {**plain, "lines": lines}}, {"job/x": x, "job/y": y})
+        return packed(rev, "job", {"job": {**plain, "lines": lines}, **found}, {"job/x": x, "job/y": y})
     bars = {"x_label": "share of the variance [%]", "rows": [f"pin of planet {i + 1}" for i in range(5)], "line": 20.0}
-    return packed(rev, "job", {"job": {**plain, "bars": bars}}, {"job/bar": np.array([38, 25, 17, 12, 8.0])})
+    return packed(rev, "job", {"job": {**plain, "bars": bars}, **found}, {"job/bar": np.array([38, 25, 17, 12, 8.0])})

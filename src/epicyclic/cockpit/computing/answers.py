@@ -32,7 +32,8 @@ from ...system.tooth_pairs import mean_force, pair_of, tooth_warnings
 from ...teeth.geometry import FLANK_GRADES, SIZE_GRADES, run_out_width
 from ...train.train import Body, Train
 from ...warning_codes import WARNING_CODES, CodedText, code_of, coded
-from ..state.frames import LEVELS, Answer, Level, listed, number, per_cent
+from ..state.frames import LEVELS, Answer, Level, listed, number, ordinal, per_cent
+from .followed_mode import like_modes, mode_shapes
 
 # Tables whose second key may be left out where the train has one stage.
 _STAGED = ("deviations", "operation.speed", "operation.torque", "operation.power")
@@ -155,6 +156,9 @@ def halved_tolerance(train: Train, entry: str) -> dict[str, object]:
     return {}
 
 
+Part = Mapping[str, Any] | None
+
+_MINUS = "\u2212"
 # A K_gamma this close to 1 is 1; a change of it below this is none (half a unit of the last digit shown).
 _ONE, _NO_CHANGE = 5e-7, 5e-4
 # Coefficients this close to the largest are the same: planets that symmetry loads alike differ by rounding alone.
@@ -245,8 +249,9 @@ def has_deviations(train: Train) -> bool:
     return any(np.any(item.vector) for item in train.displacements) or any(item.amplitude for item in train.mesh_errors)
 
 
-def float_answer(train: Train, sharing: Mapping[str, Any] | None, twin: Mapping[str, Any] | None) -> Answer:
-    """K_gamma of the train beside that of the same train with a floating sun, or with a supported one."""
+def float_answer(train: Train, sharing: Part, twin: Part) -> Answer:
+    """Both K_gamma of the train beside those of the same train with a floating sun, or with a supported one, and what
+    becomes of its resonance."""
     if not any(body.kind == "sun" and body.gear is not None for body in train.bodies):
         return Answer("float", "The train has no sun that could float.")
     if sharing is None:
@@ -254,29 +259,42 @@ def float_answer(train: Train, sharing: Mapping[str, Any] | None, twin: Mapping[
     if twin is None or sharing["k_gamma"] is None:
         return Answer("float", "The sun has no radial support of its own to take away, or nothing else holds it.")
     now, then = float(sharing["k_gamma"]), float(twin["k_gamma"])
-    figure = f"{now:.3f}"
-    after = f"{then:.3f}"
-    if not has_deviations(train) and now <= 1 + _ONE:
-        text = "Nothing yet: without deviations the planets share equally, floating sun or not."
-        return Answer("float", text, figure=figure, then=after, evidence="sharing")
     of_stage = f" of {twin['stage']}" if len(train.planets) > 1 else ""
+    resonance = f" {twin['resonance']}" if twin.get("resonance") else ""
+    if not has_deviations(train) and now <= 1 + _ONE:
+        text = "Nothing in load sharing: without deviations the planets share equally, floating sun or not."
+        return Answer("float", text + resonance, figure=f"{now:.3f}", then=f"{then:.3f}", evidence="sharing")
+    turning = float(sharing["k_gamma_turning"]), float(twin["k_gamma_turning"])
+    change = f"mean-load K_gamma {_change(now, then)}, turning K_gamma {_change(*turning)}"
+    figure, after = _both(now, then)
     level: Level = "good"
     values: dict[str, object] = {}
     if twin["value"] != 0:
-        text = f"The sun{of_stage} floats already: K_gamma {now:.3f}; with a rigid support it would be {then:.3f}."
+        text = f"The sun{of_stage} floats already. With a rigid support: {change}."
         after = ""
-    elif abs(now - then) < _NO_CHANGE:
-        text = f"Nothing: K_gamma is {now:.3f} with the support of the sun{of_stage} and without it."
-    elif then > now:
-        text = f"It costs: without its support the sun{of_stage} raises K_gamma from {now:.3f} to {then:.3f}."
     else:
-        text = f"K_gamma falls from {now:.3f} to {then:.3f} where the sun{of_stage} floats."
-        level = "warn" if now - then > 0.01 else "good"
-        values = {str(twin["path"]): twin["value"]}
-    label = "Let the sun float"
+        text = f"With a floating sun{of_stage}: {change}."
+        if now - then >= _NO_CHANGE:
+            level = "warn" if now - then > 0.01 else "good"
+            values = {str(twin["path"]): twin["value"]}
+    text, label = text + resonance, "Let the sun float"
     return Answer(
         "float", text, figure=figure, then=after, level=level, apply=values, apply_label=label, evidence="sharing"
     )
+
+
+def _change(now: float, then: float) -> str:
+    """How a K_gamma changes, with its sign: ``falls from 1.034 to 1.000``."""
+    first, last = _both(now, then)
+    if first == last:
+        return f"stays {first}"
+    return f"{'rises' if then > now else 'falls'} from {first} to {last}"
+
+
+def _both(now: float, then: float) -> tuple[str, str]:
+    """Two K_gamma that are told beside each other, with a fourth decimal where both are nearly 1."""
+    digits = 4 if max(now, then) < 1.01 else 3
+    return f"{now:.{digits}f}", f"{then:.{digits}f}"
 
 
 def error_answer(train: Train, sharing: Mapping[str, Any] | None, errors: Mapping[str, Any] | None) -> Answer:
@@ -438,6 +456,7 @@ def resonance_answer(
         return Answer("resonance", "Not known: the model gives no modes (masses, inertias or supports are missing).")
     if not system.tones or not max(system.tones):
         return Answer("resonance", "Not known: no member turns, so no mesh has a frequency (operation.speed).")
+    to_rpm = None if sweep is None else 1 / float(sweep["to_relative"])  # on the axis of the sweep
     relative = 1.0 if sweep is None else float(sweep["operating"]) * float(sweep["to_relative"])
     met, band = meetings_of(system, modes, relative), per_cent(RESONANCE_BAND)
     if not met:
@@ -445,31 +464,93 @@ def resonance_answer(
         text = f"No mesh order up to the 12th {'excites' if at_rest else 'meets'} a mode within {band} of this speed"
         text += f": {at_rest} meet one that they leave at rest." if at_rest else "."
         return Answer("resonance", text, figure=f"> {band}", level="good", evidence="modes")
-    ratio = np.array([meeting.force_ratio for meeting in met])
     level: Level = "warn"
     force = "its force is not known without torque and damping"
-    meeting = min(met, key=lambda meeting: abs(meeting.away))
-    if np.isfinite(ratio).any():
-        meeting = met[ranked(ratio, equal=EQUAL)[0]]
+    meeting = strongest_of(met)
+    if math.isfinite(meeting.force_ratio):
         verdict = ResonanceVerdict(meeting.force_ratio)
         level, force = LEVELS[verdict.tone], f"the mode's force is {verdict.text}"
-    speed = None if sweep is None else meeting.speed / float(sweep["to_relative"])  # on the axis of the sweep [rpm]
     others = "" if len(met) == 1 else f" ({len(met)} within {band})"
     return Answer(
         "resonance",
-        f"{_words(meeting, speed)}; {force}{others}.",
+        f"{_words(meeting, to_rpm)}; {force}{others}.",
         figure=per_cent(abs(meeting.away)),
         level=level,
         evidence="modes" if sweep is None else "sweep",
         mode=meeting.mode,
-        speed=speed,
+        speed=None if to_rpm is None else to_rpm * meeting.speed,
+        mark=marked(meeting, to_rpm),
     )
 
 
-def _words(meeting: Meeting, rpm: float | None) -> str:
+def strongest_of(met: Sequence[Meeting]) -> Meeting:
+    """The resonance with the largest force of its mode per mean mesh force; where no force is known the nearest."""
+    ratio = np.array([meeting.force_ratio for meeting in met])
+    if np.isfinite(ratio).any():
+        return met[int(ranked(ratio, equal=EQUAL)[0])]
+    return min(met, key=lambda meeting: abs(meeting.away))
+
+
+def marked(meeting: Meeting, to_rpm: float | None) -> str:
+    """A resonance in few words: ``4th order, 92 rpm, -8 %``.  to_rpm : operating speed [rpm], None where unknown."""
+    return f"{_order(meeting)}, {_place(meeting, to_rpm)}"
+
+
+def _order(meeting: Meeting) -> str:
+    return f"{ordinal(meeting.order)} order" + (f" of {meeting.stage}" if meeting.stage else "")
+
+
+def _place(meeting: Meeting, to_rpm: float | None) -> str:
+    """``92 rpm, -8 %``."""
+    at = "" if to_rpm is None else f"{number(to_rpm * meeting.speed, 4)} rpm, "
+    return f"{at}{_MINUS if meeting.away < 0 else '+'}{per_cent(abs(meeting.away))}"
+
+
+def resonance_shift(
+    system: System,
+    modes: Mapping[str, Any],
+    twin: System,
+    modes_of_twin: Mapping[str, Any],
+    *,
+    relative_speed: float,
+    to_rpm: float | None,
+) -> str:
+    """A sentence on what becomes of the strongest resonance near the speed that is shown where a train is its twin.
+
+    Parameters
+    ----------
+    modes, modes_of_twin : as of `resonance_answer`.  relative_speed : that is shown, per operating speed [1].
+    to_rpm : the operating speed [rpm].
+    """
+    now, then = (meetings_of(*train, relative_speed) for train in ((system, modes), (twin, modes_of_twin)))
+    band = per_cent(RESONANCE_BAND)
+    if not then:
+        goes = f" ({marked(strongest_of(now), to_rpm)} now)" if now else " either way"
+        return f"No resonance within {band}{' then' if now else ''}{goes}."
+    last = strongest_of(then)
+    place = marked(last, to_rpm)
+    before, after = (mode_shapes([], m["rows"], m["shape"], m["mass"]) for m in (modes, modes_of_twin))
+    like, frequency = like_modes(before, after), dict(zip(after.number, after.frequency, strict=True))
+
+    def is_last(meeting: Meeting) -> bool:
+        mode = like[meeting.mode][0]
+        same = mode is not None and math.isclose(frequency[mode], last.frequency, rel_tol=EQUAL)
+        return same and (meeting.order, meeting.stage) == (last.order, last.stage)
+
+    if now and is_last(strongest_of(now)):
+        first, place = _place(strongest_of(now), to_rpm), _place(last, to_rpm)
+        moves = f"{first} \u2192 {place}" if first != place else f"{place}, as now"
+        return f"Resonance, {_order(last)}: {moves}."
+    known = math.isfinite(last.force_ratio)
+    force = f"; the mode's force is {ResonanceVerdict(last.force_ratio).text}" if known else ""
+    which = "The strongest resonance is then another" if any(map(is_last, now)) else f"A new resonance within {band}"
+    return f"{which}: {place}{force}."
+
+
+def _words(meeting: Meeting, to_rpm: float | None) -> str:
     """``Mesh order 4 meets mode 9 (sun moves sideways, 812 Hz) at 92 rpm, 8 % below this speed``."""
     of_stage = f" of {meeting.stage}" if meeting.stage else ""
-    at = "" if rpm is None else f" at {number(rpm, 4)} rpm,"
+    at = "" if to_rpm is None else f" at {number(to_rpm * meeting.speed, 4)} rpm,"
     side = "below" if meeting.away < 0 else "above"
     return (
         f"Mesh order {meeting.order}{of_stage} meets mode {meeting.mode} ({meeting.label}, "
@@ -549,9 +630,6 @@ def relief_answer(train: Train) -> Answer:
         text = f"About {um} µm at the tips of {pair}: first estimate F/(c' b) at operating load; none is drawn."
         text += counts if level == "warn" else ""
     return Answer("relief", text, figure=figure, then=f"≈ {um} µm", level=level, evidence="relief", job="relief")
-
-
-Part = Mapping[str, Any] | None
 
 
 def answers_of(

@@ -79,11 +79,15 @@ class _Missing(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Parts:
-    """What is known of a state so far; None: not known, and ``missing`` says why of what the model lacks."""
+    """What is known of a state so far; None: not known, and ``missing`` says why of what the model lacks.
+
+    shift : what becomes of the resonance in the twin, "" as long as nobody knows.
+    """
 
     modes: ModeView | None = None
     sharing: SharingView | None = None
     twin: Twin | None = None
+    shift: str = ""
     errors: ErrorView | None = None
     ready: SpeedModel | None = None
     curves: ForceCurves | None = None
@@ -227,6 +231,7 @@ def _further_frames(model: _Model, parts: _Parts, pause: Callable[[], None]) -> 
             if curves is not None:
                 parts = replace(parts, curves=curves)
                 yield _part_frame(model, parts, "sweep")
+    parts = replace(parts, shift=_shift(model, parts))
     if parts.errors is not None:
         yield _part_frame(model, parts, "errors")
     if parts.sharing is not None:
@@ -241,6 +246,32 @@ def _further_frames(model: _Model, parts: _Parts, pause: Callable[[], None]) -> 
         whole = _attempt("sharing", "load sharing", whole_sharing, missing)
         parts = replace(parts, sharing=whole or live, missing=(*parts.missing, *missing))
         yield _part_frame(model, parts, "sharing")
+
+
+def _shift(model: _Model, parts: _Parts) -> str:
+    """What becomes of the resonance in the twin, whose modes take longer than a lever may wait; "" where unknown."""
+    twin, modes, relative_speed = parts.twin, parts.modes, model.request.relative_speed
+    if twin is None or modes is None or not modes.tones:
+        return ""
+    try:
+        of_twin = mode_view(twin.train, twin.system, model.labels, relative_speed=relative_speed)
+    except _NOT_COMPUTED:
+        return ""
+    told, told_of_twin = (_told_modes(view, _mode_rows(model, view)) for view in (modes, of_twin))
+    to_rpm = None if model.axis is None else model.axis[1]
+    return answers.resonance_shift(
+        model.system, told, twin.system, told_of_twin, relative_speed=relative_speed, to_rpm=to_rpm
+    )
+
+
+def _mode_rows(model: _Model, view: ModeView) -> list[dict[str, Any]]:
+    return view.rows(model.axis, model.request.relative_speed, len(model.train.planets))
+
+
+def _told_modes(view: ModeView, rows: Any) -> dict[str, Any]:
+    """Modes as the answers take them: with the mesh orders that meet them."""
+    names = ("frequency", "shape", "mass", "crossings", "force_ratio", "at_rest")
+    return {"rows": rows, **{name: getattr(view, name) for name in names}}
 
 
 def _part_frame(model: _Model, parts: _Parts, name: str) -> PageFrame:
@@ -262,8 +293,8 @@ def _shown(model: _Model, parts: _Parts) -> dict[str, _Shown]:
     """Parts of a frame by their names; those that there are."""
     shown: dict[str, _Shown] = {}
     if parts.modes is not None:
-        rows = parts.modes.rows(model.axis, model.request.relative_speed, len(model.train.planets))
-        shown["modes"] = rows, {"frequency": parts.modes.frequency, "shape": parts.modes.shape}
+        values = {name: getattr(parts.modes, name) for name in ("frequency", "shape", "mass")}
+        shown["modes"] = _mode_rows(model, parts.modes), values
     if parts.sharing is not None:
         shown["sharing"] = sharing_head(parts.sharing, parts.twin, model.train, model.meshes)
     if parts.errors is not None:
@@ -279,11 +310,9 @@ def _answers(model: _Model, parts: _Parts, shown: Mapping[str, _Shown]) -> dict[
     """Answers and checks of a frame: of what is shown, and of the modes the mesh orders that meet them."""
     told = {name: {**table, **values} for name, (table, values) in shown.items() if name != "modes"}
     if parts.modes is not None:
-        rows, values = shown["modes"]
-        more = {name: getattr(parts.modes, name) for name in ("crossings", "force_ratio", "at_rest")}
-        told["modes"] = {"rows": rows, **values, **more}
+        told["modes"] = _told_modes(parts.modes, shown["modes"][0])
     if parts.twin is not None:
-        told["twin"] = {**parts.twin.head, "coefficient": parts.twin.coefficient}
+        told["twin"] = {**parts.twin.head, "coefficient": parts.twin.coefficient, "resonance": parts.shift}
     checks = [asdict(check) for check in answers.checks_of(model.train, model.system)]
     for missing in parts.missing:
         checks.append({"level": "warn", "code": "not-computed", "text": missing.text, "path": missing.path})

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import find_peaks
 
-from ...limits import RESONANCE_BAND
+from ...limits import RESONANCE_BAND, peak_matters
 from ...questions.modes.campbell import OPERATION, MeshCrossings, mesh_crossings, tones_of_meshes
 from ...questions.modes.eigen import classify_modes, mean_modes, normalisation
 from ...questions.response import SweepOptions
@@ -44,6 +44,7 @@ class ModeView:
 
     number : (m,) of each among all modes of the verb `modes`, from 1.  frequency : (m,) [Hz].
     shape : (m, nb, 6) x, y, z and rx, ry, rz times the pitch radius, in the axes of the stage, largest component 1.
+    mass : (nb, 6) of these motions [kg], by which shapes of one train are orthogonal; 1 where not given.
     label : what moves.  kind : rotational, translational, planet or mixed.  body : the one that moves most.
     damping : (m,) damping ratio [1], nan where not given.  crossings : speeds at which mesh orders meet them, of all
     modes; within 20 % of the speed that is shown those of orders that excite the mode, or where that is not known.
@@ -54,6 +55,7 @@ class ModeView:
     number: NDArray[np.int64]
     frequency: Array
     shape: Array
+    mass: Array
     label: tuple[str, ...]
     kind: tuple[str, ...]
     body: tuple[str, ...]
@@ -124,13 +126,15 @@ def mode_view(
     shapes = shapes * normalisation(shapes, system.dofs.radius)
     full = (system.dofs.expand @ shapes).reshape(len(system.dofs.bodies), 6, -1).transpose(2, 0, 1)
     label, body = _labels(train, system, full, labels)
+    radius = _radii(train)
     frequency = np.sqrt(squared) / (2 * np.pi)
     tones = tones_of_meshes(system)
     crossings, force_ratio, at_rest = _crossings(system, frequency, np.real(kinds.vectors), relative_speed)
     return ModeView(
         number=elastic + 1,
         frequency=frequency[elastic],
-        shape=_drawn(train, full),
+        shape=_drawn(train, full, radius),
+        mass=_masses(system, full) / np.repeat([np.ones_like(radius), radius**2], 3, axis=0).T,
         label=label,
         kind=tuple(kinds.kind[i] for i in elastic),
         body=body,
@@ -159,11 +163,23 @@ def _crossings(
     return crossings.chosen(kept), ratio[kept], int((~kept).sum())
 
 
-def _drawn(train: Train, full: Array) -> Array:
+def _radii(train: Train) -> Array:
+    """Radius (nb,) by which a rotation of each body is drawn [m]: its pitch circle, of a carrier that of its pins."""
+    pins = {body.carried_by: float(np.hypot(*body.centre)) for body in train.bodies if body.carried_by}
+    pitch = [body.gear.reference_radius if body.gear is not None else pins.get(body.name, 0.0) for body in train.bodies]
+    usual = 0.25 * (max(pitch, default=0.0) or 1.0)
+    return np.array([r if np.isfinite(r) and r > 0 else usual for r in pitch])
+
+
+def _masses(system: System, full: Array) -> Array:
+    """Masses and inertias (nb, 6) [kg, kg m^2] of the motions of shapes (m, nb, 6); 1 where they are not given."""
+    return system.body_mass if system.body_mass.shape == full.shape[1:] else np.ones(full.shape[1:])
+
+
+def _drawn(train: Train, full: Array, radius: Array) -> Array:
     """Shapes (m, nb, 6) in the axes of the stage, rotations as lengths, largest component 1.
 
-    A rotation is drawn by the pitch circle, of a carrier by that of its pins.  full : (m, nb, 6) in each body's own
-    axes [m, rad].
+    full : (m, nb, 6) in each body's own axes [m, rad].  radius : (nb,) of the rotations [m].
     """
     angle = np.array([body.angle for body in train.bodies])
     cosine, sine = np.cos(angle), np.sin(angle)
@@ -171,10 +187,6 @@ def _drawn(train: Train, full: Array) -> Array:
     for x, y in ((0, 1), (3, 4)):
         shape[..., x] = cosine * full[..., x] - sine * full[..., y]
         shape[..., y] = sine * full[..., x] + cosine * full[..., y]
-    pins = {body.carried_by: float(np.hypot(*body.centre)) for body in train.bodies if body.carried_by}
-    pitch = [body.gear.reference_radius if body.gear is not None else pins.get(body.name, 0.0) for body in train.bodies]
-    usual = 0.25 * (max(pitch, default=0.0) or 1.0)
-    radius = np.array([r if np.isfinite(r) and r > 0 else usual for r in pitch])
     shape[..., 3:] *= radius[:, None]
     most = np.abs(shape).max(axis=(1, 2), initial=0.0)
     result: Array = shape / np.where(most > 0, most, 1.0)[:, None, None]
@@ -185,7 +197,7 @@ def _labels(
     train: Train, system: System, full: Array, labels: Mapping[str, str]
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """What moves in each mode, and the body that moves most, by kinetic energy; of shapes (m, nb, 6)."""
-    energy = full**2 * (system.body_mass if system.body_mass.shape == full.shape[1:] else 1.0)
+    energy = full**2 * _masses(system, full)
     total = energy.sum(axis=(1, 2), keepdims=True)
     energy = energy / np.where(total > 0, total, 1.0)
     members = list(dict.fromkeys(body.member for body in train.bodies))
@@ -262,8 +274,8 @@ _TOGETHER = 2
 # Curves that are drawn strong: more are not told apart.  Curves that differ by less than this part of the largest
 # force are one to the eye.
 _STRONG, _ALIKE = 4, 2e-3
-# A peak stands out by this part of the range of the largest force; more labels than these cover the curve.
-_PROMINENCE, _PEAKS = 0.03, 8
+# More labels of peaks than these cover the curve.
+_PEAKS = 8
 # Distance of a peak from the speed of its mode, per speed, as far as varying stiffness and gyroscopic terms move it;
 # and what an order counts against a lower one, so that of two modes at one place the more strongly excited is named.
 _NEAR, _PER_ORDER = 0.03, 0.002
@@ -425,15 +437,16 @@ def _strong(force: Array) -> dict[int, int]:
 
 
 def _peaks(curves: ForceCurves, operating: float, scale: float, modes: ModeView | None) -> list[dict[str, Any]]:
-    """The highest peaks of the largest force of any mesh, with the mode and order that meet there."""
+    """The highest peaks of the largest force of any mesh that matter, with the mode and order that meet there."""
     known = np.isfinite(curves.force).any(axis=0)
     speed = curves.speed[known]
     if speed.size < 3:
         return []
     most = np.nanmax(curves.force[:, known], axis=0)
-    least = _PROMINENCE * max(float(np.ptp(most)), 1e-9 * float(np.abs(most).max()))
-    places, properties = find_peaks(most, prominence=max(least, 1e-300))
-    highest = places[np.argsort(-properties["prominences"], kind="stable")[:_PEAKS]]
+    places, properties = find_peaks(most, prominence=0.0)
+    rise = properties["prominences"]
+    named = peak_matters(most[places], rise)
+    highest = places[named][np.argsort(-rise[named], kind="stable")[:_PEAKS]]
     return [
         {"x": float(speed[i] * operating), "y": float(most[i] * scale), **_met(float(speed[i]), modes)}
         for i in sorted(highest.tolist())
@@ -441,8 +454,9 @@ def _peaks(curves: ForceCurves, operating: float, scale: float, modes: ModeView 
 
 
 def _met(speed: float, modes: ModeView | None) -> dict[str, Any]:
-    """Label and number of the mode that a mesh order meets nearest to a speed per operating speed [1]."""
-    nothing = {"label": "", "mode": None, "text": ""}
+    """Label of the mode that a mesh order meets nearest to a speed per operating speed [1], its number, and how many
+    modes of its frequency there are."""
+    nothing = {"label": "", "mode": None, "count": 0, "text": ""}
     if modes is None or not modes.crossings.relative_speed.size:
         return nothing
     crossings = modes.crossings
@@ -452,8 +466,9 @@ def _met(speed: float, modes: ModeView | None) -> dict[str, Any]:
     if not np.isfinite(cost[best]):
         return nothing
     mode, order = int(crossings.mode[best]) + 1, f"{ordinal(int(crossings.order[best]))} order"
+    met = {"mode": mode, "count": int(crossings.count[best])}
     text, place = f"{order} meets mode {mode}", modes.of_number.get(mode)
     if place is None:
-        return {"label": order, "mode": mode, "text": text}
+        return {"label": order, "text": text, **met}
     label = f"{number(float(modes.frequency[place]), 4)} Hz, {order}"
-    return {"label": label, "mode": mode, "text": f"{text}: {modes.label[place]}"}
+    return {"label": label, "text": f"{text}: {modes.label[place]}", **met}

@@ -419,14 +419,18 @@ class SharingView:
 class Twin:
     """The same train with the radial support of a sun taken away, or, where it floats, made rigid.
 
-    label : in words.  stage : whose sun.  path, value : override that makes the model so.  coefficient : (w,) [1].
+    label : in words.  stage : whose sun.  path, value : override that makes the model so.  train, system : of it.
+    coefficient, turning : (w,) as of `SharingView` [1].
     """
 
     label: str
     stage: str
     path: str
     value: object
+    train: Train
+    system: System
     coefficient: Array
+    turning: Array
 
     @property
     def head(self) -> dict[str, Any]:
@@ -434,6 +438,7 @@ class Twin:
         return {
             "label": self.label,
             "k_gamma": largest_known(self.coefficient),
+            "k_gamma_turning": largest_known(self.turning),
             "stage": self.stage,
             "path": self.path,
             "value": self.value,
@@ -532,7 +537,8 @@ def twin_of(train: Train, view: SharingView) -> Twin | None:
     if changed is None:
         return None
     try:
-        coefficient = mean_loads(assemble(changed))[0]
+        system = assemble(changed)
+        coefficient, turning = np.where(np.isnan(view.coefficient), np.nan, mean_loads(system))
     except (ModelError, ConvergenceError):
         return None
     where = f" of {stage}" if len(train.planets) > 1 else ""
@@ -541,7 +547,10 @@ def twin_of(train: Train, view: SharingView) -> Twin | None:
         stage=stage,
         path=f"stages.{suns[stage]}.support.radial",
         value="inf" if floats else 0,
-        coefficient=np.where(np.isnan(view.coefficient), np.nan, coefficient),
+        train=changed,
+        system=system,
+        coefficient=coefficient,
+        turning=turning,
     )
 
 

@@ -16,8 +16,8 @@ export default {
     this.pane?.destroy();
   },
   methods: {
-    frame(text) {
-      cockpit.frame(text);
+    frame(text, mode) {
+      cockpit.frame(text, mode);
     },
     ghost(text) {
       cockpit.ghost(text);

@@ -273,13 +273,16 @@ class Board(Element, component="board.js", esm={"epicyclic-cockpit": "static"}):
         self._ready = False
         self.on("ready", self._on_ready)
 
-    def frame(self, packed: bytes) -> None:
-        """Show a packed frame in every pane of the page; parts with an older revision than shown are dropped there."""
+    def frame(self, packed: bytes, *mode: int | None) -> None:
+        """Show a packed frame in every pane of the page; parts with an older revision than shown are dropped there.
+
+        mode : number of the chosen mode in this frame, where it is another one than before.
+        """
         frame = unpack(packed)
         job = frame.head.get("job", {}).get("name", "") if frame.kind == "job" else ""
         self._sent[f"{frame.kind}:{job}"] = packed
         if self._ready:
-            self.run_method("frame", _text(without_drawing(frame, self._drawn) or packed))
+            self.run_method("frame", _text(without_drawing(frame, self._drawn) or packed), *mode)
             self._drawn = drawing_key(frame) or self._drawn
 
     def ghost(self, packed: bytes | None) -> None:

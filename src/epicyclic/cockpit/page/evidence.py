@@ -215,8 +215,11 @@ class _JobRow:
         hide(self.root, False)
 
 
+_MODES = "number, frequency [Hz]; a row swings in the drawing"
+
+
 class ModesList:
-    """Rows of natural frequencies.  choose : called with the index of a mode, None where it is left."""
+    """Rows of natural frequencies.  choose : called with the number of a mode, None where it is left."""
 
     def __init__(self, choose: Callable[[int | None], None]) -> None:
         self._choose = choose
@@ -225,7 +228,8 @@ class ModesList:
             root.props["aria-label"] = "Modes"
             with box("ck-title"):
                 Words("h2", "Modes")
-                self._count = Words(classes="ck-pale")
+                self._said = Words(classes="ck-pale", text=_MODES)
+                self._said.props["role"] = "status"
             self._list = box("ck-mode-list")
             self._list.props["data-keys"] = "go"
         self._chosen_index: int | None = None
@@ -235,7 +239,6 @@ class ModesList:
         modes = head.get("modes")
         if modes is None:
             return
-        self._count.say("number, frequency [Hz]; a row swings in the drawing")
         with self._list:
             while len(self._rows) < len(modes):
                 self._rows.append(_ModeRow(self._on_row))
@@ -244,16 +247,15 @@ class ModesList:
         for row in self._rows[len(modes) :]:
             hide(row.root, True)
 
-    def chosen(self, index: int | None) -> None:
-        """Mark the mode that another pane has chosen."""
+    def chosen(self, index: int | None, lost: str = "") -> None:
+        """Mark the chosen mode.  lost : why there is none any more, "" where nothing was lost."""
         self._chosen_index = index
+        self._said.say(lost or _MODES)
         for row in self._rows:
             row.press(index)
 
     def _on_row(self, index: int) -> None:
-        index_or_none = None if index == self._chosen_index else index
-        self.chosen(index_or_none)
-        self._choose(index_or_none)
+        self._choose(None if index == self._chosen_index else index)
 
 
 class _ModeRow:

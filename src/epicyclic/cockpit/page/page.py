@@ -24,6 +24,7 @@ from nicegui.events import GenericEventArguments
 from ...document.document import drive_titles
 from ...document.units import Written, factor, written
 from ...errors import ModelError
+from ..computing.followed_mode import FollowedMode
 from ..processes.session import Session
 from ..processes.worker import start_worker, stop_worker
 from ..state.frames import PageFrame
@@ -323,7 +324,7 @@ class _Page:
         with box("ck-box ck-sweep", "section") as sweep, box("ck-grow"):
             sweep.props["aria-label"] = "Sweep"
             self._sweep = Board("sweep")
-        self._modes = ModesList(self._train.show_mode)
+        self._mode, self._modes = FollowedMode(), ModesList(self._chose)
         self._evidence = EvidenceTabs(session)
         self._empty: Element | None = None
         self._sweep.on_speed(session.operate_at)
@@ -338,13 +339,18 @@ class _Page:
         self._evidence.show(name)
 
     def _chose(self, index: int | None) -> None:
-        """A mode was chosen in a pane: the drawing moves, the list marks it."""
+        """A mode was chosen: the drawing moves, the list marks it."""
+        self._mode.choose(index)
         self._modes.chosen(index)
         self._train.show_mode(index)
 
     def frame(self, packed: bytes, frame: PageFrame) -> None:
         """Show a frame; the panes first, since they are what moves under a lever."""
-        self._train.frame(packed)
+        if self._mode.take(frame):
+            self._train.frame(packed, self._mode.number)  # in one message: no picture shows another mode
+            self._train.show_mode(self._mode.number)
+        else:
+            self._train.frame(packed)
         self._shown_rev = max(self._shown_rev, frame.rev)
         self._draw_late(False)
         if not self._head:
@@ -361,6 +367,7 @@ class _Page:
             self._answers.follow(head, moving=session.rev != session.released_rev)
             self._header.frame(head)
             self._modes.follow(head)
+            self._modes.chosen(self._mode.number, self._mode.lost)
             self._show_busy()
 
     def follow(self, session: Session) -> None:

@@ -165,7 +165,7 @@ class Answer:
     apply_label : what they do.  evidence : what shows why: sweep, sharing, errors, relief or modes.
     job : that says more, None without.  stale : whether it belongs to an earlier state.
     mode : number of the mode that it is about, None without one.  speed : that it is about, on the axis of the sweep
-    [rpm], None without one.
+    [rpm], None without one.  mark : words of the mark in the sweep at that speed.
     """
 
     key: str
@@ -183,6 +183,7 @@ class Answer:
     stale: bool = False
     mode: int | None = None
     speed: float | None = None
+    mark: str = ""
 
     def __post_init__(self) -> None:
         self.question = QUESTIONS[self.key]

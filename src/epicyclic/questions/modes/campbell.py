@@ -284,6 +284,27 @@ def match_modes(before: ModeSet, after: ModeSet) -> tuple[ModeSet, float]:
     return ModeSet(value=after.value, omega_squared=squared, vectors=vectors, M=after.M), correlation
 
 
+def modal_assurance(a: Array, b: Array, M: Array, runs: tuple[Sequence[slice], Sequence[slice]]) -> tuple[Array, Array]:
+    """Modal assurance criterion of each pair of shapes (p, q), and of the eigenspaces they lie in (p, q) [1]
+    [allemang1982].
+
+    Of repeated roots the shapes are any basis of an eigenspace: the criterion is that of the eigenspaces, the share of
+    the smaller one that lies in the other.
+
+    Parameters
+    ----------
+    a, b : shapes (n, p) and (n, q) of two trains.  M : (n, n) weight.  runs : places of the shapes of each eigenspace.
+    """
+    left, right = (phi / np.sqrt(np.einsum("ij,ij->j", phi, M @ phi)) for phi in (a, b))
+    alone = (left.T @ M @ right) ** 2
+    spaces = np.empty_like(alone)
+    for of_a in runs[0]:
+        for of_b in runs[1]:
+            block = alone[of_a, of_b]
+            spaces[of_a, of_b] = block.sum() / min(block.shape)
+    return np.clip(alone, 0.0, 1.0), np.clip(spaces, 0.0, 1.0)
+
+
 def _insert(at: Callable[[float], ModeSet], path: list[ModeSet], value: float) -> list[ModeSet]:
     """The path with one more value; later sets are matched anew where the new set shows that a match was mistaken."""
     side = 1.0 if path[-1].value >= path[0].value else -1.0

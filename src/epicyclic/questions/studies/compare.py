@@ -27,6 +27,7 @@ from ...document.units import KINDS, factor
 from ...engine.points import along, attempt, columns
 from ...engine.source import StudyAxis, train_of
 from ...errors import ModelError
+from ...limits import SAME_SHAPE
 from ...results.dataset import EQUAL, SUFFIXES, dataset, largest, load_result
 from ...statics.tangent import linear
 from ...system.assembly import assemble
@@ -35,6 +36,7 @@ from ...train.resolution import load
 from ...train.train import Train
 from ...user_input import checked
 from ...warning_codes import CodedText, coded, placed
+from ..modes.campbell import modal_assurance
 from ..modes.eigen import classify_modes, mean_modes, repeated_roots
 from ..sharing import SharingOptions
 from ..sharing.sharing import sharing
@@ -47,8 +49,6 @@ _LINK = re.compile(r"\.(support|bearing|neck|shaft|damping)(\.[\w-]+)?\.(x|rx)$|
 _ALIKE = {"x": ("y", "radial"), "rx": ("ry", "tilt")}
 # Trains beside each other at most: more columns than that nobody reads.
 MOST = 12
-# Modal assurance below which two shapes are rather different modes: half of the energy is in others.
-_LIKE = 0.5
 
 Source = Any
 _Variables = dict[str, tuple[tuple[str, ...] | str, Any]]
@@ -429,7 +429,7 @@ def _add_effects(
     return said + [
         coded("shapes-changed", f"{name}: some mode shapes have changed so much that their pairs are doubtful")
         for name, assurance in zip(names, least, strict=True)
-        if assurance < _LIKE
+        if assurance < SAME_SHAPE
     ]
 
 
@@ -500,20 +500,9 @@ def mode_pairs(a: TrainModes, b: TrainModes) -> tuple[NDArray[np.int64], Array, 
 
 
 def _by_shape(a: TrainModes, b: TrainModes) -> tuple[NDArray[np.int64], Array]:
-    """Pairs of the largest sum of modal assurance criteria [allemang1982] with the mean of both M as weight.
-
-    Of repeated roots the shapes are any basis of an eigenspace: the criterion is that of the eigenspaces, the share of
-    the smaller one that lies in the other.
-    """
-    mass = (a.mass + b.mass) / 2
-    left, right = (phi / np.sqrt(np.einsum("ij,ik,kj->j", phi, mass, phi)) for phi in (a.vectors, b.vectors))
-    overlap = (left.T @ mass @ right) ** 2
-    criterion = np.empty_like(overlap)
-    for of_a in repeated_roots(a.squared):
-        for of_b in repeated_roots(b.squared):
-            block = overlap[of_a, of_b]
-            criterion[of_a, of_b] = block.sum() / min(block.shape)
-    criterion = np.clip(criterion, 0.0, 1.0)
+    """Pairs of the largest sum of modal assurance criteria of the eigenspaces, with the mean of both M as weight."""
+    roots = repeated_roots(a.squared), repeated_roots(b.squared)
+    _, criterion = modal_assurance(a.vectors, b.vectors, (a.mass + b.mass) / 2, roots)
     _, place = scipy.optimize.linear_sum_assignment(criterion, maximize=True)
     return np.asarray(place, dtype=np.int64), criterion[np.arange(place.size), place]
 

@@ -176,8 +176,11 @@ def test_work_pauses_often(slowness: float) -> None:
     assert len(clock) >= 15
 
 
+FAST: Mapping[str, object] = {"operation.speed.sun": "900 rpm", "damping.modal": 0.01}  # with resonances that matter
+
+
 def test_peaks_are_where_orders_meet_the_modes_they_name() -> None:
-    (frame,) = frames_of("ren2021")
+    (frame,) = frames_of("ren2021", FAST)
     peaks, frequency = frame.head["sweep"]["peaks"], {row["index"]: row["frequency"] for row in frame.head["modes"]}
     named = [peak for peak in peaks if peak["mode"]]
     assert len(named) >= 4
@@ -189,6 +192,26 @@ def test_peaks_are_where_orders_meet_the_modes_they_name() -> None:
         at = int(np.argmin(np.abs(frame.arrays["sweep/x"] - peak["x"])))
         assert highest[at] == pytest.approx(peak["y"], rel=1e-6)
         assert highest[at] == highest[max(0, at - 1) : at + 2].max()
+
+
+@pytest.mark.parametrize(
+    ("drive", "overrides", "count"), [("ren2021", {}, 0), ("ren2021", FAST, 5), ("encased-differential", {}, 3)]
+)
+def test_peaks_that_rise_by_a_twentieth_are_named_and_no_others(
+    drive: str, overrides: Mapping[str, object], count: int
+) -> None:
+    (frame,) = frames_of(drive, overrides)
+    highest = np.nanmax(frame.arrays["sweep/y"].astype(float), axis=0)
+    rises = []
+    for i in range(1, len(highest) - 1):
+        if not highest[i - 1] < highest[i] > highest[i + 1]:
+            continue
+        # the lowest place on each side, on the way to a higher one
+        sides = [side[: np.argmax(side > highest[i]) or None].min() for side in (highest[i::-1], highest[i:])]
+        if highest[i] >= 1.05 * max(sides):
+            rises.append(frame.arrays["sweep/x"][i])
+    np.testing.assert_allclose([peak["x"] for peak in frame.head["sweep"]["peaks"]], rises, rtol=1e-6)
+    assert len(rises) == count
 
 
 def test_curves_that_lie_on_each_other_are_one_strong_curve() -> None:
@@ -218,8 +241,9 @@ def test_curves_that_lie_on_each_other_are_one_strong_curve() -> None:
 def test_the_twin_is_the_train_with_the_override_it_names(drive: str, overrides: dict[str, object]) -> None:
     (frame,) = frames_of(drive, overrides)
     twin = frame.head["sharing"]["twin"]
-    mean_load = mean_loads(assemble(load(drive, {**overrides, twin["path"]: twin["value"]})))[0]
+    mean_load, turning = mean_loads(assemble(load(drive, {**overrides, twin["path"]: twin["value"]})))
     np.testing.assert_allclose(frame.arrays["sharing/twin"], mean_load, rtol=1e-6)
+    assert twin["k_gamma_turning"] == pytest.approx(float(turning.max()), rel=1e-9)
     assert twin["k_gamma"] == pytest.approx(float(mean_load.max()), rel=1e-9)
     floats = overrides.get("stages.main.sun.support.radial") == 0
     assert twin["label"].startswith("with a supported sun" if floats else "with a floating sun")

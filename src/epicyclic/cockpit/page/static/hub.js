@@ -33,7 +33,7 @@ export class Hub {
     this.parts = {};
     this.pinned = {};
     this.missing = {};
-    this.resonance = null; // {speed, figure, level} of the answer on resonances, of the axis of the sweep
+    this.resonance = null; // {speed, mark, level} of the answer on resonances, on the axis of the sweep
     this.rev = -1;
     this.mode = null;
     this.playing = true;
@@ -42,8 +42,8 @@ export class Hub {
     this.panes = new Set();
   }
 
-  /** Take a packed frame; parts that are older than what is shown are dropped. */
-  frame(packed) {
+  /** Take a packed frame; parts that are older than what is shown are dropped. `mode`: the chosen one in it, if another. */
+  frame(packed, mode) {
     const arrived = performance.now();
     const frame = decode(packed);
     // the server sends a drawing once; that of a frame which comes late is kept too
@@ -60,11 +60,18 @@ export class Hub {
       changed.push(name);
     }
     if (frame.rev >= this.rev && frame.kind === "live") this.missing = frame.head.missing ?? {};
-    if (frame.rev >= this.rev && frame.head.answers) this.resonance = frame.head.answers.find((one) => one.key === "resonance" && one.speed != null) ?? null;
-    this.rev = Math.max(this.rev, frame.rev);
+    // Frames of a job bring the answer that the job has found, and no other.
+    const resonance = frame.rev >= this.rev && frame.head.answers?.find((one) => one.key === "resonance");
+    if (resonance) {
+      this.resonance = resonance.speed == null ? null : resonance;
+      changed.push("resonance");
+    }
     // A job belongs to the state it was started in; it does not make what is shown of the present one older.
-    const modes = this.parts.modes?.head;
-    if (this.mode !== null && modes && !modes.some((mode) => mode.index === this.mode)) this.mode = null;
+    this.rev = Math.max(this.rev, frame.rev);
+    if (mode !== undefined && mode !== this.mode) {
+      this.mode = mode;
+      changed.push("mode");
+    }
     // A part that the present state cannot have is not shown from an earlier one.
     for (const name of Object.keys(this.missing)) {
       if (this.parts[name]?.rev < this.rev) {
@@ -85,7 +92,6 @@ export class Hub {
     // what a job has found of this very state may be here before its first frame
     const names = Object.keys(this.parts).filter((name) => this.parts[name].rev < frame.rev);
     for (const name of names) delete this.parts[name];
-    this.mode = null;
     return names;
   }
 

@@ -73,7 +73,9 @@ export class SweepPane extends Pane {
 
   draw(part, _time, stale) {
     const { head, arrays } = part;
+    const isNews = this.taken !== part || this.marked !== this.hub.resonance;
     if (this.taken !== part || !this.plot) this.take(part, head, arrays);
+    if (isNews) this.describe(head);
     this.plot.root.classList.toggle("ck-stale", stale);
     for (let i = 1; i < this.plot.series.length; i++) this.plot.series[i].alpha = stale ? STALE : 1;
     // Both only queue; uPlot draws once, before this frame is painted.
@@ -107,7 +109,6 @@ export class SweepPane extends Pane {
     });
     this.head = head;
     this.taken = part;
-    this.describe(head);
   }
 
   colourOf({ label, row }) {
@@ -144,8 +145,8 @@ export class SweepPane extends Pane {
     const { left, top, width, height } = plot.bbox;
     context.save();
     const operating = this.drawOperating(context, plot, ratio, { left, top, width, height });
-    const meeting = this.drawMeeting(context, plot, ratio, { left, top, width, height });
-    this.placePeaks(plot, ratio, { x: left / ratio, y: top / ratio, w: width / ratio, h: height / ratio }, [operating, meeting].filter(Boolean));
+    this.mark = this.drawMeeting(context, plot, ratio, { left, top, width, height });
+    this.placePeaks(plot, ratio, { x: left / ratio, y: top / ratio, w: width / ratio, h: height / ratio }, [operating, this.mark].filter(Boolean));
     context.globalAlpha = this.isStale() ? STALE : 1;
     for (const peak of this.shownPeaks) {
       context.beginPath();
@@ -173,21 +174,23 @@ export class SweepPane extends Pane {
     context.textBaseline = "top";
     const text = `operating, ${short(at, 4)}`;
     const wide = context.measureText(text).width;
-    const isRight = x + wide + 8 * ratio < left + width;
+    const meeting = plot.valToPos(this.hub.resonance?.speed ?? -Infinity, "x", true);
+    const isCrossed = meeting > x && meeting < x + wide + 12 * ratio && x - wide - 8 * ratio > left;
+    const isRight = x + wide + 8 * ratio < left + width && !isCrossed;
     context.textAlign = isRight ? "left" : "right";
     context.fillText(text, x + (isRight ? 5 : -5) * ratio, top + 2 * ratio);
     const start = isRight ? x : x - wide - 8 * ratio;
     return { x: start / ratio, y: top / ratio, w: wide / ratio + 8, h: px(15) };
   }
 
-  /** How far the resonance of the first answer is: a dashed line at its speed, and from there to the speed that is shown. */
+  /** The resonance of the first answer: a dashed line at its speed, one from there to the speed that is shown, its words. */
   drawMeeting(context, plot, ratio, { left, top, width, height }) {
-    const { speed, figure, level } = this.hub.resonance ?? {};
+    const { speed, mark, level } = this.hub.resonance ?? {};
     if (!(speed >= this.range[0] && speed <= this.range[1]) || !Number.isFinite(this.head.operating)) return null;
     const [x, from] = [plot.valToPos(speed, "x", true), plot.valToPos(this.head.operating, "x", true)];
     const y = top + height - 7 * ratio;
     context.save();
-    context.strokeStyle = context.fillStyle = look().levels[level] ?? look().pale;
+    context.strokeStyle = look().levels[level] ?? look().pale;
     context.lineWidth = 1.5 * ratio;
     context.setLineDash([2 * ratio, 3 * ratio]);
     line(context, [x, top], [x, top + height]);
@@ -195,13 +198,18 @@ export class SweepPane extends Pane {
     line(context, [from, y], [x, y]);
     context.font = font(px(10.5) * ratio, 600);
     context.textBaseline = "bottom";
-    const wide = context.measureText(figure).width;
+    const wide = context.measureText(mark).width;
     const isLeft = x < from ? x - wide - 8 * ratio > left : x + wide + 8 * ratio > left + width;
-    const start = isLeft ? x - wide - 5 * ratio : x + 5 * ratio;
+    const beside = isLeft ? x - wide - 5 * ratio : x + 5 * ratio;
+    const start = Math.max(left + 2 * ratio, Math.min(beside, left + width - wide - 2 * ratio));
+    const box = { x: start / ratio - 2, y: (top + height) / ratio - px(16), w: wide / ratio + 4, h: px(15) };
+    context.fillStyle = look().surface; // over the curves: names of peaks go elsewhere
+    context.fillRect(box.x * ratio, box.y * ratio, box.w * ratio, box.h * ratio);
+    context.fillStyle = context.strokeStyle;
     context.textAlign = "left";
-    context.fillText(figure, start, top + height - 2 * ratio);
+    context.fillText(mark, start, top + height - 2 * ratio);
     context.restore();
-    return { x: start / ratio - 2, y: (top + height) / ratio - px(16), w: wide / ratio + 4, h: px(15) };
+    return box;
   }
 
   /** Names of the peaks as buttons, the highest first; where there is no room the point alone stays. */
@@ -225,7 +233,8 @@ export class SweepPane extends Pane {
       button.dataset.mode = String(peak.mode);
       button.title = `${peak.text ?? peak.label}: ${written(peak.y, 4)} at ${short(peak.x, 4)}`;
       button.setAttribute("aria-label", `Show the mode of this peak: ${button.title}`);
-      button.setAttribute("aria-pressed", String(this.hub.mode !== null && this.hub.mode === peak.mode));
+      const mode = this.hub.mode;
+      button.setAttribute("aria-pressed", String(mode !== null && mode >= peak.mode && mode < peak.mode + peak.count));
       Object.assign(button.style, { left: `${box.x.toFixed(1)}px`, top: `${box.y.toFixed(1)}px`, width: `${box.w}px` });
     });
   }
@@ -290,12 +299,13 @@ export class SweepPane extends Pane {
 
   describe(head) {
     const peaks = head.peaks.map((peak) => `${peak.label} at ${written(peak.x)}`).slice(0, 5).join("; ");
-    const near = this.hub.resonance ? `; resonance of the answers at ${written(this.hub.resonance.speed)}, ${this.hub.resonance.figure} away` : "";
+    const near = this.hub.resonance ? `; resonance of the answers: ${this.hub.resonance.mark}` : "";
+    this.marked = this.hub.resonance;
     this.root.setAttribute("aria-label", `${this.options.label ?? "Sweep"}: ${head.y_label} over ${head.x_label}${peaks ? `; peaks: ${peaks}` : ""}${near}. Arrow keys move along the speeds, Enter operates there.`);
   }
 
   alsoHears() {
-    return ["ghost", "mode"];
+    return ["ghost", "mode", "resonance"];
   }
 
   onCursor(plot) {
