@@ -23,7 +23,7 @@ from ...document.writer import quantity_text
 from ...errors import ModelError
 from ...limits import RESONANCE_BAND, ResonanceVerdict
 from ...questions.modes.campbell import MeshCrossings, tones_of_meshes
-from ...results.dataset import EQUAL, ranked
+from ...questions.studies.detune import strongest
 from ...statics.equilibrium import compliance_of
 from ...statics.record import unheld_warnings
 from ...system.system import System
@@ -31,7 +31,8 @@ from ...system.tooth_pairs import mean_force, pair_of, tooth_warnings
 from ...teeth.geometry import FLANK_GRADES, SIZE_GRADES, run_out_width
 from ...train.train import Body, Train
 from ...warning_codes import WARNING_CODES, CodedText, code_of, coded
-from ..state.frames import LEVELS, Answer, Level, listed, number, per_cent
+from ..state.frames import LEVELS, Answer, Level, OfferedChange, listed, number, per_cent
+from .detuning import is_quick
 
 # Tables whose second key may be left out where the train has one stage.
 _STAGED = ("deviations", "operation.speed", "operation.torque", "operation.power")
@@ -425,11 +426,15 @@ def meetings_of(system: System, modes: Mapping[str, Any], relative_speed: float)
 
 
 def resonance_answer(
-    train: Train, system: System, modes: Mapping[str, Any] | None, sweep: Mapping[str, Any] | None
+    train: Train,
+    system: System,
+    modes: Mapping[str, Any] | None,
+    sweep: Mapping[str, Any] | None,
+    changes: Sequence[OfferedChange] = (),
 ) -> Answer:
     """The strongest resonance within 20 % of the speed that is shown, where no force is known the nearest.
 
-    modes, sweep : heads of a frame with their arrays beside, None without.
+    modes, sweep : heads of a frame with their arrays beside, None without.  changes : that move it away, where known.
     """
     if modes is None:
         return Answer("resonance", "Not known: the model gives no modes (masses, inertias or supports are missing).")
@@ -442,12 +447,10 @@ def resonance_answer(
         text = f"No mesh order up to the 12th {'excites' if at_rest else 'meets'} a mode within {band} of this speed"
         text += f": {at_rest} meet one that they leave at rest." if at_rest else "."
         return Answer("resonance", text, figure=f"> {band}", level="good", evidence="modes")
-    ratio = np.array([meeting.force_ratio for meeting in met])
     level: Level = "warn"
     force = "its force is not known without torque and damping"
-    meeting = min(met, key=lambda meeting: abs(meeting.away))
-    if np.isfinite(ratio).any():
-        meeting = met[ranked(ratio, equal=EQUAL)[0]]
+    meeting = strongest(met)
+    if np.isfinite(meeting.force_ratio):
         verdict = ResonanceVerdict(meeting.force_ratio)
         level, force = LEVELS[verdict.tone], f"the mode's force is {verdict.text}"
     speed = None if sweep is None else meeting.speed / float(sweep["to_relative"])  # on the axis of the sweep [rpm]
@@ -460,6 +463,9 @@ def resonance_answer(
         evidence="modes" if sweep is None else "sweep",
         mode=meeting.mode,
         speed=speed,
+        changes=() if level == "good" else changes,
+        # a job is of the operating speed
+        job=None if level == "good" or relative != 1 or is_quick(train, system) else "detune",
     )
 
 
@@ -560,6 +566,7 @@ def answers_of(
     twin: Part = None,
     sweep: Part = None,
     errors: Part = None,
+    changes: Sequence[OfferedChange] = (),
 ) -> tuple[Answer, ...]:
     """The five answers, within 3 ms.
 
@@ -567,9 +574,10 @@ def answers_of(
     ----------
     modes, sharing, twin, sweep, errors : parts of a frame as `computing.compute` makes them, heads with their arrays
         beside by short names; None where there are none.
+    changes : that move the resonance of the first answer away.
     """
     return (
-        resonance_answer(train, system, modes, sweep),
+        resonance_answer(train, system, modes, sweep, changes),
         planet_answer(train, sharing, errors),
         float_answer(train, sharing, twin),
         error_answer(train, sharing, errors),

@@ -508,11 +508,11 @@ def _by_shape(a: TrainModes, b: TrainModes) -> tuple[NDArray[np.int64], Array]:
     mass = (a.mass + b.mass) / 2
     left, right = (phi / np.sqrt(np.einsum("ij,ik,kj->j", phi, mass, phi)) for phi in (a.vectors, b.vectors))
     overlap = (left.T @ mass @ right) ** 2
-    criterion = np.empty_like(overlap)
-    for of_a in repeated_roots(a.squared):
-        for of_b in repeated_roots(b.squared):
-            block = overlap[of_a, of_b]
-            criterion[of_a, of_b] = block.sum() / min(block.shape)
+    starts = [[run.start for run in repeated_roots(modes.squared)] for modes in (a, b)]
+    sizes = [np.diff([*own, len(modes.squared)]) for own, modes in zip(starts, (a, b), strict=True)]
+    blocks = np.add.reduceat(np.add.reduceat(overlap, starts[0], axis=0), starts[1], axis=1)
+    blocks /= np.minimum.outer(*sizes)
+    criterion = np.repeat(np.repeat(blocks, sizes[0], axis=0), sizes[1], axis=1)
     criterion = np.clip(criterion, 0.0, 1.0)
     _, place = scipy.optimize.linear_sum_assignment(criterion, maximize=True)
     return np.asarray(place, dtype=np.int64), criterion[np.arange(place.size), place]
@@ -550,7 +550,7 @@ def effects_of(train: Train, *, methods: Sequence[Method] = ("steady", "static")
     """
     said: list[CodedText] = list(train.warnings)
     system = _tried("equations", assemble, train, said)
-    modes = None if system is None else _tried("natural frequencies", _modes, system, said)
+    modes = None if system is None else _tried("natural frequencies", modes_of, system, said)
     k_gamma, worst, used, mesh, forces = math.nan, "", "", _texts(()), np.zeros((3, 0))
     refused: list[CodedText] = []
     for method in methods if system is not None else ():
@@ -569,7 +569,7 @@ def effects_of(train: Train, *, methods: Sequence[Method] = ("steady", "static")
     speed, tone = train.kinematics.speed or {}, train.kinematics.mesh_frequency or {}
     figures = xr.Dataset(
         {
-            "transmission_ratio": _ratio(train),
+            "transmission_ratio": transmission_ratio(train),
             "k_gamma": k_gamma,
             "worst_mesh": ((), np.array(worst, dtype=object)),
             "force_method": ((), np.array(used, dtype=object)),
@@ -592,7 +592,7 @@ def _tried(what: str, work: Callable[[Of], Result], of: Of, said: list[CodedText
     return outcome.value
 
 
-def _ratio(train: Train) -> float:
+def transmission_ratio(train: Train) -> float:
     """Speed of the member that takes in most power per speed of the one that gives off most."""
     power, speed = train.kinematics.power or {}, train.kinematics.speed or {}
     if not power or max(power.values()) <= 0 or min(power.values()) >= 0:
@@ -601,7 +601,8 @@ def _ratio(train: Train) -> float:
     return float(speed[driving] / speed[driven]) if speed.get(driven) else math.nan
 
 
-def _modes(system: System) -> TrainModes:
+def modes_of(system: System) -> TrainModes:
+    """Modes of the mean system of a train."""
     tangent = linear(system)
     squared, vectors = mean_modes(tangent)
     kinds = classify_modes(tangent, squared, vectors)

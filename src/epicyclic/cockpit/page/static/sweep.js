@@ -62,10 +62,10 @@ export class SweepPane extends Pane {
   hear(changed) {
     super.hear(changed);
     if (changed.includes("ghost")) this.pinned = this.ghostOf();
+    if (changed.includes("preview")) this.previewed = this.ghostOf(this.hub.previewed?.sweep);
   }
 
-  ghostOf() {
-    const part = this.hub.pinned.sweep;
+  ghostOf(part = this.hub.pinned.sweep) {
     if (!part) return null;
     const curves = part.head.curves.map((curve, i) => ({ ...curve, row: i })).filter((curve) => curve.strong);
     const rows = rowsOf(part.arrays.y);
@@ -134,6 +134,7 @@ export class SweepPane extends Pane {
       const same = this.order.find((one) => one.strong && one.label === curve.label);
       ghostCurve(context, plot, this.pinned.x, curve.y, same ? this.colours.of(curve.label) : look().pale);
     }
+    for (const curve of this.previewed?.curves ?? []) ghostCurve(context, plot, this.previewed.x, curve.y, look().accent);
   }
 
   drawOver(plot) {
@@ -143,7 +144,8 @@ export class SweepPane extends Pane {
     context.save();
     const operating = this.drawOperating(context, plot, ratio, { left, top, width, height });
     const meeting = this.drawMeeting(context, plot, ratio, { left, top, width, height });
-    this.placePeaks(plot, ratio, { x: left / ratio, y: top / ratio, w: width / ratio, h: height / ratio }, [operating, meeting].filter(Boolean));
+    const preview = this.drawPreview(context, plot, ratio, { left, top, width, height });
+    this.placePeaks(plot, ratio, { x: left / ratio, y: top / ratio, w: width / ratio, h: height / ratio }, [operating, meeting, preview].filter(Boolean));
     context.globalAlpha = this.isStale() ? STALE : 1;
     for (const peak of this.shownPeaks) {
       context.beginPath();
@@ -200,6 +202,30 @@ export class SweepPane extends Pane {
     context.fillText(figure, start, top + height - 2 * ratio);
     context.restore();
     return { x: start / ratio - 2, y: (top + height) / ratio - 16, w: wide / ratio + 4, h: 15 };
+  }
+
+  /** Where a change would move the resonance that it is about, while the pointer rests on the change. */
+  drawPreview(context, plot, ratio, { left, top, width, height }) {
+    const { speed, label, result } = this.hub.previewed ?? {};
+    this.root.dataset.preview = label ?? "";
+    if (!(speed >= this.range[0] && speed <= this.range[1])) return null;
+    const x = plot.valToPos(speed, "x", true);
+    const y = top + 18 * ratio;
+    context.save();
+    context.strokeStyle = look().accent;
+    context.lineWidth = 2 * ratio;
+    context.setLineDash([6 * ratio, 3 * ratio]);
+    line(context, [x, top], [x, top + height]);
+    context.font = `600 ${10.5 * ratio}px ${look().font}`;
+    context.textBaseline = "top";
+    const wide = context.measureText(result).width;
+    const start = x + wide + 8 * ratio < left + width ? x + 5 * ratio : x - wide - 5 * ratio;
+    context.fillStyle = look().surface;
+    context.fillRect(start - 2 * ratio, y - ratio, wide + 4 * ratio, 13 * ratio);
+    context.fillStyle = look().accent;
+    context.fillText(result, start, y);
+    context.restore();
+    return { x: start / ratio - 2, y: y / ratio, w: wide / ratio + 4, h: 15 };
   }
 
   /** Names of the peaks as buttons, the highest first; where there is no room the point alone stays. */
@@ -293,7 +319,7 @@ export class SweepPane extends Pane {
   }
 
   alsoHears() {
-    return ["ghost", "mode"];
+    return ["ghost", "mode", "preview"];
   }
 
   onCursor(plot) {
