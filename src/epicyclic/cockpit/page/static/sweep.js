@@ -303,6 +303,7 @@ export class SweepPane extends Pane {
     const others = this.order.length - strong.length;
     if (others) rows.push(key(`${others} more`, look().other));
     if (this.pinned) rows.push(key("A", look().pale, true));
+    if (this.previewed) rows.push(key("changed", look().accent, true));
     for (const row of rows.slice(strong.length)) row.classList.add("ck-whole");
     this.note.textContent = head.stage ?? "";
     this.raised.hidden = !(this.axis[0] > 0);
