@@ -103,6 +103,19 @@ def contact(  # .questions.flanks.verbs
 ) -> xr.Dataset:
     """Loaded tooth contact."""
 
+def detune(  # .questions.studies.verbs
+    source: Source,
+    *,
+    overrides: Overrides | None = None,
+    mode: int | None = None,
+    order: int | None = None,
+    relative_speed: float | str = 1.0,
+    band: float = 0.2,
+    changes: int = 4,
+    progress: Callable[[float], None] | None = None,
+) -> xr.Dataset:
+    """Changes of the drawing that move a resonance away from operation, each computed again on the changed train."""
+
 def efficiency(  # .questions.flanks.verbs
     source: Source,
     *,

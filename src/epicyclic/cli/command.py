@@ -77,6 +77,7 @@ PANELS: Mapping[str, Mapping[str, str]] = {
     },
     "Which number do I change?": {
         "sensitivity": "Which number moves frequencies or forces most.",
+        "detune": "What moves a resonance away from operation, computed again.",
         "track": "Modes along a number: crossings and veerings.",
         "allocate": "The cheapest grades that keep K_gamma below a target.",
         "relief": "Tip relief and lead modification that are best.",

@@ -429,6 +429,20 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "parameter_unit": ("", "unit of the value as written"),
     "ranked_by": ("", "whether the paths are ranked by this one"),
     "mesh_force_amplitude": ("N", "amplitude of one mesh order of the mesh force"),
+    # detune
+    "change": ("", "change of the drawing"),
+    "change_factor": ("1", "factor on the numbers changed; of tooth counts the inverse factor on those of the sun"),
+    "predicted_speed": ("1", "speed of the resonance by its sensitivity alone, per operating speed"),
+    "moved_speed": ("1", "speed of the resonance on the changed train, per operating speed"),
+    "moved_away": ("1", "distance of the resonance from the speed that it is to leave, per that speed"),
+    "moved_frequency": ("Hz", "natural frequency of the mode on the changed train"),
+    "moved_mode": ("1", "number of the mode on the changed train"),
+    "moved_force_ratio": ("1", "largest mesh force amplitude of the mode per mean force of the same mesh there"),
+    "mode_correlation": ("1", "modal assurance criterion of the mode with that of the train as it is"),
+    "left_force_ratio": ("1", "the same ratio of the strongest resonance in the band of the changed train, 0 without"),
+    "left_resonance": ("", "mesh order and mode of that resonance"),
+    "change_note": ("", "what else the change does"),
+    "change_overrides": ("", "overrides of the change, as JSON"),
     # track
     "parameter": ("", "value in the model file, as written"),
     "event_kind": ("", "crossing or veering"),
@@ -523,5 +537,6 @@ OF_KIND: dict[tuple[str, str], tuple[str, str]] = {
     ("efficiency", "power"): ("W", "external power with losses, into the train positive"),
     ("tolerance", "tolerance"): ("", "path of the toleranced number in the model file"),
     ("allocate", "tolerance"): ("", "path of the toleranced number in the model file"),
+    ("detune", "status"): ("", "ok, or why the change gives nothing"),
     ("sensitivity", "path"): ("", "path of the number in the model file"),
 }

@@ -49,6 +49,7 @@ FIGURES: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "track": ("track",),
         "transient": ("transient", "spectrogram"),
         "audit": (),
+        "detune": (),
         "matrices": (),
         "study": ("study",),
     }

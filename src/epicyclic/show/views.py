@@ -83,7 +83,7 @@ _KINDS = {
     "questions.response": ("contact_sweep", "steady", "sweep"),
     "questions.sharing": ("sharing",),
     "questions.stability": ("stability",),
-    "questions.studies": ("compare", "sensitivity", "track"),
+    "questions.studies": ("compare", "detune", "sensitivity", "track"),
     "questions.tolerance": ("allocate", "tolerance"),
     "questions.transient": ("transient",),
 }

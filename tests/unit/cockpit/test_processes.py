@@ -95,6 +95,28 @@ def test_a_full_request_gives_all_its_frames() -> None:
     run(test())
 
 
+def test_a_preview_is_no_step_and_the_last_one_counts() -> None:
+    async def test() -> None:
+        async with worker() as one:
+            session, seen = await begun(one)
+            shown: list[PageFrame] = []
+            session.listen(preview=lambda packed: shown.append(unpack(packed)))
+            await until(lambda: not session.busy)
+            before = session.history, session.rev, len(seen.frames)
+            session.preview({"damping.modal": 0.5})
+            session.preview({"damping.modal": 0.6})
+            await until(lambda: shown)
+            session.preview({"damping.modal": 0.7})
+            session.preview(None)  # the pointer has left before it was computed
+            await asyncio.sleep(5 * fake_compute.LIVE)
+            assert [(frame.kind, frame.rev) for frame in shown] == [("live", -2)]
+            assert (session.history, session.rev, len(seen.frames)) == before
+            assert not session.busy
+            await session.close()
+
+    run(test())
+
+
 def test_a_drag_does_not_starve_the_picture() -> None:
     async def test() -> None:
         async with worker() as one:

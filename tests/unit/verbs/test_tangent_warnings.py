@@ -20,6 +20,7 @@ LINEAR = {
     "sweep",
     "stability",
     "sharing",
+    "detune",
     "sensitivity",
     "tolerance",
     "allocate",

@@ -24,7 +24,8 @@ from ...document.writer import quantity_text
 from ...errors import ModelError
 from ...limits import RESONANCE_BAND, ResonanceVerdict
 from ...questions.modes.campbell import MeshCrossings, tones_of_meshes
-from ...results.dataset import EQUAL, ranked
+from ...questions.studies.detune import strongest
+from ...results.dataset import EQUAL
 from ...statics.equilibrium import compliance_of
 from ...statics.record import unheld_warnings
 from ...system.system import System
@@ -32,7 +33,8 @@ from ...system.tooth_pairs import mean_force, pair_of, tooth_warnings
 from ...teeth.geometry import FLANK_GRADES, SIZE_GRADES, run_out_width
 from ...train.train import Body, Train
 from ...warning_codes import WARNING_CODES, CodedText, code_of, coded
-from ..state.frames import LEVELS, Answer, Level, listed, number, ordinal, per_cent
+from ..state.frames import LEVELS, Answer, Level, OfferedChange, listed, number, ordinal, per_cent
+from .detuning import is_quick
 from .followed_mode import like_modes, mode_shapes
 
 # Tables whose second key may be left out where the train has one stage.
@@ -446,11 +448,15 @@ def meetings_of(system: System, modes: Mapping[str, Any], relative_speed: float)
 
 
 def resonance_answer(
-    train: Train, system: System, modes: Mapping[str, Any] | None, sweep: Mapping[str, Any] | None
+    train: Train,
+    system: System,
+    modes: Mapping[str, Any] | None,
+    sweep: Mapping[str, Any] | None,
+    changes: Sequence[OfferedChange] = (),
 ) -> Answer:
     """The strongest resonance within 20 % of the speed that is shown, where no force is known the nearest.
 
-    modes, sweep : heads of a frame with their arrays beside, None without.
+    modes, sweep : heads of a frame with their arrays beside, None without.  changes : that move it away, where known.
     """
     if modes is None:
         return Answer("resonance", "Not known: the model gives no modes (masses, inertias or supports are missing).")
@@ -466,8 +472,8 @@ def resonance_answer(
         return Answer("resonance", text, figure=f"> {band}", level="good", evidence="modes")
     level: Level = "warn"
     force = "its force is not known without torque and damping"
-    meeting = strongest_of(met)
-    if math.isfinite(meeting.force_ratio):
+    meeting = strongest(met)
+    if np.isfinite(meeting.force_ratio):
         verdict = ResonanceVerdict(meeting.force_ratio)
         level, force = LEVELS[verdict.tone], f"the mode's force is {verdict.text}"
     others = "" if len(met) == 1 else f" ({len(met)} within {band})"
@@ -480,15 +486,10 @@ def resonance_answer(
         mode=meeting.mode,
         speed=None if to_rpm is None else to_rpm * meeting.speed,
         mark=marked(meeting, to_rpm),
+        changes=() if level == "good" else changes,
+        # a job is of the operating speed
+        job=None if level == "good" or relative != 1 or is_quick(train, system) else "detune",
     )
-
-
-def strongest_of(met: Sequence[Meeting]) -> Meeting:
-    """The resonance with the largest force of its mode per mean mesh force; where no force is known the nearest."""
-    ratio = np.array([meeting.force_ratio for meeting in met])
-    if np.isfinite(ratio).any():
-        return met[int(ranked(ratio, equal=EQUAL)[0])]
-    return min(met, key=lambda meeting: abs(meeting.away))
 
 
 def marked(meeting: Meeting, to_rpm: float | None) -> str:
@@ -525,9 +526,9 @@ def resonance_shift(
     now, then = (meetings_of(*train, relative_speed) for train in ((system, modes), (twin, modes_of_twin)))
     band = per_cent(RESONANCE_BAND)
     if not then:
-        goes = f" ({marked(strongest_of(now), to_rpm)} now)" if now else " either way"
+        goes = f" ({marked(strongest(now), to_rpm)} now)" if now else " either way"
         return f"No resonance within {band}{' then' if now else ''}{goes}."
-    last = strongest_of(then)
+    last = strongest(then)
     place = marked(last, to_rpm)
     before, after = (mode_shapes([], m["rows"], m["shape"], m["mass"]) for m in (modes, modes_of_twin))
     like, frequency = like_modes(before, after), dict(zip(after.number, after.frequency, strict=True))
@@ -537,8 +538,8 @@ def resonance_shift(
         same = mode is not None and math.isclose(frequency[mode], last.frequency, rel_tol=EQUAL)
         return same and (meeting.order, meeting.stage) == (last.order, last.stage)
 
-    if now and is_last(strongest_of(now)):
-        first, place = _place(strongest_of(now), to_rpm), _place(last, to_rpm)
+    if now and is_last(strongest(now)):
+        first, place = _place(strongest(now), to_rpm), _place(last, to_rpm)
         moves = f"{first} \u2192 {place}" if first != place else f"{place}, as now"
         return f"Resonance, {_order(last)}: {moves}."
     known = math.isfinite(last.force_ratio)
@@ -641,6 +642,7 @@ def answers_of(
     twin: Part = None,
     sweep: Part = None,
     errors: Part = None,
+    changes: Sequence[OfferedChange] = (),
 ) -> tuple[Answer, ...]:
     """The five answers, within 3 ms.
 
@@ -648,9 +650,10 @@ def answers_of(
     ----------
     modes, sharing, twin, sweep, errors : parts of a frame as `computing.compute` makes them, heads with their arrays
         beside by short names; None where there are none.
+    changes : that move the resonance of the first answer away.
     """
     return (
-        resonance_answer(train, system, modes, sweep),
+        resonance_answer(train, system, modes, sweep, changes),
         planet_answer(train, sharing, errors),
         float_answer(train, sharing, twin),
         error_answer(train, sharing, errors),

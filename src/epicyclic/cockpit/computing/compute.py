@@ -23,6 +23,7 @@ from ...system.system import System
 from ...train.resolution import load
 from ...train.train import Train
 from ..state.frames import (
+    OfferedChange,
     PageFrame,
     Request,
     SpeedAxis,
@@ -33,6 +34,7 @@ from ..state.frames import (
     speed_axis,
 )
 from . import answers
+from .detuning import is_quick, offered_of
 from .speed_view import ForceCurves, ModeView, SpeedModel, efforts, force_curves, mode_view, speed_head, speed_model
 from .train_view import (
     ErrorView,
@@ -92,6 +94,7 @@ class _Parts:
     ready: SpeedModel | None = None
     curves: ForceCurves | None = None
     missing: tuple[_Missing, ...] = ()
+    changes: tuple[OfferedChange, ...] = ()
 
 
 # The newest live set, and the request that it is of without its number.
@@ -113,8 +116,9 @@ def compute(request: Request, *, stop: Callable[[], bool] | None = None) -> Iter
 
     ``live``: one frame with everything a lever moves: train, modes, sharing, errors, the sweep with mesh orders,
     answers, checks.  ``full``: that, then frames ``sweep`` (200 speeds, then 60 with shaft orders), ``errors`` and
-    ``sharing`` (the whole hunting period), each with the answers as they then are.  A model that is wrong gives one
-    frame ``failed`` with the problem, its path, what was given and what is allowed.
+    ``sharing`` (the whole hunting period), each with the answers as they then are; where a resonance matters
+    ``changes``, answers with what moves it away.  A model that is wrong gives one frame ``failed`` with the problem,
+    its path, what was given and what is allowed.
 
     Parameters
     ----------
@@ -246,6 +250,18 @@ def _further_frames(model: _Model, parts: _Parts, pause: Callable[[], None]) -> 
         whole = _attempt("sharing", "load sharing", whole_sharing, missing)
         parts = replace(parts, sharing=whole or live, missing=(*parts.missing, *missing))
         yield _part_frame(model, parts, "sharing")
+    yield from _change_frame(model, parts, pause)
+
+
+def _change_frame(model: _Model, parts: _Parts, pause: Callable[[], None]) -> Iterator[PageFrame]:
+    """The answers with what moves a resonance that matters away, where that is quick."""
+    system, told = model.system, _told(model, parts, _shown(model, parts))
+    resonance = answers.resonance_answer(model.train, system, told.get("modes"), told.get("sweep"))
+    if resonance.mode is not None and resonance.level != "good" and is_quick(model.train, system):
+        relative = model.request.relative_speed
+        work = partial(offered_of, model.train, model.axis, resonance, relative, told=lambda _: pause())
+        parts = replace(parts, changes=_attempt("modes", "changes", work, []) or ())
+        yield _frame(model, "changes", _answers(model, parts, _shown(model, parts)), {})
 
 
 def _shift(model: _Model, parts: _Parts) -> str:
@@ -306,17 +322,23 @@ def _shown(model: _Model, parts: _Parts) -> dict[str, _Shown]:
     return shown
 
 
-def _answers(model: _Model, parts: _Parts, shown: Mapping[str, _Shown]) -> dict[str, Any]:
-    """Answers and checks of a frame: of what is shown, and of the modes the mesh orders that meet them."""
+def _told(model: _Model, parts: _Parts, shown: Mapping[str, _Shown]) -> dict[str, Any]:
+    """What the answers are asked with: what is shown, and of the modes the mesh orders that meet them."""
     told = {name: {**table, **values} for name, (table, values) in shown.items() if name != "modes"}
     if parts.modes is not None:
         told["modes"] = _told_modes(parts.modes, shown["modes"][0])
     if parts.twin is not None:
         told["twin"] = {**parts.twin.head, "coefficient": parts.twin.coefficient, "resonance": parts.shift}
+    return told
+
+
+def _answers(model: _Model, parts: _Parts, shown: Mapping[str, _Shown]) -> dict[str, Any]:
+    """Answers and checks of a frame."""
+    found = answers.answers_of(model.train, model.system, **_told(model, parts, shown), changes=parts.changes)
     checks = [asdict(check) for check in answers.checks_of(model.train, model.system)]
     for missing in parts.missing:
         checks.append({"level": "warn", "code": "not-computed", "text": missing.text, "path": missing.path})
     return {
-        "answers": [asdict(answer) for answer in answers.answers_of(model.train, model.system, **told)],
+        "answers": [asdict(answer) for answer in found],
         "checks": checks,
     }

@@ -391,6 +391,12 @@ def _relief_search(train: Train) -> Mapping[str, Any]:
     }
 
 
+def _detune_frame(result: xr.Dataset, train: Train, options: Mapping[str, Any]) -> PageFrame:
+    from .detuning import detune_frame
+
+    return detune_frame(result, train)
+
+
 _KINDS = (
     JobKind(
         name="contact",
@@ -459,6 +465,16 @@ _KINDS = (
         verb="transient",
         defaults={"cycles": 50.0},
         frame=lambda result, train, options: transient_frame(result, train),
+    ),
+    JobKind(
+        name="detune",
+        label="Detune",
+        purpose="Changes of the drawing that move a resonance away from operation",
+        about="Changes that move the strongest resonance near operation out of its band, each computed again.",
+        seconds=1,
+        options=("mode", "order", "band", "changes"),
+        verb="detune",
+        frame=_detune_frame,
     ),
     JobKind(
         name="sensitivity",

@@ -22,6 +22,9 @@ export default {
     ghost(text) {
       cockpit.ghost(text);
     },
+    preview(mark, text) {
+      cockpit.preview(mark, text);
+    },
     mode(index) {
       cockpit.chooseMode(index);
     },

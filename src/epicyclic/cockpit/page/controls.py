@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import base64
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from inspect import isawaitable
 from typing import Any, Literal
@@ -290,6 +290,10 @@ class Board(Element, component="board.js", esm={"epicyclic-cockpit": "static"}):
         self._pinned = [] if packed is None else [*self._pinned, packed]
         if self._ready:
             self.run_method("ghost", None if packed is None else _text(packed))
+
+    def preview(self, mark: Mapping[str, Any] | None, packed: bytes | None = None) -> None:
+        """Draw beside the curves what a change would give: a speed and its words, and the curves of a packed frame."""
+        self._tell("preview", mark, None if packed is None else _text(packed))
 
     def show_mode(self, index: int | None) -> None:
         """Animate the mode of this index of the frame in the drawing of the train; None lets the train turn again."""

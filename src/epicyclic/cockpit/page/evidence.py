@@ -375,7 +375,7 @@ class AnswersPane:
     """Five lines, each with its figure.
 
     show : called with the name of the evidence of an answer, and the mode that it is about.  run, cancel : called with
-        the name of a job.
+        the name of a job.  preview : with a change that the pointer or the focus is on, None where it leaves.
     """
 
     def __init__(
@@ -385,10 +385,11 @@ class AnswersPane:
         show: Callable[[str, int | None], None],
         run: Callable[[str], None],
         cancel: Callable[[str], None],
+        preview: Callable[[Mapping[str, Any] | None], None],
     ) -> None:
         self._session = session
         self._told: list[str] | None = None
-        self.show, self.run, self.cancel = show, run, cancel
+        self.show, self.run, self.cancel, self.preview = show, run, cancel, preview
         with box("ck-box ck-answers", "section") as root:
             root.props["aria-label"] = "Answers"
             with box("ck-title ck-columns"):
@@ -437,6 +438,44 @@ class AnswersPane:
             refused(error, "It cannot be applied: ")
 
 
+# Changes that a line has room for.
+_MOST_CHANGES = 3
+
+
+class _Changes:
+    """Changes that act on an answer, a button each, which shows what it gives before it is pressed."""
+
+    def __init__(self, pane: AnswersPane) -> None:
+        self._pane = pane
+        self._changes: Sequence[Mapping[str, Any]] = ()
+        with box("ck-changes") as self._row:
+            self._row.props.update({"role": "group", "aria-label": "Changes that move it away"})
+            self._buttons = [self._button(place) for place in range(_MOST_CHANGES)]
+        hide(self._row, True)
+
+    def _button(self, place: int) -> Words:
+        control = button("", partial(self._apply, place), classes="ck-small ck-change")
+        for event in ("mouseenter", "focus"):
+            control.on(event, lambda _: self._pane.preview(self._changes[place]))
+        for event in ("mouseleave", "blur"):
+            control.on(event, lambda _: self._pane.preview(None))
+        return control
+
+    def follow(self, changes: Sequence[Mapping[str, Any]]) -> None:
+        """Offer other changes."""
+        self._changes = changes
+        hide(self._row, not changes)
+        for place, control in enumerate(self._buttons):
+            hide(control, place >= len(changes))
+            if place < len(changes):
+                control.say(f"{changes[place]['label']}: {changes[place]['result']}")
+                prop(control, "title", str(changes[place]["why"]))
+
+    def _apply(self, place: int) -> None:
+        self._pane.preview(None)
+        self._pane.apply(self._changes[place]["apply"], str(self._changes[place]["label"]))
+
+
 class _Line:
     """One answer: what a frame says, or what its job has found of the same state."""
 
@@ -459,6 +498,7 @@ class _Line:
             self._job = button("Compute", lambda: pane.run(str(self._answer["job"])))
             self._cancel = button("Cancel", lambda: pane.cancel(str(self._answer["job"])))
             self._evidence = button("Show", lambda: pane.show(str(self._answer["evidence"]), self._answer.get("mode")))
+            self._changes = _Changes(pane)
         for control in (self._apply, self._job, self._cancel, self._evidence):
             hide(control, True)
 
@@ -500,13 +540,15 @@ class _Line:
             self._text.classes(remove="ck-pale")
             self._apply.say(str(answer.get("apply_label") or "Apply"))
             hide(self._apply, not answer.get("apply"))
+            self._changes.follow(answer.get("changes") or ())
             for name in ("aria-label", "title"):
                 prop(self._job, name, f"Compute {answer.get('job') or ''}")
             prop(self._evidence, "aria-label", f"Show {answer.get('evidence') or ''}")
             prop(self._row, "data-stale", "true" if answer.get("stale") else None)
         hide(self._job, not answer.get("job") or runs or by_job)
         hide(self._cancel, not runs)
-        hide(self._evidence, not answer.get("evidence") or (bool(answer.get("job")) and not done))
+        waits = bool(answer.get("job")) and not done and answer.get("mode") is None  # of a mode there is a curve
+        hide(self._evidence, not answer.get("evidence") or waits)
         text = str(answer.get("text") or "")
         if job is not None and not by_job:
             if not done:

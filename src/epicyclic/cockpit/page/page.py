@@ -40,6 +40,7 @@ from .controls import (
     hide,
     literal,
     prop,
+    refused,
     sentence,
     show_model,
 )
@@ -286,7 +287,15 @@ def cockpit_page(session: Session) -> None:
     ui.add_head_html(f"<script>{_file('page.js')}</script>")
     with box("ck-page", "main") as root:
         page = _Page(session, root)
-    heard(session, root, frame=page.frame, state=page.follow, failed=page.refuse, jobs=page.jobs)
+    heard(
+        session,
+        root,
+        frame=page.frame,
+        state=page.follow,
+        failed=page.refuse,
+        jobs=page.jobs,
+        preview=page.preview,
+    )
     page.follow(session)
 
 
@@ -302,6 +311,8 @@ class _Page:
         self._session, self._root = session, root
         self._pinned: dict[str, bytes] = {}
         self._shown_rev = 0
+        self._previewed: Mapping[str, Any] | None = None
+        self._previewed_rev = 0
         self._timer: asyncio.TimerHandle | None = None
         self._late = False
         self._head: dict[str, Any] = {}
@@ -317,6 +328,7 @@ class _Page:
             show=self._show,
             run=lambda name: self._evidence.run(name),
             cancel=lambda name: self._evidence.cancel(name),
+            preview=self._preview,
         )
         with box("ck-box ck-train", "section") as train, box("ck-grow"):
             train.props["aria-label"] = "Train"
@@ -337,6 +349,24 @@ class _Page:
         if mode is not None:
             self._chose(mode)
         self._evidence.show(name)
+
+    def _preview(self, change: Mapping[str, Any] | None) -> None:
+        """Show beside the curves what a change would give, its speed at once and its curves when they are computed."""
+        self._previewed = (
+            None
+            if change is None
+            else {"label": change["label"], **{name: change[name] for name in ("speed", "result")}}
+        )
+        self._previewed_rev = self._session.rev
+        self._sweep.preview(self._previewed)
+        try:
+            self._session.preview(None if change is None else change["apply"])
+        except ModelError as error:
+            refused(error)
+
+    def preview(self, packed: bytes) -> None:
+        """Show the curves of the change that the pointer is on."""
+        self._sweep.preview(self._previewed, packed)
 
     def _chose(self, index: int | None) -> None:
         """A mode was chosen: the drawing moves, the list marks it."""
@@ -372,6 +402,8 @@ class _Page:
 
     def follow(self, session: Session) -> None:
         """Show a state that has changed."""
+        if self._previewed is not None and session.rev != self._previewed_rev:
+            self._preview(None)
         self._header.follow()
         self._levers.follow()
         self._show_busy()

@@ -60,8 +60,10 @@ class Session:
         self._worker = worker
         self._client = Client(deliver=self._deliver, idle=self._idle)
         self._client_of_a = Client(deliver=self._deliver_a, idle=self._tell_state)
+        self._previews = 0
+        self._client_of_preview = Client(deliver=self._deliver_preview, idle=lambda: None)
         self._listeners: dict[str, list[Callable[..., None]]] = {
-            name: [] for name in ("frame", "state", "failed", "jobs")
+            name: [] for name in ("frame", "state", "failed", "jobs", "preview")
         }
         self._kept: dict[Origin, PageState | None] = {}
         self._digests: dict[Path, str] = {}
@@ -72,7 +74,7 @@ class Session:
     def listen(self, **callbacks: Callable[..., None]) -> None:
         """Be called in the event loop: ``frame`` with each frame, packed and not; ``state`` with the session after each
         change of the state; ``failed`` with the head of a failed frame, None once the state computes again; ``jobs``
-        with the session after each change of a job."""
+        with the session after each change of a job; ``preview`` with the packed frame of `preview`."""
         for name, function in callbacks.items():
             self._listeners[name].append(function)
 
@@ -119,7 +121,7 @@ class Session:
         if self._worker is None:
             self._worker = start_worker()
         self.jobs.spare = self._worker.spare
-        for client in (self._client, self._client_of_a):
+        for client in (self._client, self._client_of_a, self._client_of_preview):
             if client not in self._worker.clients:
                 self._worker.join(client)
 
@@ -278,6 +280,23 @@ class Session:
         if frame.rev == -self._numbers_of_a and frame.kind != "failed" and not self.closed:
             self.pinned_packed[frame.kind] = packed
 
+    # what a change would give -----------------------------------------------------------------------------------------
+
+    def preview(self, values: Mapping[str, object] | None) -> None:
+        """Have the present state computed with other values, which is no step; None: its frame is not wanted any more.
+
+        Its revision is negative, so none takes it for one of the present state. Raises ModelError as `set`.
+        """
+        self._previews += 1
+        if values is not None and self._worker is not None and not self.closed:
+            request = _request(with_values(self._present(), values), -self._previews, "live")
+            self._worker.ask(self._client_of_preview, request)
+
+    def _deliver_preview(self, packed: bytes) -> None:
+        frame = unpack(packed)
+        if frame.rev == -self._previews and frame.kind != "failed" and not self.closed:
+            self._tell("preview", packed)
+
     # taking away ------------------------------------------------------------------------------------------------------
 
     async def take(self, kind: str, verb: str) -> bytes:
@@ -400,6 +419,7 @@ class Session:
         if self._worker is not None:
             self._worker.leave(self._client)
             self._worker.leave(self._client_of_a)
+            self._worker.leave(self._client_of_preview)
         for task in self._tasks:
             task.cancel()
         await self.jobs.close()

@@ -154,6 +154,21 @@ QUESTIONS: Mapping[str, str] = {
 """Key of an answer -> its question, in the order of the page."""
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OfferedChange:
+    """A change of the model that an answer offers: a button.
+
+    label : ``module -12 %``.  result : what it gives, ``696 rpm, +20 %``.  why : the rest, beside the pointer.
+    apply : overrides by path.  speed : that it moves the answer to, on the axis of the sweep [rpm], None without one.
+    """
+
+    label: str
+    result: str
+    why: str
+    apply: Mapping[str, object]
+    speed: float | None
+
+
 @dataclass(slots=True)
 class Answer:
     """One line of the page.
@@ -166,6 +181,7 @@ class Answer:
     job : that says more, None without.  stale : whether it belongs to an earlier state.
     mode : number of the mode that it is about, None without one.  speed : that it is about, on the axis of the sweep
     [rpm], None without one.  mark : words of the mark in the sweep at that speed.
+    changes : that act on it, of several the first is the best.
     """
 
     key: str
@@ -184,6 +200,7 @@ class Answer:
     mode: int | None = None
     speed: float | None = None
     mark: str = ""
+    changes: Sequence[OfferedChange] = ()
 
     def __post_init__(self) -> None:
         self.question = QUESTIONS[self.key]

@@ -578,6 +578,7 @@ NEEDS: dict[str, tuple[str, ...]] = {
     "allocate": ("equations", "torque", "balance", "tolerances", "prices"),
     "campbell": ("equations", "inertia", "speed"),
     "contact": ("equations", "torque", "teeth", "balance"),
+    "detune": ("equations", "inertia", "speed"),
     "efficiency": ("flow", "contact_lines"),
     "matrices": ("equations", "inertia"),
     "modes": ("equations", "inertia"),

@@ -297,11 +297,11 @@ def modal_assurance(a: Array, b: Array, M: Array, runs: tuple[Sequence[slice], S
     """
     left, right = (phi / np.sqrt(np.einsum("ij,ij->j", phi, M @ phi)) for phi in (a, b))
     alone = (left.T @ M @ right) ** 2
-    spaces = np.empty_like(alone)
-    for of_a in runs[0]:
-        for of_b in runs[1]:
-            block = alone[of_a, of_b]
-            spaces[of_a, of_b] = block.sum() / min(block.shape)
+    starts = [np.array([run.start for run in own], dtype=int) for own in runs]
+    sizes = [np.diff([*own, count]) for own, count in zip(starts, alone.shape, strict=True)]
+    blocks = np.add.reduceat(np.add.reduceat(alone, starts[0], axis=0), starts[1], axis=1)
+    blocks /= np.minimum.outer(*sizes)
+    spaces = np.repeat(np.repeat(blocks, sizes[0], axis=0), sizes[1], axis=1)
     return np.clip(alone, 0.0, 1.0), np.clip(spaces, 0.0, 1.0)
 
 

@@ -141,7 +141,7 @@ def modes_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
         on_it = abs(float(result["resonance_speed"].values[at]) - 1) < _ON_IT
         away = ": operation stands on it" if on_it else f", or keep away from {speed} % of the operating speed"
         mode = int(result["resonance_mode"].values[at])
-        change = f"Move that frequency, most strain energy {held} (epicyclic sensitivity --mode {mode}){away}."
+        change = f"Move that frequency, most strain energy {held} (epicyclic detune --mode {mode}){away}."
     text = f"{count}; the strongest is where {where}: {size}{_nearer(result, near[ratio[near] >= NO_MATTER], at)}."
     judged = {"value": verdict.force_ratio, "limit": TEETH_PART}
     return [Finding(tone=verdict.tone, text=text, change=change, anchor="resonances", **judged)]

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
+from ...limits import RESONANCE_BAND
 from ...options import MOST_SPEED, Option
 
 
@@ -55,3 +56,24 @@ class TrackOptions:
     stop: Annotated[float | str | None, Option("Last value.", default="twice")] = None
     points: Annotated[int, Option("Values to begin with; more where modes meet.", least=3, most=10_000)] = 41
     modes: Annotated[int | None, Option("How many modes, from the lowest.", least=1, default="all")] = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DetuneOptions:
+    """Options of what moves a resonance away from operation."""
+
+    mode: Annotated[int | None, Option("Move a resonance of this mode, from 1.", least=1, default="strongest")] = None
+    order: Annotated[int | None, Option("Move a resonance of this mesh order.", least=1, default="strongest")] = None
+    relative_speed: Annotated[
+        float,
+        Option(
+            'Speed that the resonance is to leave, per operating speed, or e.g. "20 Hz", "50 rpm", "50 %".',
+            above=0,
+            most=MOST_SPEED,
+            reads="relative speed",
+        ),
+    ] = 1.0
+    band: Annotated[float, Option("Distance from that speed that is enough, per speed [1].", above=0, most=0.9)] = (
+        RESONANCE_BAND
+    )
+    changes: Annotated[int, Option("Changes that are computed, those of the least size.", least=1, most=100)] = 4

@@ -539,7 +539,7 @@ def effects_of(train: Train, *, methods: Sequence[Method] = ("steady", "static")
     """
     said: list[CodedText] = list(train.warnings)
     system = _tried("equations", assemble, train, said)
-    modes = None if system is None else _tried("natural frequencies", _modes, system, said)
+    modes = None if system is None else _tried("natural frequencies", modes_of, system, said)
     k_gamma, worst, used, mesh, forces = math.nan, "", "", _texts(()), np.zeros((3, 0))
     refused: list[CodedText] = []
     for method in methods if system is not None else ():
@@ -558,7 +558,7 @@ def effects_of(train: Train, *, methods: Sequence[Method] = ("steady", "static")
     speed, tone = train.kinematics.speed or {}, train.kinematics.mesh_frequency or {}
     figures = xr.Dataset(
         {
-            "transmission_ratio": _ratio(train),
+            "transmission_ratio": transmission_ratio(train),
             "k_gamma": k_gamma,
             "worst_mesh": ((), np.array(worst, dtype=object)),
             "force_method": ((), np.array(used, dtype=object)),
@@ -581,7 +581,7 @@ def _tried(what: str, work: Callable[[Of], Result], of: Of, said: list[CodedText
     return outcome.value
 
 
-def _ratio(train: Train) -> float:
+def transmission_ratio(train: Train) -> float:
     """Speed of the member that takes in most power per speed of the one that gives off most."""
     power, speed = train.kinematics.power or {}, train.kinematics.speed or {}
     if not power or max(power.values()) <= 0 or min(power.values()) >= 0:
@@ -590,7 +590,8 @@ def _ratio(train: Train) -> float:
     return float(speed[driving] / speed[driven]) if speed.get(driven) else math.nan
 
 
-def _modes(system: System) -> TrainModes:
+def modes_of(system: System) -> TrainModes:
+    """Modes of the mean system of a train."""
     tangent = linear(system)
     squared, vectors = mean_modes(tangent)
     kinds = classify_modes(tangent, squared, vectors)

@@ -1,4 +1,4 @@
-"""The verbs sensitivity and track, and study, a verb over many points, whose source is a job file."""
+"""The verbs sensitivity, detune and track, and study, a verb over many points, whose source is a job file."""
 
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from ...options import Progress
 from ...user_input import checked
 from ...verbs.record import Verb, keywords, takes, verbs
-from . import SensitivityOptions, TrackOptions
+from . import DetuneOptions, SensitivityOptions, TrackOptions
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -25,6 +25,19 @@ def sensitivity(drive: "Drive", options: SensitivityOptions, progress: Progress 
     ModelError : the model is wrong; a path that is no number; options that do not go together; no damping or speed.
     """
     from .sensitivity import sensitivity as run
+
+    return run(drive.train, options, progress=progress)
+
+
+@takes(DetuneOptions)
+def detune(drive: "Drive", options: DetuneOptions, progress: Progress | None = None) -> "xr.Dataset":
+    """Changes of the drawing that move a resonance away from operation, each computed again on the changed train.
+
+    Raises
+    ------
+    ModelError : the model is wrong, has no speed or no modes; a resonance that is not near; a path that is no size.
+    """
+    from .detune import detune as run
 
     return run(drive.train, options, progress=progress)
 
@@ -103,6 +116,7 @@ VERBS = (
         examples=({"paths": ("stages.main.sun.mass",)}, {"of": "force", "paths": ("stages.main.sun.mass",)}),
         drawing=True,
     ),
+    Verb(run=detune, gives=("detune",), examples=({"changes": 1},), drawing=True),
     Verb(
         run=track, gives=("track",), examples=({"over": "stages.main.sun.support.radial", "points": 5},), drawing=True
     ),

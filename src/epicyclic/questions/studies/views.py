@@ -1,10 +1,12 @@
-"""Views of `compare`, `track` and `sensitivity`.
+"""Views of `compare`, `track`, `sensitivity` and `detune`.
 
 `compare`: what differs between drawings, and what it does; or what differs between saved results.
 
 `track`: natural frequencies along a number of the model file, crossings and veerings.
 
 `sensitivity`: what moves a natural frequency or a mesh force most.
+
+`detune`: changes of the drawing that move a resonance away from operation, and what each gives.
 """
 
 from __future__ import annotations
@@ -16,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ...limits import ResonanceVerdict
 from ...results.dataset import largest
 from ...show.elements import (
     Company,
@@ -32,6 +35,7 @@ from ...show.elements import (
     percent,
     shown,
 )
+from ...show.series import engineering as number_of
 from ...show.series import texts
 from ...show.views import ResultView
 
@@ -224,6 +228,65 @@ def sensitivity_findings(result: xr.Dataset, company: Company) -> Sequence[Findi
     return [Finding(tone="", text=text, anchor="sensitivity")]
 
 
+def detune_tables(result: xr.Dataset) -> Sequence[Table]:
+    """Changes, the best first: where the resonance stands then, its force, and what is left in the band."""
+    if not json.loads(result.attrs["resonance"]):
+        return [Table(title="No resonance within the band: nothing is to be moved", columns={})]
+    columns: dict[str, Any] = {"change": texts(result, "change")}
+    for heading, name in _DETUNE_COLUMNS.items():
+        columns[heading] = list(np.round(100 * result[name].values, 2))
+    columns["of"], columns["also"] = texts(result, "left_resonance"), texts(result, "change_note")
+    columns["status"] = ["" if status == "ok" else status for status in texts(result, "status")]
+    return [Table(title=f"What moves {_resonance_text(result)}", columns=columns, digits=3)]
+
+
+_DETUNE_COLUMNS = {
+    "speed then [% of operation]": "moved_speed",
+    "by its sensitivity [%]": "predicted_speed",
+    "away [%]": "moved_away",
+    "its force [% of the mean]": "moved_force_ratio",
+    "strongest left in the band [%]": "left_force_ratio",
+}
+
+
+def _resonance_text(result: xr.Dataset) -> str:
+    """``order 1 with mode 5 (159 Hz) at 97.3 % of the operating speed``."""
+    found = json.loads(result.attrs["resonance"])
+    hertz, speed = number_of(found["hertz"], 4), number_of(100 * found["speed"], 4)
+    return f"order {found['order']} with mode {found['mode']} ({hertz} Hz) at {speed} % of the operating speed"
+
+
+def detune_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
+    """The changes as a table."""
+    return [Section(anchor="detune", title="What moves a resonance away", parts=list(detune_tables(result)))]
+
+
+def detune_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
+    """How the resonance stands, and the change that moves it away best."""
+    found, options = json.loads(result.attrs["resonance"]), json.loads(result.attrs["options"])
+    band = f"{100 * options['band']:.3g} %"
+    if not found:
+        text = f"No mesh order excites a mode within {band} of this speed: nothing is to be moved."
+        return [Finding(tone="good", text=text, anchor="detune")]
+    verdict = ResonanceVerdict(float(found["force_ratio"])) if "force_ratio" in found else None
+    force = "its force is not known without torque and damping"
+    if verdict is not None:
+        force = f"the mode's force is {verdict.text}"
+    text = f"{_resonance_text(result)}: {force}."
+    change = "No number of the model moves it."
+    if result.sizes["change"] and texts(result, "status")[0] == "ok":
+        speed, away, left = (
+            float(result[name].values[0]) for name in ("moved_speed", "moved_away", "left_force_ratio")
+        )
+        only = "" if abs(away) >= options["band"] * (1 - 1e-9) else "At most: "
+        rest = f"{number_of(100 * left, 2)} %" if math.isfinite(left) else "not known"
+        change = f"{only}{texts(result, 'change')[0]} moves it to {number_of(100 * speed, 4)} %"
+        change += f" ({100 * away:+.0f} %); strongest left in the band {rest} of the mean force."
+    tone = "caution" if verdict is None else verdict.tone
+    text, change = (words[:1].upper() + words[1:] for words in (text, change))
+    return [Finding(tone=tone, text=text, change=change, anchor="detune")]
+
+
 def _span(values: np.ndarray) -> str:
     """Least and most of values (k,) as text, one number where they are equal to 1e-6."""
     low, high = float(np.min(values)), float(np.max(values))
@@ -244,5 +307,6 @@ def _most(row: np.ndarray, names: np.ndarray) -> str:
 VIEWS = (
     ResultView("compare", 15, compared_tables, compared_sections, key_figures=key_figures),
     ResultView("track", 100, track_tables, track_sections),
+    ResultView("detune", 95, detune_tables, detune_sections, findings=detune_findings),
     ResultView("sensitivity", 90, sensitivity_tables, sensitivity_sections, findings=sensitivity_findings),
 )

@@ -30,6 +30,7 @@ SMALL: dict[str, dict[str, Any]] = {
     "tolerance": {"samples": 1024},
     "contact_loss": {"points": 6},
     "transient": {"cycles": 2.0},
+    "detune": {"changes": 1},
     "sensitivity": {"of": "frequency"},
 }
 
@@ -213,7 +214,16 @@ def test_own_and_common_parts_are_halved_alone() -> None:
 
 
 def test_every_job_says_what_it_does_by_default() -> None:
-    assert set(JOBS) == {"contact", "relief", "stiffness", "tolerance", "contact_loss", "transient", "sensitivity"}
+    assert set(JOBS) == {
+        "contact",
+        "relief",
+        "stiffness",
+        "tolerance",
+        "contact_loss",
+        "transient",
+        "detune",
+        "sensitivity",
+    }
     for name, kind in JOBS.items():
         assert kind.name == name
         assert kind.about.endswith(".")

@@ -60,14 +60,14 @@ def changed(path: str, value: object) -> dict[str, Any]:
 
 
 RESPONSES = {"modulation", "sharing", "steady", "sweep"}
-DYNAMIC = RESPONSES | {"campbell", "matrices", "modes", "sensitivity", "stability", "track", "transient"}
+DYNAMIC = RESPONSES | {"campbell", "matrices", "detune", "modes", "sensitivity", "stability", "track", "transient"}
 # model, path of the message, verbs that need it
 LACKING = {
     "damping": (changed("damping", None), "damping", RESPONSES),
     "speed": (
         changed("operation.speed", None),
         "operation.speed",
-        RESPONSES | {"campbell", "efficiency", "stability", "transient"},
+        RESPONSES | {"campbell", "detune", "efficiency", "stability", "transient"},
     ),
     "torque": (
         changed("operation.torque", None),

@@ -98,10 +98,10 @@ def test_the_nearest_strong_resonance_stands_beside_the_strongest() -> None:
     (found,) = modes_findings(modes([0.9, 0.97, 0.995, 1.1], [0.5, 0.2, 0.01, 0.3]), {})
     assert "the strongest is where 1x mesh meets mode 1 " in found.text
     assert found.text.endswith("is 50 % of the mean force of its mesh; nearest 1x mesh and mode 2 at 97 %, 20 %.")
-    assert "(epicyclic sensitivity --mode 1), or keep away from 90 %" in found.change
+    assert "(epicyclic detune --mode 1), or keep away from 90 %" in found.change
     (on_it,) = modes_findings(modes([0.9, 0.995], [0.3, 0.5]), {})
     assert "nearest" not in on_it.text
-    assert on_it.change.endswith("(epicyclic sensitivity --mode 2): operation stands on it.")
+    assert on_it.change.endswith("(epicyclic detune --mode 2): operation stands on it.")
 
 
 def test_ranges_in_which_teeth_part_are_named() -> None:

@@ -34,6 +34,7 @@ export class Hub {
     this.pinned = {};
     this.missing = {};
     this.resonance = null; // {speed, mark, level} of the answer on resonances, on the axis of the sweep
+    this.previewed = null; // {speed, label, result, sweep} of a change that the pointer rests on
     this.rev = -1;
     this.mode = null;
     this.playing = true;
@@ -99,6 +100,12 @@ export class Hub {
   ghost(packed) {
     this.pinned = packed == null ? {} : { ...this.pinned, ...partsOf(decode(packed)) };
     this.tell(["ghost"]);
+  }
+
+  /** What a change would give, beside what is shown: {speed, label, result} and the curves of a packed frame; null ends it. */
+  preview(mark, packed) {
+    this.previewed = mark && { ...mark, sweep: packed ? (partsOf(decode(packed)).sweep ?? null) : null };
+    this.tell(["preview"]);
   }
 
   chooseMode(index) {

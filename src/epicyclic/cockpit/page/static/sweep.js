@@ -61,10 +61,10 @@ export class SweepPane extends Pane {
   hear(changed) {
     super.hear(changed);
     if (changed.includes("ghost")) this.pinned = this.ghostOf();
+    if (changed.includes("preview")) this.previewed = this.ghostOf(this.hub.previewed?.sweep);
   }
 
-  ghostOf() {
-    const part = this.hub.pinned.sweep;
+  ghostOf(part = this.hub.pinned.sweep) {
     if (!part) return null;
     const curves = part.head.curves.map((curve, i) => ({ ...curve, row: i })).filter((curve) => curve.strong);
     const rows = rowsOf(part.arrays.y);
@@ -137,6 +137,7 @@ export class SweepPane extends Pane {
       const same = this.order.find((one) => one.strong && one.label === curve.label);
       ghostCurve(context, plot, this.pinned.x, curve.y, same ? this.colourOf(curve) : look().pale);
     }
+    for (const curve of this.previewed?.curves ?? []) ghostCurve(context, plot, this.previewed.x, curve.y, look().accent);
   }
 
   drawOver(plot) {
@@ -146,7 +147,8 @@ export class SweepPane extends Pane {
     context.save();
     const operating = this.drawOperating(context, plot, ratio, { left, top, width, height });
     this.mark = this.drawMeeting(context, plot, ratio, { left, top, width, height });
-    this.placePeaks(plot, ratio, { x: left / ratio, y: top / ratio, w: width / ratio, h: height / ratio }, [operating, this.mark].filter(Boolean));
+    const preview = this.drawPreview(context, plot, ratio, { left, top, width, height });
+    this.placePeaks(plot, ratio, { x: left / ratio, y: top / ratio, w: width / ratio, h: height / ratio }, [operating, this.mark, preview].filter(Boolean));
     context.globalAlpha = this.isStale() ? STALE : 1;
     for (const peak of this.shownPeaks) {
       context.beginPath();
@@ -210,6 +212,30 @@ export class SweepPane extends Pane {
     context.fillText(mark, start, top + height - 2 * ratio);
     context.restore();
     return box;
+  }
+
+  /** Where a change would move the resonance that it is about, while the pointer rests on the change. */
+  drawPreview(context, plot, ratio, { left, top, width, height }) {
+    const { speed, label, result } = this.hub.previewed ?? {};
+    this.root.dataset.preview = label ?? "";
+    if (!(speed >= this.range[0] && speed <= this.range[1])) return null;
+    const x = plot.valToPos(speed, "x", true);
+    const y = top + 18 * ratio;
+    context.save();
+    context.strokeStyle = look().accent;
+    context.lineWidth = 2 * ratio;
+    context.setLineDash([6 * ratio, 3 * ratio]);
+    line(context, [x, top], [x, top + height]);
+    context.font = font(px(10.5) * ratio, 600);
+    context.textBaseline = "top";
+    const wide = context.measureText(result).width;
+    const start = x + wide + 8 * ratio < left + width ? x + 5 * ratio : x - wide - 5 * ratio;
+    context.fillStyle = look().surface;
+    context.fillRect(start - 2 * ratio, y - ratio, wide + 4 * ratio, px(13) * ratio);
+    context.fillStyle = look().accent;
+    context.fillText(result, start, y);
+    context.restore();
+    return { x: start / ratio - 2, y: y / ratio, w: wide / ratio + 4, h: px(15) };
   }
 
   /** Names of the peaks as buttons, the highest first; where there is no room the point alone stays. */
@@ -288,6 +314,7 @@ export class SweepPane extends Pane {
     const others = this.order.length - strong.length;
     if (others) rows.push(key(`${others} more`, look().other));
     if (this.pinned) rows.push(key("A", look().pale, true));
+    if (this.previewed) rows.push(key("changed", look().accent, true));
     for (const row of rows.slice(strong.length)) row.classList.add("ck-whole");
     this.note.textContent = head.stage ?? "";
     this.raised.hidden = !(this.axis[0] > 0);
@@ -305,7 +332,7 @@ export class SweepPane extends Pane {
   }
 
   alsoHears() {
-    return ["ghost", "mode", "resonance"];
+    return ["ghost", "mode", "resonance", "preview"];
   }
 
   onCursor(plot) {

@@ -1,0 +1,85 @@
+"""Changes that move the resonance of the answer away, as the page offers them: those of the verb `detune`."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from ...limits import RESONANCE_BAND
+from ...questions.studies import DetuneOptions
+from ...show.views import findings_of
+from ...system.system import System
+from ...train.train import Train
+from ..state.frames import LEVELS, Answer, OfferedChange, PageFrame, SpeedAxis, number, per_cent, speed_axis
+from .job_kinds import bars, job_frame
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+# Changes that a line of the page has room for.
+_MOST = 3
+# Part of the force of the resonance that a change may leave in the band to be worth a button.
+_LESS = 0.8
+# Motions of a train whose changes are computed with a state at rest, within half a second; of others a job does it.
+_QUICK = 60
+
+
+def is_quick(train: Train, system: System) -> bool:
+    """Whether the changes of a train are computed with every state at rest: none needs tooth contact anew."""
+    return len(system.M) <= _QUICK and len(system.tones) == 1 and not any(mesh.table for mesh in train.meshes)
+
+
+def offered_of(
+    train: Train, axis: SpeedAxis | None, answer: Answer, relative_speed: float, *, told: Callable[[float], None]
+) -> tuple[OfferedChange, ...]:
+    """Changes that move the resonance of an answer away; told : called between two of them, and may raise."""
+    from ...questions.studies.detune import detune
+
+    result = detune(train, DetuneOptions(mode=answer.mode, relative_speed=relative_speed), progress=told)
+    return _offered(result, axis)
+
+
+def _offered(result: xr.Dataset, axis: SpeedAxis | None) -> tuple[OfferedChange, ...]:
+    """The first changes of a result that leave clearly less in the band, or where that is not known move out of it."""
+    found = json.loads(result.attrs["resonance"])
+    now = math.nan if found.get("force_ratio") is None else float(found["force_ratio"])
+    offered = []
+    names = ("moved_speed", "moved_away", "left_force_ratio", "change_note", "change_overrides")
+    columns = (result[name].values.tolist() for name in ("change", *names))
+    for label, speed, away, left, note, overrides in zip(*columns, strict=True):
+        out = abs(away) >= RESONANCE_BAND * (1 - 1e-9)
+        if not overrides or not (left < _LESS * now or (out and not left >= now)):
+            continue
+        rpm = None if axis is None else speed * axis[1]
+        at = "" if rpm is None else f" {number(rpm, 4)} rpm,"
+        result_text = f"{at} {'+' if away > 0 else '-'}{per_cent(abs(away))}".strip()
+        rest = f"strongest resonance left within {per_cent(RESONANCE_BAND)}: {per_cent(left)} of the mean force"
+        why = "; ".join(filter(None, [rest if math.isfinite(left) else "", str(note)]))
+        offered.append(
+            OfferedChange(label=str(label), result=result_text, why=why, apply=json.loads(overrides), speed=rpm)
+        )
+    return tuple(offered[:_MOST])
+
+
+def detune_frame(result: xr.Dataset, train: Train) -> PageFrame:
+    """Distance of the resonance from operation with every change; the answer with the first of them."""
+    drawn = bars("away from operation then [%]", result["change"].values.tolist(), 100 * result["moved_away"].values)
+    (finding,) = findings_of({"detune": result})
+    found, axis, text = json.loads(result.attrs["resonance"]), speed_axis(train), f"{finding.text} {finding.change}"
+    answers = []
+    if found:
+        answer = Answer(
+            "resonance",
+            text,
+            figure=per_cent(abs(float(found["speed"]) - 1)),
+            level=LEVELS[finding.tone],
+            evidence="sweep",
+            job="detune",
+            mode=int(found["mode"]),
+            speed=None if axis is None else float(found["speed"]) * axis[1],
+            changes=() if finding.tone == "good" else _offered(result, axis),
+        )
+        answers.append(answer)
+    return job_frame("detune", "What moves a resonance away", text.strip(), drawn, answers=answers)
