@@ -87,6 +87,13 @@ def k_gamma_limit(
     return KGammaLimit(value=table[min(planets, last)], source=words)
 
 
+def limit_in_short(source: str) -> tuple[str, str]:
+    """Words of the source of a limit, ``4 planets, table``, and the path of the model file that states another one."""
+    if source.startswith("limits."):
+        return "of the model", source
+    return f"{source.partition(',')[0]}, table", "limits.k_gamma"
+
+
 def limit_columns(dim: str, limits: Sequence[KGammaLimit]) -> dict[str, tuple[str, Any]]:
     """Variables of a result: limits of K_gamma along a dimension, and where they are from."""
     return {
@@ -219,7 +226,7 @@ def nearest_verdict(
         value=float(values[at]),
         limit=limits[at].value,
         source=limits[at].source,
-        assumed=any(path.startswith(("deviations.", "tolerance.")) for path in assumed),
+        assumed=any(f"{path}.".startswith(("deviations.", "tolerance.")) for path in assumed),
         probability=probability,
     )
 

@@ -559,6 +559,14 @@ def share_with_band(value: float, low: float, high: float) -> str:
     return f"{words} {ends}".strip()
 
 
+def overlap(total: Array) -> str:
+    """Whether shares of the variance with interactions (E,) [1] overlap, in words behind their name."""
+    whole = float(np.nansum(total))
+    if whole <= 1:
+        return "do not overlap"
+    return f"overlap: with interactions they add up to {100 * whole:.0f} %, what two bring together counts in both"
+
+
 def even_bins(edges: Array, counts: Array, low: float, high: float, bins: int) -> tuple[Array, Array]:
     """A histogram on even bins, counts shared out by width where a bin is cut.
 

@@ -18,6 +18,7 @@ from ..processes.jobs import Job, newest_of
 from ..processes.session import Session
 from ..state.frames import QUESTIONS
 from .controls import Board, Words, box, button, hide, prop, refused
+from .limit_window import LimitButton
 
 
 class OptionFields:
@@ -362,6 +363,8 @@ class EvidenceTabs:
 # answers --------------------------------------------------------------------------------------------------------------
 
 _MARKS = {"good": ("✓", "passes"), "warn": ("!", "look at"), "bad": ("✗", "fails"), "none": ("·", "note")}
+# Answers whose changes lower K_gamma.
+_OF_K_GAMMA = ("planet", "float", "error")
 # Failing checks above the answers; the header has all of them.
 _MOST_CHECKS = 2
 
@@ -381,7 +384,7 @@ class AnswersPane:
         run: Callable[[str], None],
         cancel: Callable[[str], None],
     ) -> None:
-        self._session = session
+        self._session = self.session = session
         self._told: list[str] | None = None
         self.show, self.run, self.cancel = show, run, cancel
         with box("ck-box ck-answers", "section") as root:
@@ -440,12 +443,14 @@ class _Line:
             self._mark.props["role"] = "img"
             with box("ck-answer-text") as self._words:
                 self._figure = Words("b", classes="ck-figure")
+                self._limit = LimitButton(pane.session)
                 self._text = Words(text=question, classes="ck-pale")
+            self._assumed = Words(classes="ck-assumed")
             self._apply = button("Apply", self._on_apply, classes="ck-small ck-main")
             self._job = button("Compute", lambda: pane.run(str(self._answer["job"])))
             self._cancel = button("Cancel", lambda: pane.cancel(str(self._answer["job"])))
             self._evidence = button("Show", lambda: pane.show(str(self._answer["evidence"]), self._answer.get("mode")))
-        for control in (self._apply, self._job, self._cancel, self._evidence):
+        for control in (self._assumed, self._apply, self._job, self._cancel, self._evidence):
             hide(control, True)
 
     def follow(self, answer: Mapping[str, Any], rev: int) -> None:
@@ -466,11 +471,14 @@ class _Line:
         runs = job is not None and not job.ended
         done = job is not None and job.status == "done"
         answer, by_job = self._of_frame, False
-        if job is not None and job.frame is not None and done and job.rev == rev:
-            for of_job in job.frame.head.get("answers") or ():
+        met = False  # whether nearly all trains meet the limit: what would lower K_gamma further buys nothing
+        for known in self._jobs.values():
+            if known.frame is None or known.status != "done" or known.rev != rev:
+                continue
+            met |= bool(result_of(known).get("met"))
+            for of_job in known.frame.head.get("answers") or ():
                 if of_job["key"] == self._of_frame["key"]:
                     answer, by_job = of_job, True
-                    break
         if answer != self._answer:
             self._answer = answer
             level = str(answer.get("level"))
@@ -480,14 +488,17 @@ class _Line:
             others = [mark for mark in _MARKS if mark != level and mark in self._mark.classes]
             if others or level not in self._mark.classes:
                 self._mark.classes(add=level, remove=" ".join(others))
-            self._figure.say(str(answer.get("figure") or ""))
+            limit, figure = answer.get("limit"), str(answer.get("figure") or "")
+            self._limit.follow(limit)
+            self._figure.say(figure.partition(", limit")[0] if limit else figure)
+            self._mark_assumed(answer.get("assumed") or {})
             self._text.classes(remove="ck-pale")
             self._apply.say(str(answer.get("apply_label") or "Apply"))
-            hide(self._apply, not answer.get("apply"))
             for name in ("aria-label", "title"):
                 prop(self._job, name, f"Compute {answer.get('job') or ''}")
             prop(self._evidence, "aria-label", f"Show {answer.get('evidence') or ''}")
             prop(self._row, "data-stale", "true" if answer.get("stale") else None)
+        hide(self._apply, not answer.get("apply") or (met and answer["key"] in _OF_K_GAMMA))
         hide(self._job, not answer.get("job") or runs or by_job)
         hide(self._cancel, not runs)
         hide(self._evidence, not answer.get("evidence") or (bool(answer.get("job")) and not done))
@@ -499,6 +510,13 @@ class _Line:
                 text = progress_text(job, rev)
         self._text.say(text)
         prop(self._words, "title", f"{self._answer.get('question') or ''} {text}".strip())
+
+    def _mark_assumed(self, assumed: Mapping[str, str]) -> None:
+        """A mark of assumed values that the answer rests on, with their paths and reasons beside the pointer."""
+        hide(self._assumed, not assumed)
+        self._assumed.say(f"{len(assumed)} assumed")
+        reasons = "\n".join(f"{path}: {reason}" for path, reason in assumed.items())
+        prop(self._assumed, "title", f"Rests on assumed values:\n{reasons}")
 
     def _on_apply(self) -> None:
         values = self._answer.get("apply")

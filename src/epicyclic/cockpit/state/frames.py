@@ -162,6 +162,8 @@ class Answer:
     without one.  level : how it stands.  apply : overrides by path that act on it, None without.
     apply_label : what they do.  evidence : what shows why: sweep, sharing, errors, relief or modes.
     job : that says more, None without.  stale : whether it belongs to an earlier state.
+    limit : of its figure: ``value``, ``words`` and ``source`` of it, ``path`` at which the model states it.
+    assumed : reasons by path of the assumed values that it rests on.
     mode : number of the mode that it is about, None without one.  speed : that it is about, on the axis of the sweep
     [rpm], None without one.
     """
@@ -177,6 +179,8 @@ class Answer:
     evidence: str = ""
     job: str | None = None
     stale: bool = False
+    limit: Mapping[str, object] | None = None
+    assumed: Mapping[str, str] = field(default_factory=dict)
     mode: int | None = None
     speed: float | None = None
 

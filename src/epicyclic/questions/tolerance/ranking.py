@@ -81,7 +81,7 @@ def variance_shares(
 
     def summed(terms: Array) -> Array:
         """Sums over each scramble (R, ...)."""
-        return terms.reshape(plan.scrambles, plan.rows, *terms.shape[1:]).sum(axis=1)
+        return np.asarray(terms.reshape(plan.scrambles, plan.rows, *terms.shape[1:]).sum(axis=1))
 
     count = summed(known.astype(float)).reshape(-1, *[1] * (change.ndim - 1))
     of_both = [summed(terms)[..., None] for terms in (a + b, a**2 + b**2)]
@@ -127,11 +127,11 @@ def quantile_changes(before: Array, after: Array, probability: Array, scrambles:
     blocks = [block[order] for order in orders]
 
     def left_out(i: int) -> Array:
-        kept = [values[of != i].reshape(len(values), -1) for values, of in zip(ordered, blocks, strict=True)]
-        return _changes(*kept, probability, told)
+        before, after = (values[of != i].reshape(len(values), -1) for values, of in zip(ordered, blocks, strict=True))
+        return _changes(before, after, probability, told)
 
     shape = (*before.shape[1:], probability.size)
-    whole = _changes(*ordered, probability, told).reshape(shape)
+    whole = _changes(ordered[0], ordered[1], probability, told).reshape(shape)
     return jackknife(whole, np.array([left_out(i).reshape(shape) for i in range(scrambles)]))
 
 

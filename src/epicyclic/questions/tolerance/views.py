@@ -8,7 +8,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...limits import k_gamma_verdict, passes
 from ...show.elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table
@@ -17,6 +16,7 @@ from ...show.series import (
     judged_quantile,
     micrometres,
     of_definition,
+    overlap,
     pair_labels,
     percent,
     scattering_pair,
@@ -140,8 +140,7 @@ def _k_gamma(result: xr.Dataset, p: float, value: float) -> Finding:
         f"With tolerances K_gamma{whose} stays below {verdict.value:.3f} in {percent(p)} of the trains"
         f"{_turning(result, p, verdict.name if apart else None)}; {verdict.text}{above}."
     )
-    judged = {"value": verdict.value, "limit": verdict.limit}
-    return Finding(tone=verdict.tone, text=text, anchor="tolerances", **judged)
+    return Finding(tone=verdict.tone, text=text, anchor="tolerances", value=verdict.value, limit=verdict.limit)
 
 
 def _turning(result: xr.Dataset, probability: float, pair: str | None = None) -> str:
@@ -244,14 +243,6 @@ def _what_buys(result: xr.Dataset, names: Sequence[str]) -> Table:
         f"{pair_labels(texts(one, 'pair'))[pair]}, {overlap(one['sobol_total'].isel(pair=pair).values)}."
     )
     return Table(title="What buys what", columns=columns, lead=lead, digits=3)
-
-
-def overlap(total: NDArray[np.float64]) -> str:
-    """Whether shares of the variance with interactions (E,) [1] overlap, in words behind their name."""
-    whole = float(np.nansum(total))
-    if whole <= 1:
-        return "do not overlap"
-    return f"overlap: with interactions they add up to {100 * whole:.0f} %, what two bring together counts in both"
 
 
 def _ends(one: xr.Dataset, name: str) -> list[list[float]]:

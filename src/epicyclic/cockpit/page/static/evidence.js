@@ -97,7 +97,7 @@ export class EvidencePane extends Pane {
       this.empty.hidden = false;
       return;
     }
-    const height = Math.max(this.height, heightFor(data.rows.length));
+    const height = Math.max(this.height, heightFor(data.rows.length, data.scale));
     const width = this.width - (height > this.height ? 12 : 0); // of the scroll bar
     this.sheet.fit(width, height);
     const context = this.sheet.begin();
@@ -125,7 +125,8 @@ export class EvidencePane extends Pane {
       title: "load-sharing coefficient [1]",
       twinLabel: head.twin ? `${head.twin.label}, ${written(head.twin.k_gamma, 4)}` : "",
       note: sharingNote(head),
-      half: this.half("sharing", about1(values, GAPS.sharing), isReleased),
+      limit: head.verdict?.limit,
+      half: this.half("sharing", about1(withLimit(values, head.verdict?.limit), GAPS.sharing), isReleased),
       periodHalf: period ? this.half("period", about1([...period.data], GAPS.period), isReleased) : 0,
     };
   }
@@ -164,7 +165,11 @@ export class EvidencePane extends Pane {
       title: bars.x_label,
       note: head.title ?? head.text ?? "",
       line: bars.line,
-      format: (value) => short(value, 4),
+      low: arrays.low && Array.from(arrays.low.data),
+      high: arrays.high && Array.from(arrays.high.data),
+      scale: bars.scale,
+      more: arrays.low && bars.rows.map((_, i) => [["95 % band", `${short(arrays.low.data[i], 3)} to ${short(arrays.high.data[i], 3)}`]]),
+      format: (value) => short(value, arrays.low ? 3 : 4),
     };
   }
 
@@ -304,6 +309,12 @@ function barRows(data, row) {
   for (const [text, value] of data.more?.[row] ?? []) rows.push([text, value]);
   if (data.ghost?.[row] != null) rows.push(["A", data.format(data.ghost[row]), look().pale]);
   return rows;
+}
+
+/** Values with a limit that leaves them a quarter of an axis about 1. */
+function withLimit(values, limit) {
+  const most = Math.max(GAPS.sharing, ...values.filter(Number.isFinite).map((value) => Math.abs(value - 1)));
+  return limit != null && limit - 1 <= 4 * most ? [...values, limit] : values;
 }
 
 /** The load-sharing factor in a line: its definition, at rest or the largest while turning. */

@@ -6,8 +6,9 @@ export const ROW = { least: 13, most: 32 }; // [px]
 const SHADES = 255; // steps of the colours of a strip
 const HEAD = 24;
 const FOOT = 36;
+const SCALE = 50; // [px] of a scale of values above bars
 
-export const heightFor = (rows) => HEAD + FOOT + rows * ROW.least;
+export const heightFor = (rows, isScaled) => HEAD + FOOT + (isScaled ? SCALE : 0) + rows * ROW.least;
 
 function labelWidth(context, labels, most) {
   context.font = `11px ${look().font}`;
@@ -34,9 +35,10 @@ export function folded(labels, most) {
 }
 
 /** Places of the rows: {y, tall, top, bottom}. */
-function spread(count, height) {
-  const tall = Math.min(ROW.most, (height - HEAD - FOOT) / Math.max(count, 1));
-  return { tall, top: HEAD, bottom: HEAD + tall * count, y: (row) => HEAD + tall * (row + 0.5) };
+function spread(count, height, above = 0) {
+  const top = HEAD + above;
+  const tall = Math.min(ROW.most, (height - top - FOOT) / Math.max(count, 1));
+  return { tall, top, bottom: top + tall * count, y: (row) => top + tall * (row + 0.5) };
 }
 
 function labels(context, rows, lines, width) {
@@ -84,6 +86,72 @@ function reference(context, x, lines) {
   context.lineTo(x, lines.bottom + 3);
   context.lineWidth = 1.4;
   context.strokeStyle = look().pale;
+  context.stroke();
+}
+
+/** The line of a limit, dashed, with its words; one beyond the end of the axis is told there. */
+function limitLine(context, place, [low, high], lines, limit) {
+  const text = `limit ${short(limit, 4)}`;
+  context.font = `11px ${look().font}`;
+  context.textAlign = "right";
+  context.fillStyle = look().levels.warn;
+  if (limit > high) return context.fillText(`${text} ▸`, place(high), lines.top - 4);
+  const x = Math.round(place(limit)) + 0.5;
+  context.setLineDash([5, 3]);
+  context.beginPath();
+  context.moveTo(x, lines.top - 2);
+  context.lineTo(x, lines.bottom + 3);
+  context.lineWidth = 1.6;
+  context.strokeStyle = look().levels.warn;
+  context.stroke();
+  context.setLineDash([]);
+  if (place(limit) - place(low) < 60) context.textAlign = "left";
+  context.fillText(text, x + (context.textAlign === "left" ? 3 : -3), lines.top - 4);
+}
+
+/** K_gamma of shares of the trains as dots from 1 to its limit: {marks: [[value, words], ...], limit, tone}. */
+function valueScale(context, x0, x1, scale) {
+  const y = HEAD + 20;
+  const values = scale.marks.map(([value]) => value);
+  const high = 1 + 1.08 * Math.max(...values.map((value) => value - 1), (scale.limit ?? 1) - 1, 1e-4);
+  const place = (value) => x0 + ((value - 1) / (high - 1)) * (x1 - x0);
+  context.beginPath();
+  context.moveTo(x0, y);
+  context.lineTo(x1, y);
+  context.lineWidth = 1;
+  context.strokeStyle = look().edge;
+  context.stroke();
+  context.font = `11px ${look().font}`;
+  context.fillStyle = look().ink;
+  context.textAlign = "right";
+  context.fillText("K_gamma 1", x0 - 8, y);
+  let end = -Infinity;
+  scale.marks.forEach(([value, words], i) => {
+    dot(context, place(value), y, look().ink, i === scale.marks.length - 1 ? 4 : 3);
+    const text = `${words}: ${value.toFixed(3)}`;
+    const [wide, isLast] = [context.measureText(text).width, i === scale.marks.length - 1];
+    context.textAlign = "left";
+    // above the line where it has room, the last one below it
+    if (isLast) context.fillText(text, Math.min(place(value) - 4, x1 - wide), y + 15);
+    else if (place(value) > end) {
+      context.fillText(text, place(value) - 4, y - 12);
+      end = place(value) + wide + 8;
+    }
+  });
+  if (scale.limit != null) limitLine(context, place, [1, high], { top: y - 7, bottom: y + 6 }, scale.limit);
+}
+
+/** Whiskers of a band. */
+function whisker(context, from, to, y) {
+  context.beginPath();
+  for (const x of [from, to]) {
+    context.moveTo(x, y - 4);
+    context.lineTo(x, y + 4);
+  }
+  context.moveTo(from, y);
+  context.lineTo(to, y);
+  context.lineWidth = 1.3;
+  context.strokeStyle = look().ink;
   context.stroke();
 }
 
@@ -153,6 +221,7 @@ export function drawSharing(context, width, height, data) {
   const place = axis(context, { x0, x1, low, high, title: data.title }, lines);
   reference(context, place(1), lines);
   context.textBaseline = "middle";
+  if (data.limit != null) limitLine(context, place, [low, high], lines, data.limit);
   data.groups.forEach((group, row) => {
     const y = lines.y(row);
     group.forEach((index, i) => {
@@ -247,16 +316,17 @@ function drawScale(context, x0, x1, y, low, high) {
   context.fillText(short(high, 3), middle + width / 2 + 5, y);
 }
 
-/** Bars from zero, named: `data` {rows, values, ghost, title, note, line, format}. */
+/** Bars from zero, named: `data` {rows, values, low and high of bands, ghost, title, note, line, scale, format}. */
 export function drawBars(context, width, height, data) {
-  const lines = spread(data.rows.length, height);
+  const lines = spread(data.rows.length, height, data.scale ? SCALE : 0);
   const names = labelWidth(context, data.rows, 0.42 * width);
   const x0 = names + 18;
   const x1 = width - 62;
-  const known = [...data.values, ...(data.ghost ?? []).filter((value) => value != null), ...(data.line == null ? [] : [data.line])].filter(Number.isFinite);
+  const [low95, high95] = [data.low ?? [], data.high ?? []];
+  const known = [...data.values, ...low95, ...high95, ...(data.ghost ?? []).filter((value) => value != null), ...(data.line == null ? [] : [data.line])].filter(Number.isFinite);
   const most = Math.max(0, ...known);
   const least = Math.min(0, ...known);
-  const high = data.high ?? (most > 0 ? roundUp(most) : 0);
+  const high = most > 0 ? roundUp(most) : 0;
   const low = least < 0 ? -roundUp(-least) : 0;
   labels(context, data.rows, lines, names);
   const place = axis(context, { x0, x1, low, high: high > low ? high : 1, title: data.title }, lines);
@@ -268,13 +338,15 @@ export function drawBars(context, width, height, data) {
       context.fillRect(Math.min(place(0), place(at)), y - thick / 2, Math.max(1, Math.abs(place(at) - place(0))), thick);
     }
     if (data.ghost?.[row] != null) ghostBar(context, place(0), place(data.ghost[row]), y, thick + 3);
+    if (high95[row] > low95[row]) whisker(context, place(low95[row]), place(high95[row]), y);
     context.font = `11px ${look().font}`;
     context.textAlign = "left";
     context.fillStyle = look().ink;
-    const end = Math.max(place(0), Number.isFinite(at) ? place(at) : 0, data.ghost?.[row] != null ? place(data.ghost[row]) : 0);
+    const end = Math.max(place(0), Number.isFinite(high95[row]) ? place(high95[row]) : 0, Number.isFinite(at) ? place(at) : 0, data.ghost?.[row] != null ? place(data.ghost[row]) : 0);
     context.fillText(Number.isFinite(at) ? data.format(at) : "n/a", end + 6, y);
   });
   reference(context, place(0), lines);
+  if (data.scale) valueScale(context, x0, x1, data.scale);
   if (data.line != null) {
     context.setLineDash([5, 3]);
     reference(context, place(data.line), lines);
