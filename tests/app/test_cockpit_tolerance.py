@@ -64,6 +64,7 @@ def test_a_ranking_has_its_bands_and_its_ties(tab: Tab) -> None:
     assert "overlap: with interactions they add up to 168 %" in said
     drawn = tab.page.locator("[data-kind=evidence]")
     tab.page.wait_for_function("() => document.querySelector('[data-kind=evidence]').ariaLabel.includes('1-2')")
+    assert "Tolerances, 4 more take nothing off" in drawn.get_attribute("aria-label")
     assert "1-2  carrier run out" in drawn.get_attribute("aria-label")
 
 

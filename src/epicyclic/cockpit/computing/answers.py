@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...document.deviations import narrowed_text
-from ...document.tables import leaves
+from ...document.tables import PAIRS, leaves
 from ...document.units import factor, written
 from ...document.writer import quantity_text
 from ...errors import ModelError
@@ -209,9 +209,7 @@ def limit_of(value: float, source: str) -> dict[str, object]:
 
 
 # Paths of the model file that an answer follows from.
-_SHARED = (
-    r"deviations|tolerance|operation\.(torque|power)|loads|stages\..*(support|bearing|stiffness|planets)|couplings"
-)
+_SHARED = r"deviations|operation\.(torque|power)|loads|stages\..*(support|bearing|stiffness|planets)|couplings"
 _RESTS_ON = {
     "resonance": r"damping|stages|bodies|couplings|operation\.speed",
     **dict.fromkeys(("planet", "float", "error"), _SHARED),
@@ -220,10 +218,18 @@ _RESTS_ON = {
 }
 
 
+_HOLDS = ("support", "bearing")
+
+
 def assumed_of(train: Train, key: str) -> dict[str, str]:
     """Reasons by path of the assumed values that the answer of a key rests on, or the job on tolerances."""
-    acts = re.compile(_RESTS_ON[key])
-    return {path: reason for path, reason in train.assumed.items() if acts.match(path)}
+    acts, assumed = re.compile(_RESTS_ON[key]), {}
+    for path, reason in train.assumed.items():
+        if acts.match(path):
+            table, _, last = path.rpartition(".")
+            pair = next((pair for pair, keys in PAIRS.items() if last in keys and table.endswith(_HOLDS)), last)
+            assumed[f"{table}.{pair}".removeprefix(".")] = reason  # x and y as the file writes them, radial
+    return assumed
 
 
 def carrying(rows: Sequence[Mapping[str, Any]], value: NDArray[np.float64], much: str) -> str:

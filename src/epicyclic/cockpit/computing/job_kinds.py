@@ -217,16 +217,18 @@ def tolerance_frame(result: xr.Dataset, train: Train) -> PageFrame:
     from .answers import assumed_of, limit_of
 
     names, ranking = [str(name) for name in result["tolerance"].values], tenth_less(result)
-    order, at = ranking.order[:_MOST], per_cent(ranking.probability)
+    first, at = ranking.order[0], per_cent(ranking.probability)
+    moving = [i for i in ranking.order if ranking.low[i] < 0 or ranking.high[i] > 0]
+    order, nothing = moving[:_MOST] or [first], len(names) - len(moving)
     finding = next(one for one in findings_of({"tolerance": result}) if one.anchor == "tolerances")
     rows = [f"{ranking.place(i)}  {_entry_words(names[i], train)}" for i in order]
     drawn = bars(f"off K_gamma at {at} by a tenth less [1]", rows, -ranking.value[order])
     whiskers = {"job/low": -ranking.high[order], "job/high": -ranking.low[order]}
     marks = [[value, per_cent(p)] for p, value in system_quantiles(result).items()]
-    scale = {"marks": marks, "limit": finding.limit}
-    head = {"bars": {**drawn.head["bars"], "scale": scale}, "met": finding.tone == "good"}
+    scale = {"marks": marks, "limit": None if result.attrs["ranked_pair"] else finding.limit}  # both of the train
+    note = "Tolerances" + (f", {nothing} more take nothing off" if nothing else "")
+    head = {"bars": {**drawn.head["bars"], "scale": scale, "note": note}, "met": finding.tone == "good"}
     arrays = {name: np.asarray(ends, np.float32) for name, ends in whiskers.items()}
-    first = order[0]
     then, apply = _halved(result, first, finding, train)
     total = of_definition(result)["sobol_total"].isel(pair=scattering_pair(of_definition(result))).values
     half = float(ranking.high[first] - ranking.value[first])

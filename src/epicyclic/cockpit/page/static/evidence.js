@@ -163,13 +163,13 @@ export class EvidencePane extends Pane {
       values: Array.from(arrays.bar?.data ?? []),
       ghost: pinned?.head.bars && byLabel(bars.rows, pinned.head.bars.rows, pinned.arrays.bar.data),
       title: bars.x_label,
-      note: head.title ?? head.text ?? "",
+      note: bars.note ?? head.title ?? head.text ?? "",
       line: bars.line,
       low: arrays.low && Array.from(arrays.low.data),
       high: arrays.high && Array.from(arrays.high.data),
       scale: bars.scale,
-      more: arrays.low && bars.rows.map((_, i) => [["95 % band", `${short(arrays.low.data[i], 3)} to ${short(arrays.high.data[i], 3)}`]]),
-      format: (value) => short(value, arrays.low ? 3 : 4),
+      more: arrays.low && bars.rows.map((_, i) => [["95 % band", `${arrays.low.data[i].toFixed(5)} to ${arrays.high.data[i].toFixed(5)}`]]),
+      format: (value) => (arrays.low ? value.toFixed(5).replace(/^-0.00000$/, "0.00000") : short(value, 4)),
     };
   }
 

@@ -6,7 +6,7 @@ export const ROW = { least: 13, most: 32 }; // [px]
 const SHADES = 255; // steps of the colours of a strip
 const HEAD = 24;
 const FOOT = 36;
-const SCALE = 50; // [px] of a scale of values above bars
+const SCALE = 40; // [px] of a scale of values above bars
 
 export const heightFor = (rows, isScaled) => HEAD + FOOT + (isScaled ? SCALE : 0) + rows * ROW.least;
 
@@ -89,32 +89,26 @@ function reference(context, x, lines) {
   context.stroke();
 }
 
-/** The line of a limit, dashed, with its words; one beyond the end of the axis is told there. */
-function limitLine(context, place, [low, high], lines, limit) {
-  const text = `limit ${short(limit, 4)}`;
-  context.font = `11px ${look().font}`;
-  context.textAlign = "right";
-  context.fillStyle = look().levels.warn;
-  if (limit > high) return context.fillText(`${text} ▸`, place(high), lines.top - 4);
-  const x = Math.round(place(limit)) + 0.5;
+/** The line of a limit, dashed; none beyond the end of the axis. */
+function limitLine(context, x, top, bottom) {
   context.setLineDash([5, 3]);
   context.beginPath();
-  context.moveTo(x, lines.top - 2);
-  context.lineTo(x, lines.bottom + 3);
+  context.moveTo(Math.round(x) + 0.5, top);
+  context.lineTo(Math.round(x) + 0.5, bottom);
   context.lineWidth = 1.6;
   context.strokeStyle = look().levels.warn;
   context.stroke();
   context.setLineDash([]);
-  if (place(limit) - place(low) < 60) context.textAlign = "left";
-  context.fillText(text, x + (context.textAlign === "left" ? 3 : -3), lines.top - 4);
 }
 
-/** K_gamma of shares of the trains as dots from 1 to its limit: {marks: [[value, words], ...], limit, tone}. */
+const limitText = (limit) => `limit ${short(limit, 4)}`;
+
+/** K_gamma of shares of the trains as dots from 1 to its limit: {marks: [[value, words], ...] rising, limit}. */
 function valueScale(context, x0, x1, scale) {
-  const y = HEAD + 20;
-  const values = scale.marks.map(([value]) => value);
-  const high = 1 + 1.08 * Math.max(...values.map((value) => value - 1), (scale.limit ?? 1) - 1, 1e-4);
-  const place = (value) => x0 + ((value - 1) / (high - 1)) * (x1 - x0);
+  const y = HEAD + 18;
+  const away = [...scale.marks.map(([value]) => value), scale.limit ?? 1].map((value) => value - 1);
+  const place = (value) => x0 + ((value - 1) / (1.08 * Math.max(...away, 1e-4))) * (x1 - x0);
+  const say = (text, x, below) => context.fillText(text, x, below ? y + 14 : y - 12);
   context.beginPath();
   context.moveTo(x0, y);
   context.lineTo(x1, y);
@@ -125,20 +119,21 @@ function valueScale(context, x0, x1, scale) {
   context.fillStyle = look().ink;
   context.textAlign = "right";
   context.fillText("K_gamma 1", x0 - 8, y);
-  let end = -Infinity;
-  scale.marks.forEach(([value, words], i) => {
-    dot(context, place(value), y, look().ink, i === scale.marks.length - 1 ? 4 : 3);
+  let start = Infinity; // of the words drawn last: the largest share has them first
+  for (const [value, words] of [...scale.marks].reverse()) {
     const text = `${words}: ${value.toFixed(3)}`;
-    const [wide, isLast] = [context.measureText(text).width, i === scale.marks.length - 1];
-    context.textAlign = "left";
-    // above the line where it has room, the last one below it
-    if (isLast) context.fillText(text, Math.min(place(value) - 4, x1 - wide), y + 15);
-    else if (place(value) > end) {
-      context.fillText(text, place(value) - 4, y - 12);
-      end = place(value) + wide + 8;
+    const x = Math.min(place(value) + 6, x1 + 56);
+    if (x < start) {
+      say(text, x, false);
+      start = x - context.measureText(text).width - 8;
     }
-  });
-  if (scale.limit != null) limitLine(context, place, [1, high], { top: y - 7, bottom: y + 6 }, scale.limit);
+    dot(context, place(value), y, look().ink, 3.5);
+  }
+  if (scale.limit == null) return;
+  limitLine(context, place(scale.limit), y - 6, y + 8);
+  context.fillStyle = look().levels.warn;
+  if (place(scale.limit) < x0 + 60) context.textAlign = "left";
+  say(limitText(scale.limit), place(scale.limit), true);
 }
 
 /** Whiskers of a band. */
@@ -221,7 +216,7 @@ export function drawSharing(context, width, height, data) {
   const place = axis(context, { x0, x1, low, high, title: data.title }, lines);
   reference(context, place(1), lines);
   context.textBaseline = "middle";
-  if (data.limit != null) limitLine(context, place, [low, high], lines, data.limit);
+  if (data.limit <= high) limitLine(context, place(data.limit), lines.top - 2, lines.bottom + 3);
   data.groups.forEach((group, row) => {
     const y = lines.y(row);
     group.forEach((index, i) => {
@@ -239,6 +234,7 @@ export function drawSharing(context, width, height, data) {
   const marks = [{ text: "as it is", draw: (x, y) => dot(context, x, y, look().accent) }];
   if (data.twin) marks.push({ text: data.twinLabel, draw: (x, y) => openDot(context, x, y, look().strong[0]) });
   if (data.ghost) marks.push({ text: "A", draw: (x, y) => dashedDiamond(context, x, y) });
+  if (data.limit != null) marks.push({ text: limitText(data.limit) + (data.limit > high ? " ▸" : ""), draw: (x, y) => limitLine(context, x, y - 6, y + 6) });
   const left = legend(context, width - 10, marks);
   context.font = `600 12px ${look().font}`;
   context.textAlign = "left";
