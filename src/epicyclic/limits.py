@@ -226,7 +226,7 @@ def nearest_verdict(
         value=float(values[at]),
         limit=limits[at].value,
         source=limits[at].source,
-        assumed=any(f"{path}.".startswith(("deviations.", "tolerance.")) for path in assumed),
+        assumed=any(path.startswith(("deviations.", "tolerance.")) for path in assumed),
         probability=probability,
     )
 
@@ -239,6 +239,9 @@ def k_gamma_verdict(
         return None
     columns = (result[f"k_gamma_limit{name}"].values.tolist() for name in ("", "_source"))
     limits = [KGammaLimit(value=value, source=str(source)) for value, source in zip(*columns, strict=True)]
-    assumed = json.loads(str(result.attrs.get("assumed", "{}")))
+    # the whole table of tolerances may be assumed: the drawing as it is does not rest on it
+    tables = ("deviations", "tolerance") if result.attrs.get("verb") == "tolerance" else ("deviations",)
+    paths = json.loads(str(result.attrs.get("assumed", "{}")))
+    assumed = [f"{path}." if path in tables else path for path in paths]
     names = result[dim].values.tolist()
     return nearest_verdict(names, mean, limits, assumed=assumed, probability=probability)

@@ -140,7 +140,7 @@ def test_one_limit_of_the_file_is_that_of_all(limit: float, tone: str) -> None:
 
 def test_allocate_aims_at_the_limit_of_the_page() -> None:
     changes: dict[str, object] = {"limits.k_gamma": 1.12}
-    found = epicyclic.allocate("wind-five", samples=256, fresh_samples=256, overrides=changes)
+    found = epicyclic.allocate("wind-five", samples=1024, fresh_samples=1024, overrides=changes)
     assert (float(found.target), found.attrs["target_source"]) == (1.12, "limits.k_gamma")
 
 
