@@ -559,11 +559,11 @@ def share_with_band(value: float, low: float, high: float) -> str:
     return f"{words} {ends}".strip()
 
 
-def overlap(total: Array) -> str:
-    """Whether shares of the variance with interactions (E,) [1] overlap, in words behind their name."""
-    whole = float(np.nansum(total))
-    if whole <= 1:
-        return "do not overlap"
+def overlap(one: xr.Dataset) -> str:
+    """Whether shares of the variance with interactions overlap, in words behind their name; one : of a pair."""
+    whole, least = (float(np.nansum(one[f"sobol_total{end}"].values)) for end in ("", "_low"))
+    if not least > 1:
+        return "do not overlap beyond their bands"
     return f"overlap: with interactions they add up to {100 * whole:.0f} %, what two bring together counts in both"
 
 

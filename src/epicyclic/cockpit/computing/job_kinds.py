@@ -230,12 +230,12 @@ def tolerance_frame(result: xr.Dataset, train: Train) -> PageFrame:
     head = {"bars": {**drawn.head["bars"], "scale": scale, "note": note}, "met": finding.tone == "good"}
     arrays = {name: np.asarray(ends, np.float32) for name, ends in whiskers.items()}
     then, apply = _halved(result, first, finding, train)
-    total = of_definition(result)["sobol_total"].isel(pair=scattering_pair(of_definition(result))).values
+    shares = overlap(of_definition(result).isel(pair=scattering_pair(of_definition(result))))
     half = float(ranking.high[first] - ranking.value[first])
     figure = "nothing to do" if finding.tone == "good" else f"{ranking.value[first]:.4f} ± {half:.4f}"
     error = Answer(
         "error",
-        f"{finding.change}{then} Shares of the variance {overlap(total)}.",
+        f"{finding.change}{then} Shares of the variance {shares}.",
         figure=figure,
         level="good" if finding.tone == "good" else "warn",
         apply=apply,

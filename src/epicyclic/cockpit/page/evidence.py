@@ -384,7 +384,7 @@ class AnswersPane:
         run: Callable[[str], None],
         cancel: Callable[[str], None],
     ) -> None:
-        self._session = self.session = session
+        self.session = session
         self._told: list[str] | None = None
         self.show, self.run, self.cancel = show, run, cancel
         with box("ck-box ck-answers", "section") as root:
@@ -415,16 +415,16 @@ class AnswersPane:
                         Words(text=text, classes="ck-answer-text")
         for answer in head.get("answers") or ():
             if (line := self._lines.get(str(answer["key"]))) is not None:
-                line.follow(answer, self._session.rev)
+                line.follow(answer, self.session.rev)
 
     def jobs(self, newest: Mapping[str, Job]) -> None:
         """Show how far the jobs are that an answer waits for."""
         for line in self._lines.values():
-            line.follow_jobs(newest, self._session.rev)
+            line.follow_jobs(newest, self.session.rev)
 
     def apply(self, values: Mapping[str, Any], label: str) -> None:
         try:
-            self._session.apply(values, label)
+            self.session.apply(values, label)
         except ModelError as error:
             refused(error, "It cannot be applied: ")
 

@@ -25,8 +25,8 @@ NARROWED = 0.9
 # Ranks about a quantile that its change is read from: half as many on each side as lie beyond it, of a middle quantile
 # a fiftieth of all; part of them whose mean is the quantile.  A single rank would follow a single sample.
 _BESIDE, _MOST_BESIDE, _NEAREST = 0.5, 0.02, 0.25
-# Samples beyond a quantile of which a change is given.
-_LEAST_BEYOND = 8
+# Samples beyond a quantile of which a change is given, and the change that is rounding of load factors about 1.
+_LEAST_BEYOND, _ROUNDING = 8, 1e-12
 
 
 class Shares(NamedTuple):
@@ -151,7 +151,8 @@ def _changes(before: Array, after: Array, probability: Array, told: NDArray[np.b
         spread = np.square(x - middle).sum(axis=1)
         with np.errstate(divide="ignore", invalid="ignore"):
             slope = np.where(spread > 0, ((x - middle) * distance).sum(axis=1) / spread, 0.0)
-        changes[:, i] = distance.mean(axis=1) + slope * (before[:, nearest].mean(axis=1) - middle[:, 0])
+        change = distance.mean(axis=1) + slope * (before[:, nearest].mean(axis=1) - middle[:, 0])
+        changes[:, i] = np.where(np.abs(change) < _ROUNDING, 0.0, change)
     return changes
 
 

@@ -240,7 +240,7 @@ def _what_buys(result: xr.Dataset, names: Sequence[str]) -> Table:
     lead = (
         f"By what a tenth less spread changes {at}. In brackets: 95 % bands, of {ranking.samples} samples; tolerances "
         f"of one place, as 1-2, are not told apart by them. Shares of the variance of K_gamma, "
-        f"{pair_labels(texts(one, 'pair'))[pair]}, {overlap(one['sobol_total'].isel(pair=pair).values)}."
+        f"{pair_labels(texts(one, 'pair'))[pair]}, {overlap(one.isel(pair=pair))}."
     )
     return Table(title="What buys what", columns=columns, lead=lead, digits=3)
 

@@ -75,6 +75,8 @@ def test_quantiles_with_few_samples_beyond_have_no_change_and_failed_samples_cou
     assert whole.value[:2] == pytest.approx([-0.05, -0.099], abs=2e-3)
     assert np.isnan(whole.value[2])
     assert np.isnan(whole.low[2])
+    rounding = quantile_changes(u, u * (1 + 1e-16), np.array([0.5]), PLAN.scrambles)
+    assert [float(ends[0]) for ends in (rounding.value, rounding.low, rounding.high)] == [0, 0, 0]
     some = np.where(np.arange(len(u)) % 7 == 0, np.nan, u)
     assert quantile_changes(some, 0.9 * u, np.array([0.5]), PLAN.scrambles).value == pytest.approx([-0.05], abs=5e-3)
 

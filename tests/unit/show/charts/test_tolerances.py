@@ -150,7 +150,8 @@ def test_shares_are_said_with_their_bands_and_that_they_overlap(result: xr.Datas
     assert buys.columns["alone [%]"][0] == "52.0 [49.0, 55.0]"
     assert "109" not in str(buys.columns)
     assert "overlap: with interactions they add up to 154 %" in buys.lead
-    assert "do not overlap" in table(tolerance_tables(over.assign(sobol_total=0.1 * over.sobol_total)), "What").lead
+    noise = over.assign(sobol_total_low=0.5 * over.sobol_total)  # what they add up to beyond 100 % may be noise
+    assert "do not overlap beyond their bands" in table(tolerance_tables(noise), "What buys what").lead
 
 
 def test_shares_and_slopes_have_their_units_and_bands(result: xr.Dataset) -> None:
