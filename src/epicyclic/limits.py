@@ -92,6 +92,13 @@ def k_gamma_limit(
     return KGammaLimit(value=table[min(planets, last)], source=words)
 
 
+def limit_in_short(source: str) -> tuple[str, str]:
+    """Words of the source of a limit, ``4 planets, table``, and the path of the model file that states another one."""
+    if source.startswith("limits."):
+        return "of the model", source
+    return f"{source.partition(',')[0]}, table", "limits.k_gamma"
+
+
 def limit_columns(dim: str, limits: Sequence[KGammaLimit]) -> dict[str, tuple[str, Any]]:
     """Variables of a result: limits of K_gamma along a dimension, and where they are from."""
     return {
@@ -246,6 +253,9 @@ def k_gamma_verdict(
         return None
     columns = (result[f"k_gamma_limit{name}"].values.tolist() for name in ("", "_source"))
     limits = [KGammaLimit(value=value, source=str(source)) for value, source in zip(*columns, strict=True)]
-    assumed = json.loads(str(result.attrs.get("assumed", "{}")))
+    # the whole table of tolerances may be assumed: the drawing as it is does not rest on it
+    tables = ("deviations", "tolerance") if result.attrs.get("verb") == "tolerance" else ("deviations",)
+    paths = json.loads(str(result.attrs.get("assumed", "{}")))
+    assumed = [f"{path}." if path in tables else path for path in paths]
     names = result[dim].values.tolist()
     return nearest_verdict(names, mean, limits, assumed=assumed, probability=probability)

@@ -14,7 +14,7 @@ from epicyclic.cockpit.computing.compute import compute
 from epicyclic.cockpit.state.frames import Request
 from epicyclic.document.document import drive_text, ready_drives
 from epicyclic.errors import ModelError
-from epicyclic.limits import NO_MATTER, SHIP, WIND, k_gamma_limit, nearest_limit, passes, peak_matters
+from epicyclic.limits import NO_MATTER, SHIP, WIND, k_gamma_limit, limit_in_short, nearest_limit, passes, peak_matters
 from epicyclic.questions.sharing.views import findings
 from epicyclic.questions.tolerance.views import tolerance_findings
 from epicyclic.train.resolution import load
@@ -140,6 +140,19 @@ def test_one_limit_of_the_file_is_that_of_all(limit: float, tone: str) -> None:
     (frame,) = compute(request)
     (answer,) = [one for one in frame.head["answers"] if one["key"] == "planet"]
     assert (answer["level"], f"limit {limit:g}" in answer["figure"]) == (tone, True)
+    source = {"words": "of the model", "source": "limits.k_gamma", "path": "limits.k_gamma"}
+    assert answer["limit"] == {"value": limit, **source}
+
+
+def test_allocate_aims_at_the_limit_of_the_page() -> None:
+    changes: dict[str, object] = {"limits.k_gamma": 1.12}
+    found = epicyclic.allocate("wind-five", samples=1024, fresh_samples=1024, overrides=changes)
+    assert (float(found.target), found.attrs["target_source"]) == (1.12, "limits.k_gamma")
+
+
+def test_a_limit_says_in_short_where_it_is_from_and_where_it_is_set() -> None:
+    assert limit_in_short("4 planets, IEC 61400-4:2012") == ("4 planets, table", "limits.k_gamma")
+    assert limit_in_short("limits.stages.main.k_gamma") == ("of the model", "limits.stages.main.k_gamma")
 
 
 def test_a_limit_of_the_stage_goes_before_that_of_the_file() -> None:
@@ -204,6 +217,6 @@ def test_a_verdict_says_what_it_rests_on() -> None:
         (one,) = [one.text for one in findings(shared, {}) if "K_gamma" in one.text]
         source = tomllib.loads(drive_text("ren2021"))
         (frame,) = compute(Request(rev=1, kind="live", source=source, overrides={**changes, **assumed}))
-        (answer,) = [one["text"] for one in frame.head["answers"] if one["key"] == "planet"]
-        said.append(["with assumed deviations" in text for text in (one, answer)])
+        (answer,) = [one["assumed"] for one in frame.head["answers"] if one["key"] == "planet"]
+        said.append(["with assumed deviations" in one, "deviations.main.planet.position.y" in answer])
     assert said == [[False, False], [True, True]]

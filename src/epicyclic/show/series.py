@@ -486,6 +486,87 @@ def judged_quantile(result: xr.Dataset) -> tuple[float, float]:
     return p, quantiles.get(p, math.nan)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class TenthLess:
+    """What a tenth less spread of each tolerance changes of the K_gamma that is held against its limit, (E,) each [1].
+
+    order : of the entries by their places.  first, last : places of each, alike of those that the samples do not tell
+    apart.  value, low, high : of the change.  probability : at which.  samples : that it was estimated on.
+    """
+
+    order: list[int]
+    first: np.ndarray[tuple[int], np.dtype[np.int64]]
+    last: np.ndarray[tuple[int], np.dtype[np.int64]]
+    value: Array
+    low: Array
+    high: Array
+    probability: float
+    samples: int
+
+    def place(self, entry: int) -> str:
+        """``2``, or ``2-3`` of tied ones."""
+        first, last = int(self.first[entry]), int(self.last[entry])
+        return f"{first}" if first == last else f"{first}-{last}"
+
+    def banded(self, entry: int) -> str:
+        """The change with its band."""
+        return banded(*(float(ends[entry]) for ends in (self.value, self.low, self.high)))
+
+    def tied_first(self) -> list[int]:
+        """Entries of the first place."""
+        return [entry for entry in self.order if self.first[entry] == 1]
+
+
+def tenth_less(result: xr.Dataset) -> TenthLess:
+    """The ranking of a result of `tolerance`, as its analysis has it; of the pair that is judged, or of the train."""
+    one, pair = of_definition(result), str(result.attrs.get("ranked_pair", ""))
+    kind = "tenth_less" if pair else "system_tenth_less"
+    at = int(np.flatnonzero(numbers(result, "probability") <= max(DRAWN) + 1e-9)[-1])
+    ends = []
+    for suffix in ("", "_low", "_high"):
+        values = one[kind + suffix].isel(probability=at)
+        ends.append(np.asarray((values.sel(pair=pair) if pair else values).values, dtype=np.float64))
+    first, last = (result[f"tenth_less_{name}"].values.astype(np.int64) for name in ("place", "last_place"))
+    return TenthLess(
+        order=np.lexsort((np.nan_to_num(ends[0]), first)).tolist(),
+        first=first,
+        last=last,
+        value=ends[0],
+        low=ends[1],
+        high=ends[2],
+        probability=float(numbers(result, "probability")[at]),
+        samples=int(result.attrs.get("ranking_samples", 0)),
+    )
+
+
+def banded(value: float, low: float, high: float) -> str:
+    """A number with the ends of its band, to two digits of the band; nothing of one that is not known."""
+    if not np.isfinite(value):
+        return ""
+    half = max(value - low, high - value)
+    if not half > 0:
+        return f"{value:.3g}" if not half == 0 or value else "0"
+    digits = max(0, 1 - math.floor(math.log10(half)))
+    return f"{value:.{digits}f} [{low:.{digits}f}, {high:.{digits}f}]"
+
+
+def share_with_band(value: float, low: float, high: float) -> str:
+    """A share [1] in per cent with its band; in words where the estimate lies beyond none or all."""
+    if not np.isfinite(value) or value == low == high == 0:
+        return "" if not np.isfinite(value) else "0"
+    ends = f"[{100 * low:.1f}, {100 * high:.1f}]" if np.isfinite(low) else ""
+    words = "about all" if value > 1 else "about none" if value < 0 else f"{100 * value:.1f}"
+    return f"{words} {ends}".strip()
+
+
+def overlap(one: xr.Dataset) -> str:
+    """Whether shares of the variance with interactions overlap, in words behind their name; one : of a pair."""
+    whole, least = (float(np.nansum(one[f"sobol_total{end}"].values)) for end in ("", "_low"))
+    if not least > 1:
+        return "do not overlap beyond their bands"
+    return f"overlap: with interactions they add up to {100 * whole:.0f} %, what two bring together counts in both"
+
+
 def even_bins(edges: Array, counts: Array, low: float, high: float, bins: int) -> tuple[Array, Array]:
     """A histogram on even bins, counts shared out by width where a bin is cut.
 

@@ -10,19 +10,18 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from functools import partial
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...document.deviations import narrowed_text
-from ...document.tables import leaves
+from ...document.tables import PAIRS, leaves
 from ...document.units import factor, written
 from ...document.writer import quantity_text
 from ...errors import ModelError
-from ...limits import RESONANCE_BAND, ResonanceVerdict
+from ...limits import RESONANCE_BAND, ResonanceVerdict, limit_in_short
 from ...questions.modes.campbell import MeshCrossings, tones_of_meshes
 from ...questions.studies.detune import strongest
 from ...results.dataset import EQUAL
@@ -171,6 +170,7 @@ _WORTH, _MOST = 1.0, 50.0
 _BRANCH = re.compile(r"\b(\w+) (\d+)\b")
 _MANY = {"planet": "planets", "branch": "branches"}
 _HALVE = "Halve this deviation"
+_NOTHING_TO_DO = " Nothing to do as drawn: K_gamma {value:.3f} is below its limit {limit:g}"
 _ASSUME = "Assume ISO class 6 deviations"
 
 
@@ -184,21 +184,21 @@ def planet_answer(train: Train, sharing: Mapping[str, Any] | None, errors: Mappi
     largest, turning = float(np.nanmax(value)), float(sharing.get("k_gamma_turning") or np.nan)
     planets, verdict = max(train.planets.values(), default=1), sharing["verdict"]
     level: Level = "good" if verdict["passes"] else "bad"
-    planet = partial(Answer, "planet", figure=f"{verdict['value']:.3f}", limit=f"{verdict['limit']:g}")
-    assumed = ", with assumed deviations" if verdict["assumed"] else ""
-    limit = f" Limit {verdict['limit']:g}: {verdict['source']}{assumed}."
+    limit = limit_of(verdict["limit"], verdict["source"])
+    figure, against = f"{verdict['value']:.3f}", f" Limit {verdict['limit']:g}: {limit['words']}."
+    judged: dict[str, Any] = {"figure": figure, "level": level, "limit": limit, "evidence": "sharing"}
     if largest <= 1 + _ONE and not has_deviations(train):
         text = f"No deviations are given: all {planets} planets carry the same; class 6 of ISO 1328-1 may be assumed."
         values = class_six(train)
-        return planet(text, apply=values, apply_label=_ASSUME, evidence="sharing")
+        return Answer("planet", text, apply=values, apply_label=_ASSUME, **{**judged, "level": "none"})
     if largest <= 1 + _ONE:
         while_turning = np.asarray(sharing.get("turning", value), dtype=float)
         peak = ""
         if turning > 1 + _ONE and np.isfinite(while_turning).any():
             whom = carrying(sharing["rows"], while_turning, f"up to {turning:.3f}")
             peak = f"; while turning {whom[:1].lower()}{whom[1:]}"
-        text = f"All planets carry the same mean load: nothing that stands still parts it{peak}.{limit}"
-        return planet(text, level=level, evidence="sharing")
+        text = f"All planets carry the same mean load: nothing that stands still parts it{peak}.{against}"
+        return Answer("planet", text, **judged)
     text = carrying(sharing["rows"], value, f"{largest:.3f}") + ", mean-load K_gamma"
     if turning > largest + _NO_CHANGE:
         text += f" ({turning:.3f} while turning)"
@@ -206,7 +206,37 @@ def planet_answer(train: Train, sharing: Mapping[str, Any] | None, errors: Mappi
         first = errors["rows"][0]
         much = "most" if float(first["share"]) >= _MOST else f"{float(first['share']):.0f} %"
         text += f"; {much} of what is above 1 from {first['label']}"
-    return planet(f"{text}.{limit}", level=level, evidence="sharing")
+    return Answer("planet", f"{text}.{against}", **judged)
+
+
+def limit_of(value: float, source: str) -> dict[str, object]:
+    """The limit of an answer.  source : of the limit, as of `KGammaLimit`."""
+    words, path = limit_in_short(source)
+    return {"value": value, "words": words, "source": source, "path": path}
+
+
+# Paths of the model file that an answer follows from.
+_SHARED = r"deviations|operation\.(torque|power)|loads|stages\..*(support|bearing|stiffness|planets)|couplings"
+_RESTS_ON = {
+    "resonance": r"damping|stages|bodies|couplings|operation\.speed",
+    **dict.fromkeys(("planet", "float", "error"), _SHARED),
+    "tolerance": f"tolerance|{_SHARED}",
+    "relief": r"operation\.(torque|power)|stages\..*(module|face_width|helix_angle|relief|flank|stiffness|rim|bore)",
+}
+
+
+_HOLDS = ("support", "bearing")
+
+
+def assumed_of(train: Train, key: str) -> dict[str, str]:
+    """Reasons by path of the assumed values that the answer of a key rests on, or the job on tolerances."""
+    acts, assumed = re.compile(_RESTS_ON[key]), {}
+    for path, reason in train.assumed.items():
+        if acts.match(path):
+            table, _, last = path.rpartition(".")
+            pair = next((pair for pair, keys in PAIRS.items() if last in keys and table.endswith(_HOLDS)), last)
+            assumed[f"{table}.{pair}".removeprefix(".")] = reason  # x and y as the file writes them, radial
+    return assumed
 
 
 def carrying(rows: Sequence[Mapping[str, Any]], value: NDArray[np.float64], much: str) -> str:
@@ -316,25 +346,32 @@ def error_answer(train: Train, sharing: Mapping[str, Any] | None, errors: Mappin
     share = float(first["share"])
     of = "while turning" if "turning" in str(errors.get("of", "")) else "mean-load"
     level: Level = "good"
+    verdict, values, nothing = sharing["verdict"], dict[str, object](), ""
+    fails = verdict is not None and not verdict["passes"]
+    if verdict is not None and not fails:
+        nothing = _NOTHING_TO_DO.format(**verdict) + ("; the job tells of 99 % of the trains." if job else ".")
     if share > _WORTH and not k - 1 < _NO_CHANGE:
         without = float(first.get("without", np.nan))
         then = f"; {without:.3f} without it" if np.isfinite(without) else ""
         text = f"of K_gamma\u00a0-\u00a01 ({of}): {first['label']}{then}."
-        verdict = sharing["verdict"]
-        level = "warn" if share >= _MOST and verdict is not None and not verdict["passes"] else "good"
+        level = "warn" if share >= _MOST and fails else "good"
+        # what only the turning train feels would not lower the K_gamma that is held against the limit
+        values = scaled(train, str(first["path"]), 0.5) if fails and of == "mean-load" else {}
+        text += nothing
     else:  # no deviation parts the mean load: the one that costs most while the train turns
         first = max(rows, key=lambda row: float(row.get("turning", 0.0)))
         share = float(first.get("turning", 0.0))
         text = f"No single deviation changes K_gamma ({of}) by {number(_WORTH)} % of what it is above 1"
         if not share > _WORTH:
-            return Answer("error", f"{text}.", figure="0 %", level="good", evidence="errors", job=job)
+            return Answer("error", f"{text}.{nothing}", figure="0 %", level="good", evidence="errors", job=job)
         text += f"; while turning the largest part has the {first['label']}, {share:.0f} %."
+        text += nothing
     return Answer(
         "error",
         text,
         figure=f"{share:.0f} %",
         level=level,
-        apply=scaled(train, str(first["path"]), 0.5),
+        apply=values,
         apply_label=_HALVE,
         evidence="errors",
         job=job,
@@ -652,10 +689,11 @@ def answers_of(
         beside by short names; None where there are none.
     changes : that move the resonance of the first answer away.
     """
-    return (
+    found = (
         resonance_answer(train, system, modes, sweep, changes),
         planet_answer(train, sharing, errors),
         float_answer(train, sharing, twin),
         error_answer(train, sharing, errors),
         relief_answer(train),
     )
+    return tuple(replace(answer, assumed=assumed_of(train, answer.key)) for answer in found)

@@ -19,7 +19,15 @@ from ...document.tables import PlainTable
 from ...errors import ModelError
 from ...options import Option
 from ...results.dataset import ranked
-from ...show.series import judged_quantile, scattering_pair
+from ...show.elements import Finding
+from ...show.series import (
+    judged_quantile,
+    of_definition,
+    overlap,
+    scattering_pair,
+    system_quantiles,
+    tenth_less,
+)
 from ...show.views import findings_of
 from ...system.tooth_pairs import first_mesh
 from ...train.resolution import load
@@ -96,7 +104,8 @@ def found_frame(kind: JobKind, result: xr.Dataset, train: Train) -> PageFrame:
     answers = []
     if kind.question and findings:
         first = findings[0]
-        value, limit = ("" if np.isnan(one) else number(one, 4) for one in (first.value, first.limit))
+        value = "" if np.isnan(first.value) else number(first.value, 4)
+        limit = None if np.isnan(first.limit) else {"value": first.limit, "words": "", "source": "", "path": ""}
         text = f"{first.text} {first.change}".strip()
         level = LEVELS[first.tone]
         answers.append(
@@ -152,9 +161,8 @@ def relief_frame(result: xr.Dataset) -> PageFrame:
 
 # Rows of bars that are read, and seen without scrolling.
 _MOST = 10
-# Share of the variance of K_gamma from which one tolerance is the one to talk about; part of the largest share from
-# which the next one is named beside it: the draws do not tell them apart.
-_HALF, _AS_LARGE = 0.5, 0.9
+# A fall of K_gamma below this is none: half a unit of the last digit shown.
+_NO_FALL = 5e-4
 
 
 def contact_loss_frame(result: xr.Dataset) -> PageFrame:
@@ -237,59 +245,72 @@ def _short_path(path: str) -> str:
 
 
 def tolerance_frame(result: xr.Dataset, train: Train) -> PageFrame:
-    """Shares of the tolerances in the variance of K_gamma of the pair that scatters most; the answer on errors."""
-    from .answers import halved_tolerance
+    """What a tenth less of each tolerance takes off K_gamma, by their places, and K_gamma of the trains beside its
+    limit; the answers on errors and on the planet that carries most, whose mark then is that of nearly all trains."""
+    from .answers import assumed_of, limit_of
 
-    names = [str(name) for name in result["tolerance"].values]
-    total = tolerance_shares(result)
-    order = np.argsort(-total, kind="stable")[:_MOST]
-    words = [_entry_words(names[i], train) for i in order]
-    drawn = bars("total effect in the variance of K_gamma [%]", words, 100 * total[order])
+    names, ranking = [str(name) for name in result["tolerance"].values], tenth_less(result)
+    first, at = ranking.order[0], per_cent(ranking.probability)
+    moving = [i for i in ranking.order if ranking.low[i] < 0 or ranking.high[i] > 0]
+    order, nothing = moving[:_MOST] or [first], len(names) - len(moving)
     finding = next(one for one in findings_of({"tolerance": result}) if one.anchor == "tolerances")
-    text = f"{finding.text} What is drawn stands in place of the numbers of the model."
-    change = halved_tolerance(train, names[order[0]])
-    share, alone = float(total[order[0]]), float(tolerance_shares(result, "sobol_first")[order[0]])
-    said = (
-        f"of the variance of K_gamma among trains of this drawing involves the tolerance of {words[0]} with its "
-        f"interactions ({100 * alone:.0f} % alone)"
-    )
-    if len(order) > 1 and total[order[1]] >= _AS_LARGE * share > 0:
-        said += f"; {100 * float(total[order[1]]):.0f} % that of {words[1]}"
-    answer = Answer(
+    rows = [f"{ranking.place(i)}  {_entry_words(names[i], train)}" for i in order]
+    drawn = bars(f"off K_gamma at {at} by a tenth less [1]", rows, -ranking.value[order])
+    whiskers = {"job/low": -ranking.high[order], "job/high": -ranking.low[order]}
+    marks = [[value, per_cent(p)] for p, value in system_quantiles(result).items()]
+    scale = {"marks": marks, "limit": None if result.attrs["ranked_pair"] else finding.limit}  # both of the train
+    note = "Tolerances" + (f", {nothing} more take nothing off" if nothing else "")
+    head = {"bars": {**drawn.head["bars"], "scale": scale, "note": note}, "met": finding.tone == "good"}
+    arrays = {name: np.asarray(ends, np.float32) for name, ends in whiskers.items()}
+    then, apply = _halved(result, first, finding, train)
+    shares = overlap(of_definition(result).isel(pair=scattering_pair(of_definition(result))))
+    half = float(ranking.high[first] - ranking.value[first])
+    figure = "nothing to do" if finding.tone == "good" else f"{ranking.value[first]:.4f} ± {half:.4f}"
+    error = Answer(
         "error",
-        f"{said}.",
-        figure=f"{100 * share:.0f} %",
-        level="warn" if share >= _HALF else "good",
-        apply=change,
+        f"{finding.change}{then} Shares of the variance {shares}.",
+        figure=figure,
+        level="good" if finding.tone == "good" else "warn",
+        apply=apply,
         apply_label="Halve this tolerance",
         evidence="tolerance",
         job="tolerance",
+        assumed=assumed_of(train, "tolerance"),
     )
-    p, _ = judged_quantile(result)
-    then, limit = f"{finding.value:.3f} at {per_cent(p)}", f"{finding.limit:g}"
+    limits = dict(zip(*(result[f"k_gamma_limit{name}"].values.tolist() for name in ("", "_source")), strict=True))
     planet = Answer(
         "planet",
         finding.text,
-        then=then,
-        limit=limit,
+        then=f"{finding.value:.3f} at {at}",
         level=LEVELS[finding.tone],
+        limit=limit_of(finding.limit, str(limits[finding.limit])),
         evidence="tolerance",
         job="tolerance",
+        assumed=assumed_of(train, "tolerance"),
     )
+    text = f"{finding.text} {finding.change} What is drawn stands in place of the numbers of the model."
     return job_frame(
-        "tolerance", "Tolerances", text, drawn, apply=change, apply_label="Halve the first", answers=[answer, planet]
+        "tolerance",
+        "Tolerances",
+        text,
+        Drawn(head, {**drawn.arrays, **arrays}),
+        apply=apply,
+        apply_label="Halve the first",
+        answers=[error, planet],
     )
 
 
-def tolerance_shares(result: xr.Dataset, name: str = "sobol_total") -> Array:
-    """Shares of the variance of K_gamma (mean-load) (tolerance,) [1], of the pair that scatters most.
+def _halved(result: xr.Dataset, entry: int, finding: Finding, train: Train) -> tuple[str, Mapping[str, object]]:
+    """What K_gamma is with half of a tolerance, in words, and the overrides; nothing where K_gamma passes, or where it
+    would not fall."""
+    from .answers import halved_tolerance
 
-    The numbers that the verb `tolerance` prints.  name : ``sobol_total``, with interactions; ``sobol_first``, alone.
-    """
-    mean_load = result.sel(definition="mean-load")
-    pair = scattering_pair(mean_load)
-    share: Array = np.nan_to_num(mean_load[name].isel(pair=pair).transpose("tolerance").values)
-    return np.clip(share, 0.0, None)
+    curve = result["k_gamma_by_scale"].isel(tolerance=entry).sel(probability=judged_quantile(result)[0])
+    whole, half = (float(curve.sel(scale=scale)) for scale in (1.0, 0.5))
+    values = halved_tolerance(train, str(result["tolerance"].values[entry]))
+    if finding.tone == "good" or not values or not half < whole - _NO_FALL:
+        return "", {}
+    return f" Half of the first: K_gamma falls by {whole - half:.3f}.", values
 
 
 def _entry_words(entry: str, train: Train) -> str:
@@ -436,10 +457,10 @@ _KINDS = (
     JobKind(
         name="tolerance",
         label="Tolerance",
-        purpose="Load sharing within the tolerances, and the share of each",
-        about="K_gamma of 16384 trains drawn from the tolerances, and the share of each tolerance in its variance.",
-        seconds=1,
-        options=("samples", "limit", "seed"),
+        purpose="Load sharing within the tolerances, and what each of them counts",
+        about="K_gamma of 16384 trains drawn from the tolerances, and what a tenth less of each takes off it.",
+        seconds=2,
+        options=("samples", "seed"),
         verb="tolerance",
         defaults={"samples": 16_384, "effects": "shares"},
         frame=lambda result, train, options: tolerance_frame(result, train),

@@ -19,6 +19,7 @@ from ..processes.jobs import Job, newest_of
 from ..processes.session import Session
 from ..state.frames import QUESTIONS, Answer
 from .controls import Board, Words, box, button, hide, prop, refused
+from .limit_window import LimitButton
 
 
 class OptionFields:
@@ -365,8 +366,10 @@ class EvidenceTabs:
 # answers --------------------------------------------------------------------------------------------------------------
 
 _MARKS = {"good": ("✓", "passes"), "warn": ("!", "look at"), "bad": ("✗", "fails"), "none": ("·", "note")}
-# Numbers of an answer that stand in columns.
-_COLUMNS = ("figure", "then", "limit")
+# Numbers of an answer that stand in columns before its limit.
+_COLUMNS = ("figure", "then")
+# Answers whose changes lower K_gamma.
+_OF_K_GAMMA = ("planet", "float", "error")
 # Failing checks above the answers; the header has all of them.
 _MOST_CHECKS = 2
 
@@ -387,14 +390,14 @@ class AnswersPane:
         cancel: Callable[[str], None],
         preview: Callable[[Mapping[str, Any] | None], None],
     ) -> None:
-        self._session = session
+        self.session = session
         self._told: list[str] | None = None
         self.show, self.run, self.cancel, self.preview = show, run, cancel, preview
         with box("ck-box ck-answers", "section") as root:
             root.props["aria-label"] = "Answers"
             with box("ck-title ck-columns"):
                 Words("h2", "Answers")
-                for name in _COLUMNS:
+                for name in (*_COLUMNS, "limit"):
                     Words(text="now" if name == "figure" else name, classes="ck-figure ck-pale")
                 Words(text="No strength rating: nothing here says that the teeth are strong enough.", classes="ck-pale")
             with box("ck-answer-list") as self._list:
@@ -424,16 +427,16 @@ class AnswersPane:
                         Words(text=text, classes="ck-answer-text")
         for answer in head.get("answers") or ():
             if (line := self._lines.get(str(answer["key"]))) is not None:
-                line.follow(answer, self._session.rev)
+                line.follow(answer, self.session.rev)
 
     def jobs(self, newest: Mapping[str, Job]) -> None:
         """Show how far the jobs are that an answer waits for."""
         for line in self._lines.values():
-            line.follow_jobs(newest, self._session.rev)
+            line.follow_jobs(newest, self.session.rev)
 
     def apply(self, values: Mapping[str, Any], label: str) -> None:
         try:
-            self._session.apply(values, label)
+            self.session.apply(values, label)
         except ModelError as error:
             refused(error, "It cannot be applied: ")
 
@@ -489,17 +492,19 @@ class _Line:
             self._mark = Words(text="·", classes="ck-mark none")
             self._mark.props["role"] = "img"
             self._numbers = {name: Words(classes="ck-figure") for name in _COLUMNS}
+            self._limit = LimitButton(pane.session)
             self._more = button("", self._unfold, classes="ck-more", label="Whole answer")
             self._more.props["aria-expanded"] = "false"
             with box("ck-answer-text") as self._words:
                 self._text = Words(text=question, classes="ck-pale")
             self._words.on("click", self._unfold)
+            self._assumed = Words(classes="ck-assumed")
             self._apply = button("Apply", self._on_apply, classes="ck-small ck-main")
             self._job = button("Compute", lambda: pane.run(str(self._answer["job"])))
             self._cancel = button("Cancel", lambda: pane.cancel(str(self._answer["job"])))
             self._evidence = button("Show", lambda: pane.show(str(self._answer["evidence"]), self._answer.get("mode")))
             self._changes = _Changes(pane)
-        for control in (self._apply, self._job, self._cancel, self._evidence):
+        for control in (self._assumed, self._apply, self._job, self._cancel, self._evidence):
             hide(control, True)
 
     def follow(self, answer: Mapping[str, Any], rev: int) -> None:
@@ -520,11 +525,14 @@ class _Line:
         runs = job is not None and not job.ended
         done = job is not None and job.status == "done"
         answer, by_job = self._of_frame, False
-        if job is not None and job.frame is not None and done and job.rev == rev:
-            for of_job in job.frame.head.get("answers") or ():
+        met = False  # whether nearly all trains meet the limit: what would lower K_gamma further buys nothing
+        for known in self._jobs.values():
+            if known.frame is None or known.status != "done" or known.rev != rev:
+                continue
+            met |= bool(result_of(known).get("met"))
+            for of_job in known.frame.head.get("answers") or ():
                 if of_job["key"] == self._of_frame["key"]:
                     answer, by_job = of_job, True
-                    break
         if answer != self._answer:
             self._answer = answer
             level = str(answer.get("level"))
@@ -537,14 +545,16 @@ class _Line:
             prop(self._row, "data-level", level)
             for name, words in self._numbers.items():  # a job that finds the second number leaves the first one
                 words.say(str(answer.get(name) or self._of_frame.get(name) or ""))
+            self._limit.follow(answer.get("limit"))
+            self._changes.follow(answer.get("changes") or ())
+            self._mark_assumed(answer.get("assumed") or {})
             self._text.classes(remove="ck-pale")
             self._apply.say(str(answer.get("apply_label") or "Apply"))
-            hide(self._apply, not answer.get("apply"))
-            self._changes.follow(answer.get("changes") or ())
             for name in ("aria-label", "title"):
                 prop(self._job, name, f"Compute {answer.get('job') or ''}")
             prop(self._evidence, "aria-label", f"Show {answer.get('evidence') or ''}")
             prop(self._row, "data-stale", "true" if answer.get("stale") else None)
+        hide(self._apply, not answer.get("apply") or (met and answer["key"] in _OF_K_GAMMA))
         hide(self._job, not answer.get("job") or runs or by_job)
         hide(self._cancel, not runs)
         waits = bool(answer.get("job")) and not done and answer.get("mode") is None  # of a mode there is a curve
@@ -561,6 +571,13 @@ class _Line:
     def _unfold(self, _: object = None) -> None:
         """Show the whole text, or two lines of it again."""
         prop(self._more, "aria-expanded", "false" if self._more.props["aria-expanded"] == "true" else "true")
+
+    def _mark_assumed(self, assumed: Mapping[str, str]) -> None:
+        """A mark of assumed values that the answer rests on, with their paths and reasons beside the pointer."""
+        hide(self._assumed, not assumed)
+        self._assumed.say(f"{len(assumed)} assumed")
+        reasons = "\n".join(f"{path}: {reason}" for path, reason in assumed.items())
+        prop(self._assumed, "title", f"Rests on assumed values:\n{reasons}")
 
     def _on_apply(self) -> None:
         values = self._answer.get("apply")

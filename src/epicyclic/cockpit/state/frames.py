@@ -174,11 +174,13 @@ class Answer:
     """One line of the page.
 
     key : of `QUESTIONS`, whose text is the question.  text : one sentence or two.  figure : the number to remember, as
-    it is now, then : what it would be, with the change that is proposed or in all trains, limit : what it is held
-    against; each with its unit, "" without one.  level : how it stands.
+    it is now, then : what it would be, with the change that is proposed or in all trains; each
+    with its unit, "" without one.  level : how it stands.
     apply : overrides by path that act on it, None without.
     apply_label : what they do.  evidence : what shows why: sweep, sharing, errors, relief or modes.
     job : that says more, None without.  stale : whether it belongs to an earlier state.
+    limit : that they are held against: its ``value``, ``words`` and ``source``, ``path`` at which the model states it.
+    assumed : reasons by path of the assumed values that it rests on.
     mode : number of the mode that it is about, None without one.  speed : that it is about, on the axis of the sweep
     [rpm], None without one.  mark : words of the mark in the sweep at that speed.
     changes : that act on it, of several the first is the best.
@@ -190,13 +192,14 @@ class Answer:
     _: KW_ONLY
     figure: str = ""
     then: str = ""
-    limit: str = ""
     level: Level = "none"
     apply: Mapping[str, object] | None = None
     apply_label: str = ""
     evidence: str = ""
     job: str | None = None
     stale: bool = False
+    limit: Mapping[str, object] | None = None
+    assumed: Mapping[str, str] = field(default_factory=dict)
     mode: int | None = None
     speed: float | None = None
     mark: str = ""

@@ -1,9 +1,9 @@
-"""What buys what: variance shares of K_gamma, and its quantiles over one thing at a time.
+"""What buys what: variance shares of K_gamma, what a tenth less spread takes off it, and its quantiles over one thing.
 
 Variance shares, of each entry of the drawing, are by pick and freeze.  Curves are over the spread of a tolerance, the
 torque, a support stiffness and the number of planets, the others as drawn.  All points take the same uniforms (common
-random numbers), so that differences of quantiles are those of the drawing and not of the draw.  All of them are on so
-few samples that they cost less than the study.
+random numbers), so that differences of quantiles are those of the drawing and not of the draw.  Shares, and what a
+tenth less takes off, are of as many samples in every study from 8192 on: one seed ranks the tolerances in one order.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from itertools import count
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -26,7 +26,8 @@ from ...statics.sample_loads import ContactMethod
 from ...train.resolution import load
 from ...train.train import Train
 from ...warning_codes import CodedText, coded
-from .statistics import with_system
+from .ranking import NARROWED, quantile_changes, variance_shares
+from .statistics import Band, with_system
 from .tolerance_map import ToleranceMap, tolerance_map
 
 Array = NDArray[np.float64]
@@ -42,15 +43,14 @@ PLANETS = (3, 4, 5, 6, 7)
 
 # largest factor on a support stiffness: above those of the curve, because uniform numbers end below 1
 _SUPPORT_RANGE = 2 * SUPPORT_SCALES[-1]
-# scales whose difference gives the slope at 1: wide, because the noise of a quantile falls with the step, while the
-# curvature of the root of a sum of squares costs 1 % here
-_BELOW, _ABOVE = SCALES.index(0.75), SCALES.index(1.25)
 # samples beyond a quantile of a curve; common random numbers make the curve smooth, not right
 _LEAST_BEYOND = 8
 # rows of an evaluation at least: 10 samples beyond the 99 % quantile
 _LEAST = 2**10
-# share of the samples of the study that variance shares, and that curves may take together
+# share of the samples of the study that curves may take together
 _SHARE = 0.25
+# scrambles between which bands of the ranking are estimated, and all their samples at most
+_SCRAMBLES, _RANKED = 16, 2**13
 # samples that tell whether an entry moves K_gamma, and the change that is none: six decimals of a load ratio are far
 # below what any test rig or drawing tells apart, and far above the rounding of stiff trains
 _TOLD, _NO_CHANGE = 2**5, 1e-6
@@ -58,23 +58,21 @@ _TOLD, _NO_CHANGE = 2**5, 1e-6
 
 @dataclass(slots=True, kw_only=True, eq=False)
 class EffectColumns:
-    """Variables and coordinates of the effects, what was left out and why, and samples of each evaluation."""
+    """Variables and coordinates of the effects, what was left out and why.
+
+    samples : of each point of a curve.  ranked : of shares, and of what a tenth less takes off.
+    """
 
     columns: dict[str, tuple[Any, Any]] = field(default_factory=dict)
     coords: dict[Any, Any] = field(default_factory=dict)
     left_out: dict[str, str] = field(default_factory=dict)
     samples: int = 0
+    ranked: int = 0
 
-
-class Shares(NamedTuple):
-    """Shares of the variance, each (..., E) [1]; nan where there is no variance.
-
-    first : of a group alone.  total : of a group with all its interactions.  Both lie in 0..1: an estimate beyond, by
-    the samples it has, is the end.  Totals of several groups add up to more than 1 where they interact.
-    """
-
-    first: Array
-    total: Array
+    def add_band(self, name: str, over: tuple[str, ...], band: Band) -> None:
+        """Add an estimate over dimensions, with the ends of its band beside it."""
+        for end, suffix in (("value", ""), ("low", "_low"), ("high", "_high")):
+            self.columns[name + suffix] = (over, getattr(band, end))
 
 
 class _Common(NamedTuple):
@@ -130,18 +128,25 @@ def effects_of(
         return EffectColumns()
     entries = len(drawn.entries)
     few = _few(plan, entries * len(SCALES) + len(TORQUE_SCALES))
+    ranked = _ranked_plan(plan, slow=method == "static" or (drawn.lawful and method != "linear"))
     supports = _supports(train) if chosen == "all" else {}
     points = entries * (len(SCALES) - 1) + 1 + len(TORQUE_SCALES) + len(supports) * len(SUPPORT_SCALES)
     points += len(PLANETS) if chosen == "all" else 0
-    numbers = count(1)
+    weight = max(1, ranked.samples // few.rows)  # an evaluation of the ranking takes as long as so many of a curve
+    points += (2 * entries + 3) * weight
+    done = 0
 
-    def step() -> None:
+    def step(weight: int = 1) -> None:
+        nonlocal done
+        done += weight
         if progress is not None:
-            progress(min(1.0, next(numbers) / points))
+            progress(min(1.0, done / points))
 
     common = _Common(plan=few, probability=probability, method=method, step=step)
-    effects = EffectColumns(samples=few.rows)
-    _add_shares(effects, drawn, plan, method)
+    effects = EffectColumns(samples=few.rows, ranked=ranked.samples)
+    large = common._replace(step=partial(step, weight))
+    _add_shares(effects, drawn, ranked, large)
+    _add_tenths(effects, drawn, ranked, large)
     nominal = _add_spreads(effects, drawn, common)
     _add_torques(effects, drawn, common)
     if chosen == "all":
@@ -197,46 +202,17 @@ def _few(plan: SamplingPlan, evaluations: int) -> SamplingPlan:
     return SamplingPlan(samples=rows, scrambles=1, rows=rows, seed=plan.seed, sampler="sobol")
 
 
-# variance shares ------------------------------------------------------------------------------------------------------
+def _ranked_plan(plan: SamplingPlan, *, slow: bool) -> SamplingPlan:
+    """Plan of the ranking, alike for all studies but small ones; slow : whether every sample is solved for."""
+    samples = min(_LEAST if slow else _RANKED, max(_LEAST, plan.samples))
+    rows = samples // _SCRAMBLES
+    return SamplingPlan(samples=samples, scrambles=_SCRAMBLES, rows=rows, seed=plan.seed, sampler="sobol")
 
 
-def variance_shares(
-    evaluate: Callable[[Array], Array], group: NDArray[np.int64], plan: SamplingPlan, *, groups: int
-) -> Shares:
-    """Shares of groups of uniforms in the variance of scalars.
-
-    Of two independent points of a low-discrepancy sequence, a and b, the uniforms of one group at a time are exchanged:
-    E + 2 evaluations give the shares of E groups.  First order by Saltelli's estimator with centred values
-    [saltelli2010], total by Jansen's [jansen1999].
-
-    Parameters
-    ----------
-    evaluate : (S, d) uniforms -> (S, ...) scalars; rows with nan are left out.
-    group : (d,) group of each uniform, from 0.  groups : number of groups E.
-    plan : of one scramble's rows and seed.
-    """
-    uniforms = scramble_uniforms(plan, 0, 2 * group.size)
-    first, second = uniforms[:, : group.size], uniforms[:, group.size :]
-    exchanged = [np.where(group == number, second, first) for number in range(groups)]
-    values = np.stack([evaluate(u) for u in (first, second, *exchanged)])
-    known = np.isfinite(values).all(axis=tuple(i for i in range(values.ndim) if i != 1))
-    values = values[:, known]
-    if not values.shape[1]:
-        empty = np.full((*values.shape[2:], len(exchanged)), np.nan)
-        return Shares(first=empty, total=empty)
-    centre = values[:2].mean(axis=(0, 1))
-    variance = np.square(values[:2] - centre).mean(axis=(0, 1))
-    a, b, mixed = values[0], values[1] - centre, values[2:]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        alone = (b * (mixed - a)).mean(axis=1) / variance
-        total = np.square(mixed - a).mean(axis=1) / (2 * variance)
-    # less than rounding of the values themselves is no variance
-    nothing = variance <= (1e-12 * np.abs(centre)) ** 2
-    shares = [np.where(nothing, np.nan, np.clip(share, 0.0, 1.0)) for share in (alone, total)]
-    return Shares(*(np.moveaxis(share, 0, -1) for share in shares))
+# the ranking ----------------------------------------------------------------------------------------------------------
 
 
-def _add_shares(effects: EffectColumns, drawn: ToleranceMap, plan: SamplingPlan, method: ContactMethod) -> None:
+def _add_shares(effects: EffectColumns, drawn: ToleranceMap, plan: SamplingPlan, common: _Common) -> None:
     """Variance shares of K_gamma by drawing entry; correlated entries share one number."""
     paths = [entry.path for entry in drawn.entries]
     group = np.arange(len(paths))
@@ -246,26 +222,53 @@ def _add_shares(effects: EffectColumns, drawn: ToleranceMap, plan: SamplingPlan,
         together = ", ".join(correlation.paths)
         effects.left_out[f"sobol_first, {together}"] = "correlated: the shares of all of them together"
     _, group = np.unique(group, return_inverse=True)
-    groups = int(group.max()) + 1
-    shares = variance_shares(
-        lambda u: drawn.evaluate(u, method=method).k,
-        group[drawn.dimension_entry],
-        _few(plan, groups + 2),
-        groups=groups,
-    )
+
+    def evaluated(u: Array) -> Array:
+        common.step()
+        return drawn.evaluate(u, method=common.method).k
+
+    shares = variance_shares(evaluated, group[drawn.dimension_entry], plan, groups=int(group.max()) + 1)
     over = ("definition", "pair", "tolerance")
-    effects.columns |= {
-        "sobol_first": (over, shares.first[..., group]),
-        "sobol_total": (over, shares.total[..., group]),
-    }
+    for name, band in (("sobol_first", shares.first), ("sobol_total", shares.total)):
+        effects.add_band(name, over, band.of(lambda ends: ends[..., group]))
     effects.coords["tolerance"] = paths
+
+
+def _add_tenths(effects: EffectColumns, drawn: ToleranceMap, plan: SamplingPlan, common: _Common) -> None:
+    """Change of the quantiles of the pairs and of the train with a tenth less of each spread, and the slopes of it."""
+    d, entries = drawn.dimension_entry.size, len(drawn.entries)
+    u = np.concatenate([scramble_uniforms(plan, i, d) for i in range(plan.scrambles)])
+
+    def factors(scale: Array) -> Array:
+        common.step()
+        return with_system(drawn.evaluate(u, scale=scale, method=common.method).k)
+
+    nominal = factors(np.ones(entries))
+    found = [
+        quantile_changes(nominal, factors(scale), common.probability, plan.scrambles)
+        for scale in np.where(np.eye(entries, dtype=bool), NARROWED, 1.0)
+    ]
+    value, low, high = (np.stack([getattr(band, end) for band in found], axis=-1) for end in ("value", "low", "high"))
+    every = Band(value=value, low=low, high=high)  # (definition, pairs and train, probability, tolerance)
+    pairs, train = every.of(lambda ends: ends[:, :-1]), every.of(lambda ends: ends[:, -1])
+    over = ("definition", "pair", "probability", "tolerance")
+    effects.add_band("tenth_less", over, pairs)
+    effects.add_band("system_tenth_less", (over[0], *over[2:]), train)
+    deviation = np.array([_deviation(entry) for entry in drawn.entries])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        slope = np.where(deviation > 0, pairs.value / ((NARROWED - 1) * deviation), np.nan)
+    effects.columns |= {
+        "quantile_slope": (over, slope),
+        "tolerance_deviation": ("tolerance", deviation),
+        "tolerance_unit": ("tolerance", np.array([entry.unit for entry in drawn.entries], dtype=object)),
+    }
 
 
 # curves ---------------------------------------------------------------------------------------------------------------
 
 
 def _add_spreads(effects: EffectColumns, drawn: ToleranceMap, common: _Common) -> Array:
-    """Quantiles over the spread of each tolerance and their slopes at 1; those of the train as drawn (P,), returned."""
+    """Quantiles of the train over the spread of each tolerance; those as drawn (P,), returned."""
     u = common.uniforms(drawn.dimension_entry.size)
     nominal = common.quantiles(drawn, u)
     common.step()
@@ -280,16 +283,7 @@ def _add_spreads(effects: EffectColumns, drawn: ToleranceMap, common: _Common) -
             scale[entry] = factor
             curve[entry, i] = common.quantiles(drawn, u, scale=scale)
             common.step()
-    slope = (curve[:, _ABOVE] - curve[:, _BELOW]) / (SCALES[_ABOVE] - SCALES[_BELOW])
-    deviation = np.array([_deviation(entry) for entry in drawn.entries])
-    with np.errstate(divide="ignore", invalid="ignore"):
-        slope = np.where(deviation > 0, np.moveaxis(slope[:, :, :-1], 0, -1) / deviation, np.nan)
-    effects.columns |= {
-        "quantile_slope": (("definition", "pair", "probability", "tolerance"), slope),
-        "tolerance_deviation": ("tolerance", deviation),
-        "tolerance_unit": ("tolerance", np.array([entry.unit for entry in drawn.entries], dtype=object)),
-        "k_gamma_by_scale": (("tolerance", "scale", "probability"), curve[:, :, 0, -1]),
-    }
+    effects.columns["k_gamma_by_scale"] = (("tolerance", "scale", "probability"), curve[:, :, 0, -1])
     effects.coords["scale"] = np.array(SCALES)
     return np.asarray(nominal[0, -1])
 

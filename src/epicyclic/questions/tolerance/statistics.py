@@ -16,7 +16,7 @@ Bands of independent samples: order statistics (derived here).
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -172,6 +172,10 @@ class Band:
     value: Array
     low: Array
     high: Array
+
+    def of(self, part: Callable[[Array], Array]) -> Band:
+        """A part of it, or another form."""
+        return Band(value=part(self.value), low=part(self.low), high=part(self.high))
 
 
 def with_system(k: Array) -> Array:

@@ -27,7 +27,7 @@ from ...engine.plan import (
 )
 from ...engine.workers import one_thread
 from ...errors import ModelError
-from ...limits import KGammaLimit, k_gamma_limit, limit_columns, stated_limit
+from ...limits import JUDGED_AT, KGammaLimit, k_gamma_limit, limit_columns, nearest_limit, stated_limit
 from ...results.dataset import dataset
 from ...results.files import write_text
 from ...statics.load_map import MEAN_LOADS
@@ -38,7 +38,8 @@ from ...train.train import Train
 from ...warning_codes import CodedText, coded
 from . import ToleranceOptions
 from .effects import effects_of, without_effect
-from .statistics import CONFIDENCE, WIDTH, SampleTally, piece_statistics, probabilities_of
+from .ranking import places
+from .statistics import CONFIDENCE, WIDTH, Band, SampleTally, piece_statistics, probabilities_of
 from .tolerance_map import ToleranceMap, tolerance_map
 
 if TYPE_CHECKING:
@@ -59,6 +60,8 @@ _SEARCHED = 64
 _ALL_EFFECTS = 2**16
 # share of the progress bar that the sampling takes where curves follow
 _SAMPLING = 0.7
+# Probabilities closer than this are one.
+_ROUNDING = 1e-9
 # Time of a sample of closed contact at least [s]; samples that tell how much longer links with laws take.
 _SAMPLE_TIME, _TOLD = 5e-6, 4
 # What all may take together [s]: a run with a store can be stopped and resumed; one without is lost when it is stopped.
@@ -146,6 +149,10 @@ def tolerance(train: Train, options: ToleranceOptions, *, progress: Progress = N
     columns, coords = _statistics(drawn, tally, np.unique([limit.value for limits in by_limit for limit in limits]))
     columns |= limit_columns("pair", by_limit[0])
     columns |= {**_worst_columns(train, drawn, tally, method, worst), **further.columns}
+    judged = ""
+    if chosen != "none":
+        judged = _judged_pair(columns, coords)
+        columns |= _places(columns, coords, judged)
     if reference := options.reference:
         columns["reference_k_gamma"] = ("reference", np.array(list(reference.values()), dtype=float))
         coords["reference"] = list(reference)
@@ -174,6 +181,8 @@ def tolerance(train: Train, options: ToleranceOptions, *, progress: Progress = N
         blas_threads=threads,
         left_out=json.dumps(further.left_out),
         effect_samples=further.samples,
+        ranking_samples=further.ranked,
+        ranked_pair=judged,
     )
 
 
@@ -310,6 +319,33 @@ def _statistics(drawn: ToleranceMap, tally: SampleTally, limit: Array) -> tuple[
         "limit": limit,
     }
     return columns, coords
+
+
+def _judged(coords: Mapping[Any, Any]) -> int:
+    """Place of the probability at which K_gamma is held against its limit, or the next one that the samples tell."""
+    return int(np.flatnonzero(np.asarray(coords["probability"]) <= JUDGED_AT + _ROUNDING)[-1])
+
+
+def _judged_pair(columns: Columns, coords: Mapping[Any, Any]) -> str:
+    """Pair that is nearest to its limit; "" where all have one limit, against which the train is held."""
+    limits = columns["k_gamma_limit"][1]
+    if len(set(limits)) == 1:
+        return ""
+    nearest = nearest_limit(columns["k_gamma_quantile"][1][0, :, _judged(coords)].tolist(), limits)
+    return "" if nearest is None else str(coords["pair"][nearest])
+
+
+def _places(columns: Columns, coords: Mapping[Any, Any], pair: str) -> Columns:
+    """Places of the tolerances by what a tenth less of each takes off K_gamma that is held against its limit."""
+    at = _judged(coords)
+    ends = {}
+    for end, suffix in (("value", ""), ("low", "_low"), ("high", "_high")):
+        if pair:
+            ends[end] = columns[f"tenth_less{suffix}"][1][0, coords["pair"].index(pair), at]
+        else:
+            ends[end] = columns[f"system_tenth_less{suffix}"][1][0, at]
+    first, last = places(Band(**ends))
+    return {"tenth_less_place": ("tolerance", first), "tenth_less_last_place": ("tolerance", last)}
 
 
 def _warnings(tally: SampleTally, asked: int, shortfall: float) -> list[CodedText]:

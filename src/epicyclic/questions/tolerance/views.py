@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,16 +12,18 @@ import numpy as np
 from ...limits import k_gamma_verdict, passes
 from ...show.elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table
 from ...show.series import (
-    DRAWN,
     engineering,
     judged_quantile,
     micrometres,
     of_definition,
+    overlap,
     pair_labels,
     percent,
     scattering_pair,
+    share_with_band,
     short_entries,
     system_quantiles,
+    tenth_less,
     texts,
 )
 from ...show.views import ResultView
@@ -30,8 +33,6 @@ if TYPE_CHECKING:
 
 # --- tolerance -------------------------------------------------------------------------------------------------------
 
-# part of its spread by which a tolerance is narrowed for "what buys what"
-_NARROWED = 0.1
 # worst samples in a table
 _WORST = 5
 _TURNING = "mean-load-turning"
@@ -41,7 +42,7 @@ _NAMES = {"mean-load": "K_gamma (mean-load)", "mean-load-turning": "largest whil
 def tolerance_tables(result: xr.Dataset) -> Sequence[Table]:
     """Quantiles with bands, exceedance and separation, what buys what, the loads of the worst samples."""
     found = [_quantiles(result), _exceedance(result)]
-    if "sobol_total" in result:
+    if "system_tenth_less" in result:
         found.append(_what_buys(result, texts(result, "tolerance")))
     if "worst_load_sharing" in result:
         found.append(_worst(result))
@@ -66,7 +67,7 @@ def tolerance_sections(result: xr.Dataset, company: Company) -> Sequence[Section
         _quantiles(result),
         _exceedance(result),
     ]
-    if "sobol_total" in result:
+    if "system_tenth_less" in result:
         parts.append(Drawing(anchor="tolerance-shares", figure=tolerance_shares(result)))
         parts.append(_what_buys(result, short_entries(texts(result, "tolerance"))))
     if "k_gamma_by_scale" in result:
@@ -95,16 +96,9 @@ def tolerance_findings(result: xr.Dataset, company: Company) -> Sequence[Finding
     p, value = judged_quantile(result)
     found: list[Finding] = []
     if np.isfinite(p):
-        change = ""
-        if "sobol_total" in result:
-            one = of_definition(result)
-            pair = scattering_pair(one)
-            total, alone = (np.nan_to_num(one[f"sobol_{kind}"].isel(pair=pair).values) for kind in ("total", "first"))
-            most = int(total.argmax())
-            name = short_entries(texts(result, "tolerance"))[most]
-            shares = f"{_share(alone[most]):.0f} % of its variance alone, {_share(total[most]):.0f} % with interactions"
-            change = f"K_gamma scatters most by {name}: {shares}."
-        found.append(_k_gamma(result, p, value, change))
+        finding = _k_gamma(result, p, value)
+        change = _what_to_tighten(result, finding) if "system_tenth_less" in result else ""
+        found.append(replace(finding, change=change))
     apart = float(result["system_separation_probability"]) if "system_separation_probability" in result else 0.0
     if apart > 0:
         text = f"In {engineering(100 * apart, 2)} % of the trains a mesh separates under its mean load."
@@ -112,7 +106,21 @@ def tolerance_findings(result: xr.Dataset, company: Company) -> Sequence[Finding
     return found
 
 
-def _k_gamma(result: xr.Dataset, p: float, value: float, change: str) -> Finding:
+def _what_to_tighten(result: xr.Dataset, finding: Finding) -> str:
+    """The tolerances whose tenth takes most off K_gamma; where K_gamma meets its limit, that nothing is to be done."""
+    ranking, names = tenth_less(result), short_entries(texts(result, "tolerance"))
+    at = f"K_gamma at {percent(ranking.probability)}"
+    most = ranking.tied_first()
+    if not ranking.high[most[0]] < 0:
+        return f"A tenth less spread of one tolerance takes nothing off {at} that {ranking.samples} samples tell."
+    tops = " or ".join(f"{names[i]} ({ranking.banded(i)})" for i in most)
+    tied = f"; they are not told apart at {ranking.samples} samples" if len(most) > 1 else ""
+    text = f"A tenth less spread of {tops} takes most off {at}{tied}."
+    met = not np.isnan(finding.limit) and passes(finding.value, finding.limit)
+    return f"Nothing to tighten: {at} is below its limit. {text}" if met else text
+
+
+def _k_gamma(result: xr.Dataset, p: float, value: float) -> Finding:
     """K_gamma of a share p of the trains against its limit; of one limit that of all pairs together, value [1]."""
     apart = "k_gamma_limit" in result and len(set(result["k_gamma_limit"].values.tolist())) > 1
     kind = "" if apart else "system_"
@@ -120,7 +128,7 @@ def _k_gamma(result: xr.Dataset, p: float, value: float, change: str) -> Finding
     verdict = k_gamma_verdict(result, "pair", np.broadcast_to(mean, result.sizes["pair"]).tolist(), probability=p)
     if verdict is None:
         text = f"With tolerances K_gamma stays below {value:.3f} in {percent(p)} of the trains{_turning(result, p)}."
-        return Finding(tone="", text=text, change=change, anchor="tolerances")
+        return Finding(tone="", text=text, anchor="tolerances")
     whose = f" of {verdict.name.replace('.meshes.', ' ')}" if apart else ""
     shares = of_definition(result)[f"{kind}exceedance"]
     shares = shares.sel(pair=verdict.name) if apart else shares
@@ -132,8 +140,7 @@ def _k_gamma(result: xr.Dataset, p: float, value: float, change: str) -> Finding
         f"With tolerances K_gamma{whose} stays below {verdict.value:.3f} in {percent(p)} of the trains"
         f"{_turning(result, p, verdict.name if apart else None)}; {verdict.text}{above}."
     )
-    judged = {"value": verdict.value, "limit": verdict.limit}
-    return Finding(tone=verdict.tone, text=text, change=change, anchor="tolerances", **judged)
+    return Finding(tone=verdict.tone, text=text, anchor="tolerances", value=verdict.value, limit=verdict.limit)
 
 
 def _turning(result: xr.Dataset, probability: float, pair: str | None = None) -> str:
@@ -212,37 +219,35 @@ def _band(one: xr.Dataset, name: str) -> tuple[float, float, float]:
 
 
 def _what_buys(result: xr.Dataset, names: Sequence[str]) -> Table:
-    """Shares of the variance, slope of a quantile, and what a tenth less spread takes off, of every entry."""
-    one = of_definition(result)
-    pair = scattering_pair(one)
-    shown = one.isel(pair=pair)
-    given = one["probability"].values
-    slopes = shown["quantile_slope"].transpose("probability", "tolerance").values
-    known = [i for i, p in enumerate(given) if p <= max(DRAWN) + 1e-9 and np.isfinite(slopes[i]).any()]
-    slope = slopes[known[-1]] if known else np.full(len(names), np.nan)
-    total, first = shown["sobol_total"].values, shown["sobol_first"].values
-    order = np.argsort(-np.nan_to_num(total), kind="stable")
-    at = percent(float(given[known[-1]])) if known else ""
-    deviation = one["tolerance_deviation"].values
+    """What a tenth less spread of every entry takes off, by their places, shares of the variance, slopes."""
+    one, ranking = of_definition(result), tenth_less(result)
+    pair, order = scattering_pair(one), ranking.order
+    at, p = f"K_gamma at {percent(ranking.probability)}", ranking.probability
+    slope = one["quantile_slope"].isel(pair=pair).sel(probability=p).values
     micron = np.where(micrometres(one), 1e-6 * slope, np.nan)
+    alone, total = (
+        [share_with_band(*row) for row in zip(*_ends(one.isel(pair=pair), name), strict=True)]
+        for name in ("sobol_first", "sobol_total")
+    )
     columns: dict[str, Any] = {
+        "place": [ranking.place(i) for i in order],
         "tolerance": [names[i] for i in order],
-        "alone [%]": [_share(first[i]) for i in order],
-        "with interactions [%]": [_share(total[i]) for i in order],
-        f"K_gamma at {at} per µm of standard deviation [1/µm]": [_digits(micron[i]) for i in order],
-        f"a tenth less spread, K_gamma at {at}": [_digits(-_NARROWED * slope[i] * deviation[i]) for i in order],
+        f"a tenth less spread, {at}": [ranking.banded(i) for i in order],
+        "alone [%]": [alone[i] for i in order],
+        "with interactions [%]": [total[i] for i in order],
+        f"{at} per µm of standard deviation [1/µm]": [_digits(micron[i]) for i in order],
     }
-    of = pair_labels(texts(one, "pair"))[pair]
     lead = (
-        f"Shares of the variance of K_gamma, {of}, each estimated to a few per cent; with interactions they may add up "
-        "to more than 100 %, as what two tolerances bring together counts in both. Slopes over the standard deviation."
+        f"By what a tenth less spread changes {at}. In brackets: 95 % bands, of {ranking.samples} samples; tolerances "
+        f"of one place, as 1-2, are not told apart by them. Shares of the variance of K_gamma, "
+        f"{pair_labels(texts(one, 'pair'))[pair]}, {overlap(one.isel(pair=pair))}."
     )
     return Table(title="What buys what", columns=columns, lead=lead, digits=3)
 
 
-def _share(value: float) -> float:
-    """A share in per cent to a tenth; estimates below zero are zero."""
-    return float(round(100 * max(float(value), 0.0), 1)) if np.isfinite(value) else np.nan
+def _ends(one: xr.Dataset, name: str) -> list[list[float]]:
+    """An estimate and the ends of its band, of every entry."""
+    return [one[f"{name}{end}"].values.tolist() for end in ("", "_low", "_high")]
 
 
 def _digits(value: float) -> float:

@@ -17,6 +17,7 @@ import xarray as xr
 from ..series import (
     DRAWN,
     Array,
+    banded,
     by_panel,
     compact,
     engineering,
@@ -32,6 +33,7 @@ from ..series import (
     scattering_pair,
     short_entries,
     system_quantiles,
+    tenth_less,
     texts,
 )
 from .over_time import over_time
@@ -119,7 +121,7 @@ def worst_branches(result: xr.Dataset) -> go.Figure:
     return chart(title, *shown, y="load over its equal share [-]", height=400, columns=len(groups), gap=0.05)
 
 
-_TOTAL, _FIRST, _SLOPE = tint(PALETTE[0], 0.55), PALETTE[0], PALETTE[1]
+_TENTH, _TOTAL, _FIRST, _SLOPE = PALETTE[2], tint(PALETTE[0], 0.55), PALETTE[0], PALETTE[1]
 _BINS = 90
 _TURNING = "mean-load-turning"
 # heights above the panel of words on lines, in turn: neighbours do not cover each other
@@ -140,41 +142,55 @@ _FINER, _COARSER = PALETTE[2], PALETTE[3]
 
 
 def tolerance_shares(result: xr.Dataset) -> go.Figure:
-    """Total and first-order variance shares of every entry [%], and slopes of a quantile over its spread [1/um].
+    """What a tenth less spread of every entry takes off K_gamma [1], shares of the variance [%], slopes [1/um].
+
+    The first at the top, whiskers are 95 % bands.
 
     Parameters
     ----------
-    result : Dataset of `tolerance`: sobol_first, sobol_total (definition, pair, tolerance) [1], quantile_slope
-        (definition, pair, probability, tolerance) [1/m].  Shown is the pair with the largest spread; estimates below
-        zero are drawn as zero.
+    result : Dataset of `tolerance` with shares.  Shares are of the pair with the largest spread.
     """
-    one = of_definition(result)
-    pair = scattering_pair(one)
-    first, total = (one[name].transpose("pair", "tolerance").values[pair] for name in ("sobol_first", "sobol_total"))
-    order = np.argsort(np.nan_to_num(total), kind="stable")
-    names = [short_entries(texts(one, "tolerance"))[i] for i in order]
-    # the largest probability up to 0.99 that has slopes
-    given, slopes = numbers(one, "probability"), one["quantile_slope"].transpose("pair", "probability", "tolerance")
-    known = [i for i, p in enumerate(given) if p <= 0.99 + 1e-9 and np.isfinite(slopes.values[pair, i]).any()]
-    at = max(known, key=lambda i: float(given[i])) if known else 0
-    slope = np.where(micrometres(one), slopes.values[pair, at], np.nan)
+    one, ranking = of_definition(result), tenth_less(result)
+    pair, at = scattering_pair(one), f"Kγ at {percent(ranking.probability)}"
+    order, every = ranking.order[::-1], short_entries(texts(one, "tolerance"))
+    names = [every[i] for i in order]
+    slopes = one["quantile_slope"].isel(pair=pair).sel(probability=ranking.probability)
+    slope = 1e-6 * np.where(micrometres(one), slopes.values, np.nan)
     where = pair_labels(texts(one, "pair"))[pair]
-    alone, whole = np.maximum(first, 0), np.maximum(total, 0)
+    total, first = (
+        [100 * numbers(one.isel(pair=pair), f"{name}{end}") for end in ("", "_low", "_high")]
+        for name in ("sobol_total", "sobol_first")
+    )
+    taken = [-ranking.value, -ranking.high, -ranking.low]
     bars = []
-    for values, colour, words, unit in (
-        (100 * whole, _TOTAL, "with interactions (total)", "%"),
-        (100 * alone, _FIRST, "alone (first order)", "%"),
-        (1e-6 * slope, _SLOPE, "slope per µm of standard deviation", "per µm"),
+    for (values, *band), colour, words, unit in (
+        (taken, _TENTH, "a tenth less spread", ""),
+        (total, _TOTAL, "with interactions (total)", "%"),
+        (first, _FIRST, "alone (first order)", "%"),
+        ([slope], _SLOPE, "slope per µm of standard deviation", "per µm"),
     ):
+        look: Trace = {"name": words, "colour": colour}
         text = [_number(float(value)) for value in values[order]]
-        look: Trace = {"name": words, "colour": colour, "text": text, "hover": f"%{{y}}, {words}: %{{text}} {unit}"}
-        bars.append(Bars(names, compact(values[order]), level=True, **look))
-    slopes_at = f"change of Kγ at {percent(float(given[at]))}"
+        hover = f"%{{y}}, {words}: {'%{customdata}' if band else '%{text}'} {unit}"
+        if band:
+            low, high = (np.nan_to_num(np.abs(end - values))[order] for end in band)
+            said = [banded(*row) for row in zip(values[order], *(end[order] for end in band), strict=True)]
+            whiskers = {
+                "type": "data",
+                "array": compact(high),
+                "arrayminus": compact(low),
+                "thickness": 1.2,
+                "width": 3,
+            }
+            look["look"] = {"error_x": {**whiskers, "color": INK}, "customdata": said, "textposition": "none"}
+        bars.append(Bars(names, compact(values[order]), level=True, text=text, hover=hover, **look))
+    tops = " or ".join(every[i] for i in ranking.tied_first()[:2])
     return level_bars(
-        f"Scatter of Kγ comes most from {names[-1]} ({where})",
+        f"A tenth less {tops} takes most off {at}",
         names[::-1],
-        Panel(bars[:2], title="share of the variance", x="share [%]"),
-        Panel(bars[2:], title=slopes_at, x="Kγ per µm of standard deviation [1/µm]"),
+        Panel(bars[:1], title="a tenth less spread", x=f"off {at} [-]"),
+        Panel(bars[1:3], title=f"share of the variance, {where}", x="share [%]"),
+        Panel(bars[3:], title=f"change of {at}", x="per µm of standard deviation [1/µm]"),
         height=190 + 46 * len(names),
         barmode="group",
         legend=level_legend(0.01, x=1, yref="container"),

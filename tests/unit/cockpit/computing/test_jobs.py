@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from epicyclic.cockpit.computing.answers import halved_text, halved_tolerance
-from epicyclic.cockpit.computing.job_kinds import JOBS, relief_frame, tolerance_shares
+from epicyclic.cockpit.computing.job_kinds import JOBS, relief_frame, tolerance_frame
 from epicyclic.cockpit.state.frames import PageFrame, pack, unpack
 from epicyclic.document.deviations import Distribution, read_distribution
 from epicyclic.document.document import drive_text
@@ -19,7 +19,7 @@ from epicyclic.errors import ModelError
 from epicyclic.questions.check.verbs import check
 from epicyclic.questions.flanks.verbs import contact
 from epicyclic.questions.tolerance.verbs import tolerance
-from epicyclic.show.views import findings_of
+from epicyclic.show.views import findings_of, tables_of
 from epicyclic.train.resolution import load
 
 # Less than the defaults, which take a second or two each.
@@ -36,7 +36,6 @@ SMALL: dict[str, dict[str, Any]] = {
 
 # The derivatives of each number of a small train; the other jobs need teeth and a load.
 DRIVES = {"sensitivity": "lin1999-n4"}
-CARRIER = "deviations.main.carrier.run_out"
 
 
 class Stopped(BaseException):
@@ -101,42 +100,70 @@ def test_contact_says_what_the_verb_says() -> None:
     assert f"{swing:.3g} µm peak to peak" in frame.head["job"]["text"]
 
 
-def test_tolerance_shares_are_those_of_the_verb() -> None:
+def answers_of_job(frame: PageFrame) -> dict[str, Any]:
+    return {answer["key"]: answer for answer in frame.head["answers"]}
+
+
+def test_tolerances_are_ranked_as_the_verb_ranks_them() -> None:
     frame, result, _ = done("tolerance")
     printed = tolerance("ren2021", samples=1024, effects="shares")
-    for name in ("sobol_total", "k_gamma_std", "system_k_gamma_quantile"):
+    for name in ("sobol_total", "system_tenth_less", "tenth_less_place", "system_k_gamma_quantile"):
         np.testing.assert_array_equal(result[name].values, printed[name].values)
-    one = printed.sel(definition="mean-load")
-    pair = int(np.nanargmax(one["k_gamma_std"].values))
-    shares = sorted(np.clip(np.nan_to_num(one["sobol_total"].values[pair]), 0, None), reverse=True)
-    np.testing.assert_allclose(frame.arrays["job/bar"], 100 * np.array(shares), rtol=1e-5)
-    quantile = float(one["system_k_gamma_quantile"].sel(probability=0.99))
-    assert f"below {quantile:.3f} in 99 %" in frame.head["job"]["text"].replace("\u00a0", " ")
-    planet = next(answer for answer in frame.head["answers"] if answer["key"] == "planet")
-    assert (planet["then"], planet["limit"]) == (f"{quantile:.3f} at 99 %", "1.1")
-    answer = next(answer for answer in frame.head["answers"] if answer["key"] == "error")
-    assert (answer["key"], answer["figure"]) == ("error", f"{100 * shares[0]:.0f} %")
-    alone = one["sobol_first"].values[pair][np.nanargmax(one["sobol_total"].values[pair])]
-    assert f"with its interactions ({100 * max(alone, 0):.0f} % alone)" in answer["text"]
+    (table,) = [one for one in tables_of(printed) if one.title == "What buys what"]
+    bars = frame.head["job"]["bars"]
+    count = len(bars["rows"])
+    assert 0 < count < result.sizes["tolerance"]
+    assert [row.split("  ")[0] for row in bars["rows"]] == table.columns["place"][:count]
+    at = {"definition": "mean-load", "probability": 0.99}
+    value, low, high = (printed[f"system_tenth_less{end}"].sel(at).values for end in ("", "_low", "_high"))
+    order = [list(printed.tolerance.values).index(path) for path in table.columns["tolerance"][:count]]
+    for name, ends in (("bar", -value), ("low", -high), ("high", -low)):
+        np.testing.assert_allclose(frame.arrays[f"job/{name}"], ends[order], rtol=1e-5)
+    assert f"{result.sizes['tolerance'] - count} more take nothing off" in bars["note"]
 
 
-def test_shares_are_those_of_the_pair_that_scatters_most() -> None:
-    _, result, _ = done("tolerance")
-    changed = result.copy(deep=True)
-    changed["k_gamma_std"][:, 2] *= 10
-    changed["sobol_total"][:, 2] = np.arange(result.sizes["tolerance"]) / 10
-    np.testing.assert_allclose(tolerance_shares(changed), np.arange(result.sizes["tolerance"]) / 10)
+def test_the_answers_of_the_job_are_the_finding_and_its_limit() -> None:
+    frame, result, _ = done("tolerance")
+    (finding,) = [one for one in findings_of({"tolerance": result}) if one.anchor == "tolerances"]
+    found = answers_of_job(frame)
+    quantile = float(result.system_k_gamma_quantile.sel(definition="mean-load", probability=0.99))
+    assert (found["planet"]["then"], found["planet"]["limit"]["value"]) == (f"{quantile:.3f} at 99 %", 1.1)
+    assert found["planet"]["text"] == finding.text
+    assert found["planet"]["limit"]["words"] == "3 planets, table"
+    assert found["error"]["text"].startswith(finding.change)
+    assert "Shares of the variance overlap" in found["error"]["text"]
+    assert frame.head["job"]["bars"]["scale"]["limit"] == 1.1
+    assert "tolerance" in found["error"]["assumed"]
 
 
-def test_halving_a_tolerance_halves_its_spread() -> None:
-    frame, _, _ = done("tolerance")
-    (path, value), *_ = frame.head["job"]["apply"].items()
-    assert path == 'tolerance."deviations.carrier.run_out"'
-    spread = []
-    for overrides in ({}, {path: value}):
-        table = check("ren2021", overrides=overrides)
-        spread.append(table["tolerance_std"].values[list(table["tolerance_path"].values).index(CARRIER)])
-    assert spread[1] == pytest.approx(spread[0] / 2)
+def test_below_the_limit_nothing_is_to_be_done_above_it_a_half_is_offered() -> None:
+    met, _, _ = done("tolerance")
+    found = answers_of_job(met)["error"]
+    assert (found["figure"], found["apply"], met.head["job"]["apply"]) == ("nothing to do", None, None)
+    assert met.head["job"]["met"]
+    over = {"limits.k_gamma": 1.02}
+    frame, result = JOBS["tolerance"].run(
+        tomllib.loads(drive_text("ren2021")), over, {"samples": 1024}, lambda *_: None
+    )
+    found = answers_of_job(frame)
+    assert (found["planet"]["level"], frame.head["job"]["met"]) == ("bad", False)
+    assert found["planet"]["limit"] == {
+        "value": 1.02,
+        "words": "of the model",
+        "source": "limits.k_gamma",
+        "path": "limits.k_gamma",
+    }
+    first = result.tolerance.values[
+        int(result.system_tenth_less.sel(definition="mean-load", probability=0.99).values.argmin())
+    ]
+    ((path, value),) = found["error"]["apply"].items()
+    assert str(first).replace(".main.", ".") in path
+    table = [check("ren2021", overrides=overrides) for overrides in ({}, {path: value})]
+    before, after = (one["tolerance_std"].values[list(one["tolerance_path"].values).index(first)] for one in table)
+    assert after == pytest.approx(before / 2)
+    # a half that does not lower K_gamma is not offered
+    flat = result.assign(k_gamma_by_scale=result.k_gamma_by_scale * 0 + 1.05)
+    assert answers_of_job(tolerance_frame(flat, load("ren2021", over)))["error"]["apply"] is None
 
 
 def test_relief_is_drawn_by_its_apply() -> None:

@@ -18,7 +18,8 @@ from epicyclic.document.document import drive_titles
 from epicyclic.engine import plan as plan_module
 from epicyclic.engine.plan import SamplingPlan
 from epicyclic.errors import ModelError
-from epicyclic.questions.tolerance.effects import variance_shares
+from epicyclic.questions.tolerance.effects import SCALES
+from epicyclic.questions.tolerance.ranking import variance_shares
 
 # four equal planets round a floating sun, mesh and pin stiffnesses given: TIP is the gap of a pin per its error
 MODULE, TEETH, TORQUE, ANGLE = 4e-3, 24, 800.0, math.radians(20)
@@ -314,6 +315,7 @@ def test_curves_of_a_linear_response() -> None:
     model = gaussian(0.1)
     model["stages"]["main"]["sun"]["support"]["radial"] = "10 N/m"
     found = epicyclic.tolerance(model, samples=2**13, effects="all")
+    assert tuple(found.scale.values) == SCALES
     shown = found.probability.values <= 0.99
     nominal = found.k_gamma_by_scale.sel(scale=1.0)[0].values[shown] - 1
     assert nominal == pytest.approx(0.1 * 0.5 * ndtri((1 + found.probability.values[shown]) / 2), rel=0.1)
@@ -321,9 +323,10 @@ def test_curves_of_a_linear_response() -> None:
         curve = found[name].squeeze("tolerance") if "tolerance" in found[name].dims else found[name]
         factors = curve[curve.dims[0]].values
         assert curve.values[:, shown] - 1 == pytest.approx(factors[:, None] ** power * nominal, rel=1e-6)
-    # K - 1 is proportional to the spread: slope times deviation is K - 1
+    # K - 1 is proportional to the spread: slope times deviation is K - 1, a tenth less takes a tenth of it
     slope = found.quantile_slope[0, 0, shown, 0].values * float(found.tolerance_deviation[0])
-    assert slope == pytest.approx(nominal, rel=1e-6)
+    assert slope == pytest.approx(0.05 * ndtri((1 + found.probability.values[shown]) / 2), rel=0.05)
+    assert found.system_tenth_less[0, shown, 0].values == pytest.approx(-0.1 * slope, rel=1e-9)
     assert found.sobol_total.values == pytest.approx(1, abs=0.05)
     support = found.k_gamma_by_support.isel(support=0)[:, shown]
     assert support.support.item() == "stages.main.sun.support.radial"
@@ -405,8 +408,8 @@ def test_correlated_entries_share_one_share() -> None:
     part = np.array([TIP, 1.0]) / math.hypot(TIP, 1.0)
     plan = SamplingPlan(samples=2**13, scrambles=1, rows=2**13, seed=1, sampler="sobol")
     expected = variance_shares(lambda u: np.abs(ndtri(u) @ part), np.arange(2), plan, groups=2)
-    assert free.sobol_total[0, 0].values == pytest.approx(expected.total, abs=0.05)
-    assert free.sobol_first[0, 0].values == pytest.approx(expected.first, abs=0.05)
+    assert free.sobol_total[0, 0].values == pytest.approx(expected.total.value, abs=0.05)
+    assert free.sobol_first[0, 0].values == pytest.approx(expected.first.value, abs=0.05)
     model["tolerance"]["correlation"] = {POSITION: {gap: 0.5}}
     tied = epicyclic.tolerance(model, samples=2**13)
     assert tied.sobol_total[0, 0].values == pytest.approx(1, abs=0.05)

@@ -55,6 +55,7 @@ def tolerance(planets: int = 5) -> xr.Dataset:
     share = (factors[:, None] > limits).mean(axis=0)
     first, total = np.array([0.52, 0.16, 0.04]), np.array([0.76, 0.33, 0.12])
     slope = np.stack([_slopes(draws, quantile)] * 2)[:, None].repeat(2, axis=1)
+    tenth = -0.1 * slope * np.array(SPREADS) / PER_MICRON * 1e-6
     variables = {
         "k_gamma_quantile": (("definition", "pair", "probability"), both[:, None].repeat(2, axis=1)),
         "system_k_gamma_quantile": (("definition", "probability"), both),
@@ -72,8 +73,12 @@ def tolerance(planets: int = 5) -> xr.Dataset:
         "worst_k_gamma": ("worst", factors[worst]),
         "worst_load_sharing": (("worst", "mesh"), np.tile(loads[worst], (1, 2))),
         "worst_overrides": ("worst", array("{}" for _ in worst)),
-        "sobol_first": (("definition", "pair", "tolerance"), np.broadcast_to(first, (2, 2, 3)).copy()),
-        "sobol_total": (("definition", "pair", "tolerance"), np.broadcast_to(total, (2, 2, 3)).copy()),
+        **_with_bands("sobol_first", np.broadcast_to(first, (2, 2, 3)), ("definition", "pair", "tolerance"), 0.03),
+        **_with_bands("sobol_total", np.broadcast_to(total, (2, 2, 3)), ("definition", "pair", "tolerance"), 0.02),
+        **_with_bands("tenth_less", tenth, ("definition", "pair", "probability", "tolerance"), 1e-4),
+        **_with_bands("system_tenth_less", tenth[:, 0], ("definition", "probability", "tolerance"), 1e-4),
+        "tenth_less_place": ("tolerance", np.array([1, 2, 3])),
+        "tenth_less_last_place": ("tolerance", np.array([1, 2, 3])),
         "quantile_slope": (("definition", "pair", "probability", "tolerance"), slope),
         "tolerance_unit": ("tolerance", array(["m"] * len(PATHS))),
         "tolerance_deviation": ("tolerance", np.array(SPREADS) / PER_MICRON * 1e-6),
@@ -96,8 +101,16 @@ def tolerance(planets: int = 5) -> xr.Dataset:
     attrs = {
         **{"verb": "tolerance", "title": "Five planets", "warnings": "[]", "options": "{}", "samples": 4096},
         **{"done": 4096, "open": 3, "failed": 0, "seed": 1, "sampler": "sobol"},
+        **{"ranked_pair": "", "ranking_samples": 4096},
     }
     return xr.Dataset(variables, coords, attrs)
+
+
+def _with_bands(
+    name: str, value: Array, over: tuple[str, ...], half: float
+) -> dict[str, tuple[tuple[str, ...], Array]]:
+    """An estimate and the ends of its band."""
+    return {f"{name}{end}": (over, value + sign * half) for end, sign in (("", 0), ("_low", -1), ("_high", 1))}
 
 
 def _slopes(draws: Array, quantile: Array) -> Array:

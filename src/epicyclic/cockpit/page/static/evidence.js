@@ -97,7 +97,7 @@ export class EvidencePane extends Pane {
       this.empty.hidden = false;
       return;
     }
-    const height = Math.max(this.height / px(1), heightFor(data.rows.length));
+    const height = Math.max(this.height / px(1), heightFor(data.rows.length, data.scale));
     const width = (this.width - (px(height) > this.height ? 12 : 0)) / px(1); // without the scroll bar
     this.sheet.fit(width, height);
     const context = this.sheet.begin();
@@ -128,7 +128,8 @@ export class EvidencePane extends Pane {
       title: "load-sharing coefficient [1]",
       twinLabel: head.twin ? `${head.twin.label}, ${written(head.twin.k_gamma, 4)}` : "",
       note: sharingNote(head),
-      half: this.half("sharing", about1(values, GAPS.sharing), isReleased),
+      limit: head.verdict?.limit,
+      half: this.half("sharing", about1(withLimit(values, head.verdict?.limit), GAPS.sharing), isReleased),
       periodHalf: period ? this.half("period", about1([...period.data], GAPS.period), isReleased) : 0,
     };
   }
@@ -165,9 +166,13 @@ export class EvidencePane extends Pane {
       values: Array.from(arrays.bar?.data ?? []),
       ghost: pinned?.head.bars && byLabel(bars.rows, pinned.head.bars.rows, pinned.arrays.bar.data),
       title: bars.x_label,
-      note: head.title ?? head.text ?? "",
+      note: bars.note ?? head.title ?? head.text ?? "",
       line: bars.line,
-      format: (value) => short(value, 4),
+      low: arrays.low && Array.from(arrays.low.data),
+      high: arrays.high && Array.from(arrays.high.data),
+      scale: bars.scale,
+      more: arrays.low && bars.rows.map((_, i) => [["95 % band", `${arrays.low.data[i].toFixed(5)} to ${arrays.high.data[i].toFixed(5)}`]]),
+      format: (value) => (arrays.low ? value.toFixed(5).replace(/^-0.00000$/, "0.00000") : short(value, 4)),
     };
   }
 
@@ -309,6 +314,12 @@ function barRows(data, row) {
   for (const [text, value] of data.more?.[row] ?? []) rows.push([text, value]);
   if (data.ghost?.[row] != null) rows.push(["A", data.format(data.ghost[row]), look().pale]);
   return rows;
+}
+
+/** Values with a limit that leaves them a quarter of an axis about 1. */
+function withLimit(values, limit) {
+  const most = Math.max(GAPS.sharing, ...values.filter(Number.isFinite).map((value) => Math.abs(value - 1)));
+  return limit != null && limit - 1 <= 4 * most ? [...values, limit] : values;
 }
 
 /** The load-sharing factor in a line: its definition, at rest or the largest while turning. */

@@ -6,8 +6,9 @@ export const ROW = { least: 12, most: 32 }; // [px]
 const SHADES = 255; // steps of the colours of a strip
 const HEAD = 24;
 export const FOOT = 36; // numbers and title of the axis
+const SCALE = 40; // [px] of a scale of values above bars
 
-export const heightFor = (rows) => HEAD + FOOT + rows * ROW.least;
+export const heightFor = (rows, isScaled) => HEAD + FOOT + (isScaled ? SCALE : 0) + rows * ROW.least;
 
 function labelWidth(context, labels, most) {
   context.font = font(11);
@@ -34,9 +35,10 @@ export function folded(labels, most) {
 }
 
 /** Places of the rows: {y, tall, top, bottom}. */
-function spread(count, height) {
-  const tall = Math.min(ROW.most, (height - HEAD - FOOT) / Math.max(count, 1));
-  return { tall, top: HEAD, bottom: HEAD + tall * count, y: (row) => HEAD + tall * (row + 0.5) };
+function spread(count, height, above = 0) {
+  const top = HEAD + above;
+  const tall = Math.min(ROW.most, (height - top - FOOT) / Math.max(count, 1));
+  return { tall, top, bottom: top + tall * count, y: (row) => top + tall * (row + 0.5) };
 }
 
 function labels(context, rows, lines, width) {
@@ -84,6 +86,67 @@ function reference(context, x, lines) {
   context.lineTo(x, lines.bottom + 3);
   context.lineWidth = 1.4;
   context.strokeStyle = look().pale;
+  context.stroke();
+}
+
+/** The line of a limit, dashed; none beyond the end of the axis. */
+function limitLine(context, x, top, bottom) {
+  context.setLineDash([5, 3]);
+  context.beginPath();
+  context.moveTo(Math.round(x) + 0.5, top);
+  context.lineTo(Math.round(x) + 0.5, bottom);
+  context.lineWidth = 1.6;
+  context.strokeStyle = look().levels.warn;
+  context.stroke();
+  context.setLineDash([]);
+}
+
+const limitText = (limit) => `limit ${short(limit, 4)}`;
+
+/** K_gamma of shares of the trains as dots from 1 to its limit: {marks: [[value, words], ...] rising, limit}. */
+function valueScale(context, x0, x1, scale) {
+  const y = HEAD + 18;
+  const away = [...scale.marks.map(([value]) => value), scale.limit ?? 1].map((value) => value - 1);
+  const place = (value) => x0 + ((value - 1) / (1.08 * Math.max(...away, 1e-4))) * (x1 - x0);
+  const say = (text, x, below) => context.fillText(text, x, below ? y + 14 : y - 12);
+  context.beginPath();
+  context.moveTo(x0, y);
+  context.lineTo(x1, y);
+  context.lineWidth = 1;
+  context.strokeStyle = look().edge;
+  context.stroke();
+  context.font = `11px ${look().font}`;
+  context.fillStyle = look().ink;
+  context.textAlign = "right";
+  context.fillText("K_gamma 1", x0 - 8, y);
+  let start = Infinity; // of the words drawn last: the largest share has them first
+  for (const [value, words] of [...scale.marks].reverse()) {
+    const text = `${words}: ${value.toFixed(3)}`;
+    const x = Math.min(place(value) + 6, x1 + 56);
+    if (x < start) {
+      say(text, x, false);
+      start = x - context.measureText(text).width - 8;
+    }
+    dot(context, place(value), y, look().ink, 3.5);
+  }
+  if (scale.limit == null) return;
+  limitLine(context, place(scale.limit), y - 6, y + 8);
+  context.fillStyle = look().levels.warn;
+  if (place(scale.limit) < x0 + 60) context.textAlign = "left";
+  say(limitText(scale.limit), place(scale.limit), true);
+}
+
+/** Whiskers of a band. */
+function whisker(context, from, to, y) {
+  context.beginPath();
+  for (const x of [from, to]) {
+    context.moveTo(x, y - 4);
+    context.lineTo(x, y + 4);
+  }
+  context.moveTo(from, y);
+  context.lineTo(to, y);
+  context.lineWidth = 1.3;
+  context.strokeStyle = look().ink;
   context.stroke();
 }
 
@@ -153,6 +216,7 @@ export function drawSharing(context, width, height, data) {
   const place = axis(context, { x0, x1, low, high, title: data.title }, lines);
   reference(context, place(1), lines);
   context.textBaseline = "middle";
+  if (data.limit <= high) limitLine(context, place(data.limit), lines.top - 2, lines.bottom + 3);
   data.groups.forEach((group, row) => {
     const y = lines.y(row);
     group.forEach((index, i) => {
@@ -170,6 +234,7 @@ export function drawSharing(context, width, height, data) {
   const marks = [{ text: "as it is", draw: (x, y) => dot(context, x, y, look().ink) }];
   if (data.twin) marks.push({ text: data.twinLabel, draw: (x, y) => openDot(context, x, y, look().ink) });
   if (data.ghost) marks.push({ text: "A", draw: (x, y) => dashedDiamond(context, x, y) });
+  if (data.limit != null) marks.push({ text: limitText(data.limit) + (data.limit > high ? " ▸" : ""), draw: (x, y) => limitLine(context, x, y - 6, y + 6) });
   const left = legend(context, width - 10, marks);
   context.font = font(12, 600);
   context.textAlign = "left";
@@ -251,16 +316,17 @@ function drawScale(context, x0, x1, y, low, high) {
   context.fillText(short(high, 3), middle + width / 2 + 5, y);
 }
 
-/** Bars from zero, named: `data` {rows, values, ghost, title, note, line, format}. */
+/** Bars from zero, named: `data` {rows, values, low and high of bands, ghost, title, note, line, scale, format}. */
 export function drawBars(context, width, height, data) {
-  const lines = spread(data.rows.length, height);
+  const lines = spread(data.rows.length, height, data.scale ? SCALE : 0);
   const names = labelWidth(context, data.rows, 0.42 * width);
   const x0 = names + 18;
   const x1 = width - 62;
-  const known = [...data.values, ...(data.ghost ?? []).filter((value) => value != null), ...(data.line == null ? [] : [data.line])].filter(Number.isFinite);
+  const [low95, high95] = [data.low ?? [], data.high ?? []];
+  const known = [...data.values, ...low95, ...high95, ...(data.ghost ?? []).filter((value) => value != null), ...(data.line == null ? [] : [data.line])].filter(Number.isFinite);
   const most = Math.max(0, ...known);
   const least = Math.min(0, ...known);
-  const high = data.high ?? (most > 0 ? roundUp(most) : 0);
+  const high = most > 0 ? roundUp(most) : 0;
   const low = least < 0 ? -roundUp(-least) : 0;
   labels(context, data.rows, lines, names);
   const place = axis(context, { x0, x1, low, high: high > low ? high : 1, title: data.title }, lines);
@@ -274,13 +340,15 @@ export function drawBars(context, width, height, data) {
       context.globalAlpha = 1;
     }
     if (data.ghost?.[row] != null) ghostBar(context, place(0), place(data.ghost[row]), y, thick + 3);
+    if (high95[row] > low95[row]) whisker(context, place(low95[row]), place(high95[row]), y);
     context.font = font(11);
     context.textAlign = "left";
     context.fillStyle = look().ink;
-    const end = Math.max(place(0), Number.isFinite(at) ? place(at) : 0, data.ghost?.[row] != null ? place(data.ghost[row]) : 0);
+    const end = Math.max(place(0), Number.isFinite(high95[row]) ? place(high95[row]) : 0, Number.isFinite(at) ? place(at) : 0, data.ghost?.[row] != null ? place(data.ghost[row]) : 0);
     context.fillText(Number.isFinite(at) ? data.format(at) : "n/a", end + 6, y);
   });
   reference(context, place(0), lines);
+  if (data.scale) valueScale(context, x0, x1, data.scale);
   if (data.line != null) {
     context.setLineDash([5, 3]);
     reference(context, place(data.line), lines);

@@ -1,0 +1,64 @@
+"""The limit of K_gamma beside the answer that is held against it, and the window that sets it in the model."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from nicegui import ui
+
+from ...errors import ModelError
+from ...limits import TABLES, stated_limit
+from ..processes.session import Session
+from .controls import button as native_button
+from .controls import hide, plain_button, prop, refused, window
+
+
+class LimitButton:
+    """The number of a limit; a click opens the window that sets another one, where the model states it."""
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self._limit: Mapping[str, Any] = {}
+        self.root = native_button("", self._open, classes="ck-figure ck-limit")
+        hide(self.root, True)
+
+    def follow(self, limit: Mapping[str, Any] | None) -> None:
+        """Show the limit of an answer; None hides the button."""
+        hide(self.root, limit is None)
+        self._limit = limit or {}
+        if limit is not None:
+            settable = bool(limit["path"])
+            self.root.say(f"{limit['value']:g}")
+            words = f"Limit of K_gamma {limit['value']:g}: {limit['source']}. A click sets another one."
+            prop(self.root, "disabled", None if settable else True)
+            prop(self.root, "title", words if settable else None)
+            prop(self.root, "aria-label", words if settable else f"limit {limit['value']:g}")
+
+    def _open(self) -> None:
+        path = str(self._limit["path"])
+        with window("Limit of K_gamma", width=440) as dialog:
+            ui.label(f"Now {self._limit['value']:g}: {self._limit['source']}.")
+            field = ui.input("Limit of K_gamma", value=f"{self._limit['value']:g}").classes("w-full").props("autofocus")
+            tables = " or ".join(TABLES)
+            ui.label(f"A number from 1 on, or a table by the number of planets: {tables}. Written to {path}.")
+
+            def put(value: object) -> None:
+                try:
+                    self._session.apply({path: value}, "limit of K_gamma")
+                except ModelError as error:
+                    return refused(error)
+                dialog.close()
+
+            def take() -> None:
+                try:
+                    limit = stated_limit(str(field.value or "").strip(), path)
+                except ModelError as error:
+                    field.error = f"allowed: {error.allowed}"
+                else:
+                    put(limit)
+
+            field.on("keydown.enter", take)
+            with ui.row().classes("w-full justify-end"):
+                plain_button("As the table has it", lambda: put(None))
+                plain_button("Set the limit", take, main=True)
