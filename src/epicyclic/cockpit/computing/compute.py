@@ -79,7 +79,10 @@ class _Missing(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Parts:
-    """What is known of a state so far; None: not known, and ``missing`` says why of what the model lacks."""
+    """What is known of a state so far; None: not known, and ``missing`` says why of what the model lacks.
+
+    seconds : that the live set took, by which the time of a job is estimated.
+    """
 
     modes: ModeView | None = None
     sharing: SharingView | None = None
@@ -88,6 +91,7 @@ class _Parts:
     ready: SpeedModel | None = None
     curves: ForceCurves | None = None
     missing: tuple[_Missing, ...] = ()
+    seconds: float = 0.0
 
 
 # The newest live set, and the request that it is of without its number.
@@ -153,6 +157,7 @@ def _live_set(request: Request) -> tuple[_Model, _Parts]:
     # a file may have changed meanwhile
     if _newest is not None and _newest[0] == same and not isinstance(request.source, Path):
         return replace(_newest[1], request=request), _newest[2]
+    start = time.perf_counter()
     require_speed(request.relative_speed)
     train = load(request.source, dict(request.overrides))
     model = _Model(
@@ -177,7 +182,14 @@ def _live_set(request: Request) -> tuple[_Model, _Parts]:
         effort = efforts(ready)[0]
         curves = _attempt("sweep", "forces over speed", lambda: force_curves(ready, effort), missing)
     parts = _Parts(
-        modes=modes, sharing=shared, twin=twin, errors=errors, ready=ready, curves=curves, missing=tuple(missing)
+        modes=modes,
+        sharing=shared,
+        twin=twin,
+        errors=errors,
+        ready=ready,
+        curves=curves,
+        missing=tuple(missing),
+        seconds=time.perf_counter() - start,
     )
     _newest = same, model, parts
     return model, parts
@@ -212,6 +224,8 @@ def _live_frame(model: _Model, parts: _Parts, start: float) -> PageFrame:
     head["state"] = {
         **operation_head(model.train, relative_speed=relative_speed),
         "computed_ms": 1e3 * (time.perf_counter() - start),
+        "live_ms": 1e3 * parts.seconds,
+        "mesh_frequencies": len({tone for tone in model.system.tones if tone}),
     }
     return _frame(model, "live", head, arrays)
 
@@ -271,6 +285,7 @@ def _shown(model: _Model, parts: _Parts) -> dict[str, _Shown]:
     if parts.curves is not None and model.axis is not None:
         head, arrays = speed_head(parts.curves, model.axis, parts.modes, list(model.meshes.values()))
         head["operating"] = model.axis[1] * model.request.relative_speed
+        head["note"] = "; ".join(filter(None, [head["note"], answers.curve_note(model.train)]))
         shown["sweep"] = head, arrays
     return shown
 

@@ -361,6 +361,7 @@ class _Page:
             self._answers.follow(head, moving=session.rev != session.released_rev)
             self._header.frame(head)
             self._modes.follow(head)
+            self._evidence.sized(head)
             self._show_busy()
 
     def follow(self, session: Session) -> None:

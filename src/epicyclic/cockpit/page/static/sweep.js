@@ -278,7 +278,7 @@ export class SweepPane extends Pane {
     if (others) rows.push(key(`${others} more`, look().other));
     if (this.pinned) rows.push(key("A", look().pale, true));
     for (const row of rows.slice(strong.length)) row.classList.add("ck-whole");
-    this.note.textContent = head.stage ?? "";
+    this.note.textContent = [head.stage, head.note].filter(Boolean).join("; ");
     this.raised.hidden = !(this.axis[0] > 0);
     const text = rows.map((row) => row.textContent).join("|") + look().dark + strong.map((curve) => this.colours.of(curve.label)).join();
     if (text === this.keyText) return;
