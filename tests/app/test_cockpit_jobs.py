@@ -41,11 +41,11 @@ def test_the_numbers_of_a_relief_stay_when_it_is_drawn_and_the_curve_can_follow(
     line.get_by_role("button", name="Draw this relief").click(timeout=5 * PATIENCE)
     line.get_by_text(re.compile(r"is drawn: .* [\d.]+ µm before, [\d.]+ µm after at [\d.]+ to [\d.]+ kN")).wait_for()
     curve = tab.page.locator("[data-kind=sweep]")
-    curve.get_by_text("without the relief").wait_for()
+    curve.get_by_text("relief not counted").wait_for()
     assert evidence.get_attribute("data-stale") == "false"
     assert not tab.page.get_by_text("of another state: run it again").is_visible()
     line.get_by_role("button", name="Let the curve follow").click()
-    curve.get_by_text("without the relief").wait_for(state="hidden")
+    curve.get_by_text("relief not counted").wait_for(state="hidden")
     line.get_by_role("button", name="Let the curve follow").wait_for(state="hidden")
     assert "µm before" in line.inner_text()
     assert evidence.get_attribute("data-stale") == "false"
@@ -54,6 +54,7 @@ def test_the_numbers_of_a_relief_stay_when_it_is_drawn_and_the_curve_can_follow(
 def test_a_job_says_what_it_takes_of_this_train_and_its_tab_how_it_stands(tab: Tab) -> None:
     job = chosen(tab, "Contact loss", "contact_loss", Points="4")
     job.get_by_text(re.compile(r"About \d+ (to \d+ )?s on this train")).wait_for()
+    assert job.locator(".ck-answer-text").inner_text().startswith("About")  # what is cut is what follows
     mark = tab.page.get_by_role("tab", name="Contact loss")
     assert mark.get_attribute("data-mark") is None
     job.get_by_role("button", name="Run", exact=True).click()

@@ -534,7 +534,7 @@ def follow_overrides(train: Train) -> dict[str, object]:
 def curve_note(train: Train) -> str:
     """Why the curve over speed does not follow the flanks that are drawn; "" where it does."""
     pairs = " and ".join(pair.rpartition(".")[2] for pair in pairs_without_flanks(train))
-    return f"without the relief: stiffness of {pairs} is not from contact" if pairs else ""
+    return f"without the relief: the stiffness of {pairs} is not from contact" if pairs else ""
 
 
 def uncounted(train: Train) -> str:

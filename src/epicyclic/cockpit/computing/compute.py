@@ -285,7 +285,7 @@ def _shown(model: _Model, parts: _Parts) -> dict[str, _Shown]:
     if parts.curves is not None and model.axis is not None:
         head, arrays = speed_head(parts.curves, model.axis, parts.modes, list(model.meshes.values()))
         head["operating"] = model.axis[1] * model.request.relative_speed
-        head["note"] = "; ".join(filter(None, [head["note"], answers.curve_note(model.train)]))
+        head["uncounted"] = answers.curve_note(model.train)
         shown["sweep"] = head, arrays
     return shown
 

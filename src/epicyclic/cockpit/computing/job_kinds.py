@@ -166,7 +166,8 @@ def relief_frame(result: xr.Dataset, train: Train) -> PageFrame:
     if overrides:
         relieved = load(dict(train.document), overrides)
         effect, follow = relief_effect(result), follow_overrides(relieved)
-        text = f"is drawn: {effect.what} {effect.before} before, {effect.after} after{effect.at}."
+        what = effect.what.removeprefix("peak to peak of the loaded ")
+        text = f"is drawn: {what} {effect.before} before, {effect.after} after{effect.at}."
         kept.append((overrides, answer(f"{text}{uncounted(relieved)}", "good", follow, FOLLOW)))
         if follow:
             kept.append(({**overrides, **follow}, answer(text, "good")))

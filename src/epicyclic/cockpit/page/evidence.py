@@ -124,7 +124,11 @@ class EvidenceTabs:
                 )
                 for name, (words, purpose) in (_TABS | jobs | {_LIST: ("Jobs", "All jobs of this page")}).items():
                     # a line before computed views, before jobs of some time, and before their list
-                    tab = button(words, partial(self.show, name), classes=f"ck-tab{' ck-first' * (name in first)}")
+                    tab = button(
+                        words,
+                        partial(self.show, name),
+                        classes=f"ck-tab{' ck-first' * (name in first)}{' ck-has-mark' * (name in JOBS)}",
+                    )
                     tab.props.update({"role": "tab", "title": purpose})
                     self._tabs[name] = tab
             for name, kind in JOBS.items():

@@ -116,10 +116,12 @@ class JobBar:
             options = self.options()
         except ModelError:  # which is told where it is run
             options = {}
+        self._say(f"{self._time_of(options)} {self._kind.about}".strip())
+
+    def _time_of(self, options: Mapping[str, Any]) -> str:
+        """About how long it takes with its options."""
         jobs = [job for job in self._session.jobs.visible() if job.name == self._kind.name and job.status == "done"]
-        self._say(
-            f"{self._kind.about} {time_words(self._kind, self._head, options, jobs, self._session.state)}".strip()
-        )
+        return time_words(self._kind, self._head, options, jobs, self._session.state)
 
     def _say(self, text: str) -> None:
         self._text.say(text)
@@ -159,7 +161,8 @@ class JobBar:
         if job is None:
             self._offer()
         else:
-            self._say(progress_text(job, rev))
+            begun = job.status == "runs" and job.remaining is None
+            self._say(f"{progress_text(job, rev)}. {self._time_of(job.options)}" if begun else progress_text(job, rev))
         prop(self._text, "role", "alert" if job is not None and job.status == "failed" else None)
         prop(self.root, "data-stale", "true" if job is not None and job.ended and job.rev != rev else None)
         self._run.say("Run again" if job is not None and job.rev != rev and job.status == "done" else "Run")

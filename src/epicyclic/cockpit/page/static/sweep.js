@@ -278,8 +278,10 @@ export class SweepPane extends Pane {
     if (others) rows.push(key(`${others} more`, look().other));
     if (this.pinned) rows.push(key("A", look().pale, true));
     for (const row of rows.slice(strong.length)) row.classList.add("ck-whole");
-    this.note.textContent = [head.stage, head.note].filter(Boolean).join("; ");
-    this.raised.hidden = !(this.axis[0] > 0);
+    this.note.textContent = head.stage ?? "";
+    this.raised.textContent = [this.axis[0] > 0 ? "axis not from 0" : "", head.uncounted ? "relief not counted" : ""].filter(Boolean).join("; ");
+    this.raised.title = head.uncounted ?? "";
+    this.raised.hidden = !this.raised.textContent;
     const text = rows.map((row) => row.textContent).join("|") + look().dark + strong.map((curve) => this.colours.of(curve.label)).join();
     if (text === this.keyText) return;
     this.keyText = text;
