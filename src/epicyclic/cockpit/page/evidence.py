@@ -91,6 +91,8 @@ _TABS = {
     "errors": ("Errors", "What each deviation costs in load sharing"),
 }
 _LIST = "jobs"
+# Times that the live set takes which differ by this factor make other estimates.
+_OTHER_SIZE = 1.5
 
 
 def _standing(job: Job | None, rev: int) -> tuple[str, str]:
@@ -113,6 +115,7 @@ class EvidenceTabs:
         self._tabs: dict[str, Element] = {}
         self._bars: dict[str, JobBar] = {}
         self._sent: dict[str, tuple[int, int]] = {}
+        self._size: tuple[float, int] = (0.0, 0)  # of the train of which the times are told
         with box("ck-box ck-evidence", "section") as root:
             root.props["aria-label"] = "Evidence"
             with box("ck-tabs") as tabs:
@@ -169,10 +172,16 @@ class EvidenceTabs:
             self._session.jobs.cancel(self.newest[name])
 
     def sized(self, head: Mapping[str, Any]) -> None:
-        """Say how long jobs take of the train of a frame that says how large it is."""
-        if "live_ms" in head.get("state", {}):
-            for bar in self._bars.values():
-                bar.sized(head["state"])
+        """Say how long jobs take of the train of a frame that says how large it is, where that is news at rest."""
+        state = head.get("state", {})
+        if "live_ms" not in state or self._session.rev != self._session.released_rev:
+            return
+        size = float(state["live_ms"]), state["mesh_frequencies"]
+        if self._size[1] == size[1] and max(size[0], self._size[0]) < _OTHER_SIZE * min(size[0], self._size[0]):
+            return
+        self._size = size
+        for bar in self._bars.values():
+            bar.sized(state)
 
     def follow(self) -> None:
         """Show the jobs as they stand, mark those of another state, and send results that have come."""
