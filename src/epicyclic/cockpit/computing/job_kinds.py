@@ -59,7 +59,7 @@ def lines(
     y = np.array([np.asarray(curves[label], dtype=float) for label in labels]).reshape(len(labels), -1)
     x, y = envelope(np.asarray(x, dtype=float), y)
     most = np.max(np.where(np.isfinite(y), y, -np.inf), axis=1, initial=-np.inf)
-    first = set(ranked(most)[:_STRONG].tolist())
+    first = set(ranked(np.where(np.isfinite(most), most, np.nan))[:_STRONG].tolist())
     rows = [{"label": label, "strong": row in first, "pale": label == pale} for row, label in enumerate(labels)]
     head = {"x_label": x_label, "y_label": y_label, "curves": rows, "zero": zero}
     return Drawn({"lines": head}, {"job/x": np.asarray(x, np.float32), "job/y": np.asarray(y, np.float32)})
@@ -126,8 +126,10 @@ def mesh_words(names: Sequence[str]) -> list[str]:
 
 
 def _said(result: xr.Dataset) -> str:
-    """The findings of a result, as terminal and report say them."""
-    return " ".join(finding.text for finding in findings_of({"": result}))
+    """The findings of a result, as terminal and report say them; its warnings where it has found nothing."""
+    said = [finding.text for finding in findings_of({"": result})]
+    warnings = json.loads(str(result.attrs.get("warnings", "[]")))
+    return " ".join(said or [f"{str(text).partition(' [')[0].capitalize()}." for text in warnings])
 
 
 _DRAW = "Draw this relief"
@@ -205,7 +207,8 @@ def contact_loss_frame(result: xr.Dataset, train: Train) -> PageFrame:
         }
     label, operating = speed_axis(train) or ("speed per operation [%]", 100.0)
     drawn = lines(label, f"mesh force [{unit}]", operating * relative, curves, pale="linear, largest", zero=True)
-    return job_frame("contact_loss", "Teeth that part", _said(result), drawn)
+    title = f"Teeth that part, {'with shaft orders' if shaft_orders else 'mesh orders'}"
+    return job_frame("contact_loss", title, _said(result), drawn)
 
 
 def transient_frame(result: xr.Dataset) -> PageFrame:

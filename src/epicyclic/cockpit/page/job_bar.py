@@ -92,8 +92,8 @@ class JobBar:
                 button(what, partial(self._take, what))
             self._progress = box("", "progress")
             self._progress.props.update({"max": 1, "aria-label": f"{words}: share done"})
-            self._text = Words(classes="ck-answer-text", text=kind.about)
             self._apply = button("Apply", self._on_apply, classes="ck-small ck-main")
+            self._text = Words(classes="ck-answer-text", text=kind.about)
         for control in (self._cancel, self._progress, self._apply):
             hide(control, True)
         hide(self.root, True)

@@ -292,6 +292,13 @@ def test_contact_loss_stands_over_the_linear_curve_on_the_axis_of_the_sweep() ->
     largest = np.nanmax(linear["mesh_force_peak"].values, axis=0) / 1e3
     np.testing.assert_allclose(frame.arrays["job/y"][0], largest, rtol=1e-5)
     assert frame.head["job"]["lines"]["zero"]
+    assert frame.head["job"]["title"].endswith("mesh orders")
+    lost = result.copy(deep=True)
+    for one in ("mesh_force_peak", "mesh_force_minimum", "contact_open"):
+        lost[one][:] = np.nan
+    lost.attrs["warnings"] = '["no motion was found at 12 points [no-motion-found]"]'
+    said = JOBS["contact_loss"].frame(lost, load("ren2021"), {}).head["job"]["text"]
+    assert said == "No motion was found at 12 points."
 
 
 def test_a_relief_that_is_drawn_keeps_its_numbers_and_the_curve_follows_it_by_contact() -> None:
