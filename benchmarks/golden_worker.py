@@ -103,7 +103,7 @@ MASKS = (
     (re.compile(r"\bin \d+(\.\d+)? (ms|s|min)\b"), "in (duration)"),
     (re.compile(r"(?<![\w)])(/[\w.+-]+){2,}/"), "(folder)/"),
     (re.compile(r"\b(?=\d*[a-f])[0-9a-f]{16,64}\b"), "(hash)"),
-    (re.compile(r"(computed_ms) [\d.e+-]+"), r"\1 (duration)"),
+    (re.compile(r"((?:computed|live)_ms) [\d.e+-]+"), r"\1 (duration)"),
 )
 
 

@@ -6,9 +6,11 @@ branches, largest values; of tolerances short names of drawing entries, per cent
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -582,3 +584,33 @@ def even_bins(edges: Array, counts: Array, low: float, high: float, bins: int) -
     places = np.linspace(low, high, bins + 1)
     share = np.diff(np.interp(places, edges, summed)) / max(float(summed[-1]), 1.0)
     return (places[1:] + places[:-1]) / 2, np.asarray(share)
+
+
+READ_IN = {"m": (1e6, "um"), "N/m": (1e-3, "N/mm"), "N": (1.0, "N")}
+"""SI unit of an objective of a relief -> factor and unit in which it is read."""
+
+
+class ReliefEffect(NamedTuple):
+    """What a relief does to its first objective: its name, values with their unit before and after, in words the mesh
+    forces that they are for, "" of one over speed; the gain per value before [1]."""
+
+    what: str
+    before: str
+    after: str
+    at: str
+    gain: float
+
+
+def relief_effect(result: xr.Dataset) -> ReliefEffect:
+    """The effect of the relief that a search has picked."""
+    before, after = (float(result[f"objective_{when}"].values[0]) for when in ("before", "after"))
+    factor, unit = READ_IN[str(result.objective_unit.values[0])]
+    what = str(result.objective_meaning.values[0]).partition(", largest over the loads")[0].partition(", loads")[0]
+    at = ""
+    if str(result.objective.values[0]) in ("lte", "load"):
+        factors = np.array(json.loads(str(result.attrs["options"]))["factors"], dtype=float)
+        forces = 1e-3 * np.outer(numbers(result, "relieved_force"), factors)
+        ends = dict.fromkeys(engineering(float(force), 3) for force in (forces.min(), forces.max()))
+        at = f" at {' to '.join(ends)} kN a helix"
+    first, then = (f"{engineering(factor * value, 3)} {unit.replace('um', 'µm')}" for value in (before, after))
+    return ReliefEffect(what, first, then, at, 1 - after / before if before else 0.0)

@@ -518,14 +518,19 @@ def law_warnings(train: Train) -> list[CodedText]:
         )
         for pair in pairs
     ]
+    if ignored := pairs_without_flanks(train):
+        keys = ", ".join(f"{pair}.stiffness" for pair in ignored)
+        text = f'relief, crown and slope of the flanks are ignored by {keys}; they count with "contact" there'
+        warnings.append(coded("flank-without-effect", text))
+    return warnings
+
+
+def pairs_without_flanks(train: Train) -> list[str]:
+    """Pairs of gears whose stiffness knows nothing of the relief, crown and slope that their flanks have."""
     ignored = []
     for mesh in train.meshes:
         flanks = () if mesh.teeth is None else (mesh.teeth.flank_a, mesh.teeth.flank_b)
         # micro-geometry of the drawing: measured waves and pitches aside
         if mesh.table is None and any(replace(flank, waves=(), pitch=()) != PLAIN for flank in flanks):
             ignored.append(mesh.pair)
-    if ignored:
-        keys = ", ".join(f"{pair}.stiffness" for pair in dict.fromkeys(ignored))
-        text = f'relief, crown and slope of the flanks are ignored by {keys}; they count with "contact" there'
-        warnings.append(coded("flank-without-effect", text))
-    return warnings
+    return list(dict.fromkeys(ignored))

@@ -34,7 +34,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, ForwardRef, get_args, get_origin
 
 from ..errors import ConvergenceError, ModelError
-from ..options import Option, option_fields
+from ..options import Option, option_fields, shape_of
 from ..user_input import check_arguments
 from ..warning_codes import CodedText, coded, placed
 
@@ -94,6 +94,26 @@ def keywords(run: Callable[..., Any]) -> dict[str, tuple[Parameter, Any, Option]
             kind, option = get_args(annotation)
             found[name] = parameter, kind, option
     return found
+
+
+def command_words(run: Callable[..., Any], values: Mapping[str, Any]) -> list[str]:
+    """Words of the command line that give the keywords of a verb these values; of None there are none."""
+    known, words = keywords(run), list[str]()
+    for name, value in given(**values).items():
+        parameter, kind, option = known[name]
+        flag = str(option.flag_of(name))
+        if isinstance(value, bool):
+            no = [] if parameter.default is False else [f"--no-{flag.removeprefix('--')}"]
+            words += [flag] if value else no
+        elif isinstance(value, Mapping):
+            words += [word for key, one in value.items() for word in (flag, f"{key}={one}")]
+        elif isinstance(value, Sequence) and not isinstance(value, str):
+            texts = [f"{one:.12g}" if isinstance(one, float) else str(one) for one in value]
+            entries = texts if shape_of(kind).several else [", ".join(texts)]
+            words += [word for entry in entries for word in (flag, entry)]
+        else:
+            words += [flag, f"{value:.12g}" if isinstance(value, float) else str(value)]
+    return words
 
 
 def help_of(verb: Verb) -> str:

@@ -16,7 +16,7 @@ from tests.unit.cockpit.visit import visit
 from epicyclic.cockpit.computing.job_kinds import JOBS
 from epicyclic.cockpit.page import page
 from epicyclic.cockpit.page.controls import Board
-from epicyclic.cockpit.page.evidence import progress_text
+from epicyclic.cockpit.page.job_bar import progress_text, time_words
 from epicyclic.cockpit.page.page import LeverControl, cockpit_page
 from epicyclic.cockpit.processes.jobs import Job
 from epicyclic.cockpit.state.frames import PageFrame, pack
@@ -336,19 +336,70 @@ def test_a_job_runs_in_the_line_of_its_answer_and_is_marked_when_the_state_moves
         job = session.started[0]
         job.progress, job.remaining = 0.5, 12.0
         session.tell("jobs")
-        assert "About 60 um. (50 %, 12 s left)" in texts(user, data_answer="relief")
-        assert "50 %, 12 s left" in texts(user, data_job="relief")
+        assert "About 60 um. (50 %, about 12 s left)" in texts(user, data_answer="relief")
+        assert "50 %, about 12 s left" in texts(user, data_job="relief")
+        assert tab(user, "Relief") == ("▸", "Tip relief for the least transmission error: runs")
         raise_in(levers(user)[MASS["path"]], "release", 900.0)  # a lever answers meanwhile
         job.status = "done"
         session.tell("jobs")
         assert "of another state: run again." in texts(user, data_job="relief")
         assert "Run again" in texts(user, data_job="relief")
+        assert tab(user, "Relief")[0] == "↻"
+        assert tab(user, "Sharing")[0] is tab(user, "Transient")[0] is None
         session.begin("tolerance", {})
         press(user, "Jobs")
         assert "tolerance | state 2 | 0 % | Cancel" in texts(user, aria_label="Evidence")
         press(user, "Cancel")
         assert session.started[1].status == "cancelled"
         assert "cancelled" in texts(user, aria_label="Evidence")
+
+    look(talk)
+
+
+def tab(user: User, words: str) -> tuple[Any, str]:
+    """Mark of a tab, and its words beside the pointer."""
+    (found,) = (
+        one for one in user.find(kind=Element).elements if one.props.get("role") == "tab" and one._text == words
+    )
+    return found.props.get("data-mark"), found.props["title"]
+
+
+def test_a_job_says_how_long_it_takes_of_this_train() -> None:
+    kind, state = JOBS["contact_loss"], opened("ren2021")
+    head = {"live_ms": 100.0, "mesh_frequencies": 1}
+    assert time_words(kind, {}, {}, [], state) == ""
+    assert time_words(kind, head, {}, [], state) == "About 1 to 4 s on this train."
+    assert time_words(kind, head, {"points": 600}, [], state) == "About 10 to 40 s on this train."
+    assert time_words(kind, head, {"shaft_orders": True}, [], state) == "About 20 to 80 s on this train."
+    assert time_words(kind, head | {"mesh_frequencies": 2}, {}, [], state) == "About 3 to 11 s on this train."
+    ran = Job(id=1, name="contact_loss", label="", rev=1, status="done", seconds=74.0, origin=state.origin)
+    assert time_words(kind, head, {}, [ran], state) == "About 57 to 96 s: the last run took 74 s."
+    assert time_words(kind, head, {"points": 120}, [ran], state) == "About 2 to 3 min: the last run took 74 s."
+    assert time_words(kind, head, {}, [ran], opened("wind-stage")) == "About 1 to 4 s on this train."
+
+    async def talk(user: User, session: PageSession) -> None:
+        await played(session, state={"live_ms": 100.0, "mesh_frequencies": 1})
+        press(user, "Contact loss")
+        assert "About 1 to 4 s on this train." in texts(user, data_job="contact_loss")
+        bar = next(one for one in user.find(kind=Element).elements if one.props.get("data-job") == "contact_loss")
+        named = {one.props.get("aria-label"): one for one in bar.descendants()}
+        raise_in(named["Points"], "change", "600")
+        assert "About 10 to 40 s on this train." in texts(user, data_job="contact_loss")
+
+    look(talk)
+
+
+def test_command_line_and_script_of_a_job_have_what_was_typed() -> None:
+    async def talk(user: User, session: PageSession) -> None:
+        await played(session)
+        press(user, "Contact loss")
+        bar = next(one for one in user.find(kind=Element).elements if one.props.get("data-job") == "contact_loss")
+        named = {one.props.get("aria-label"): one for one in bar.descendants()}
+        raise_in(named["Points"], "change", "12")
+        press(user, "Command line")
+        await user.should_see("epicyclic sweep ren2021 --contact-loss --points 12 --no-shaft-orders")
+        press(user, "Script")
+        await user.should_see("epicyclic.sweep(")
 
     look(talk)
 
@@ -456,8 +507,8 @@ def test_words_of_a_job() -> None:
     job = Job(id=1, name="relief", label="Tip relief", rev=3)
     assert progress_text(job, 3) == "waits for another job"
     job.status, job.progress, job.remaining = "runs", 0.25, 200.0
-    assert progress_text(job, 3) == "25 %, 3 min left"
-    assert progress_text(job, 4) == "25 %, 3 min left, of another state"
+    assert progress_text(job, 3) == "25 %, about 3 min left"
+    assert progress_text(job, 4) == "25 %, about 3 min left, of another state"
     job.status, job.message = "failed", "operation.speed: is missing"
     assert progress_text(job, 3) == "failed: operation.speed: is missing"
 

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...document.deviations import narrowed_text
-from ...document.tables import PAIRS, leaves
+from ...document.tables import PAIRS, leaves, value_at
 from ...document.units import factor, written
 from ...document.writer import quantity_text
 from ...errors import ModelError
@@ -27,12 +27,13 @@ from ...questions.studies.detune import strongest
 from ...results.dataset import EQUAL
 from ...statics.equilibrium import compliance_of
 from ...statics.record import unheld_warnings
+from ...system.structure import pairs_without_flanks
 from ...system.system import System
 from ...system.tooth_pairs import mean_force, pair_of, tooth_warnings
 from ...teeth.geometry import FLANK_GRADES, SIZE_GRADES, run_out_width
 from ...train.train import Body, Train
 from ...warning_codes import WARNING_CODES, CodedText, code_of, coded
-from ..state.frames import LEVELS, Answer, Level, OfferedChange, listed, number, ordinal, per_cent
+from ..state.frames import LEVELS, Answer, Level, OfferedChange, force_unit, listed, number, ordinal, per_cent
 from .detuning import is_quick
 from .followed_mode import like_modes, mode_shapes
 
@@ -607,13 +608,13 @@ class ReliefEstimate:
     """First estimate of the tip relief of one pair of gears.
 
     pair : path in the model file.  amount : deflection of a single pair of teeth at the operating load [m].
-    module : normal, of the pair [m].  counted : whether the stiffness of the pair knows its relief.
+    module : normal, of the pair [m].  load : mean mesh force in words.
     """
 
     pair: str
     amount: float
     module: float
-    counted: bool
+    load: str
 
 
 def estimates_of(train: Train) -> list[ReliefEstimate]:
@@ -628,11 +629,40 @@ def estimates_of(train: Train) -> list[ReliefEstimate]:
         if mesh.pair in estimates or mesh.teeth is None or first is None or not mesh.stiffness > 0:
             continue
         single = mesh.stiffness / (0.75 * float(mesh.contact_ratio) + 0.25)
-        amount = mean_force(train, mesh) / single
+        force = mean_force(train, mesh)
+        amount = force / single
         if math.isfinite(amount) and amount > 0:
-            counted = mesh.table is not None
-            estimates[mesh.pair] = ReliefEstimate(pair=mesh.pair, amount=amount, module=first.module, counted=counted)
+            unit, scale = force_unit(force)
+            load = f"{number(scale * force)} {unit}{' a helix' if mesh.side else ''}"
+            estimates[mesh.pair] = ReliefEstimate(pair=mesh.pair, amount=amount, module=first.module, load=load)
     return list(estimates.values())
+
+
+FOLLOW = "Let the curve follow"
+"""Label of what makes the curve over speed count the relief that is drawn."""
+
+
+def follow_overrides(train: Train) -> dict[str, object]:
+    """Overrides with which the mesh stiffness follows the flanks that are drawn; empty where it does."""
+    document = dict(train.document)
+    overrides: dict[str, object] = {}
+    for pair in pairs_without_flanks(train):
+        overrides[f"{pair}.stiffness"] = "contact"
+        if value_at(document, f"{pair}.variation".split(".")) is not None:  # of it the curve would take the form
+            overrides[f"{pair}.variation"] = None
+    return overrides
+
+
+def curve_note(train: Train) -> str:
+    """Why the curve over speed does not follow the flanks that are drawn; "" where it does."""
+    pairs = " and ".join(pair.rpartition(".")[2] for pair in pairs_without_flanks(train))
+    return f"without the relief: the stiffness of {pairs} is not from contact" if pairs else ""
+
+
+def uncounted(train: Train) -> str:
+    """The same as a sentence of an answer."""
+    note = curve_note(train)
+    return f" Forces over speed are {note}." if note else ""
 
 
 def drawn_relief(train: Train) -> float:
@@ -656,18 +686,27 @@ def relief_answer(train: Train) -> Answer:
         return Answer("relief", "Not known: no torque loads the teeth (operation.torque).")
     largest = max(estimates, key=lambda estimate: estimate.amount)
     drawn, um = drawn_relief(train), number(1e6 * largest.amount, 2)
-    pair = largest.pair.rpartition(".")[2]
-    counts = "" if largest.counted else f' Forces and K_v count it with {largest.pair}.stiffness = "contact" alone.'
+    pair, follow = largest.pair.rpartition(".")[2], follow_overrides(train)
+    estimate = f"first estimate F/(c' b) for {largest.load} at operating load"
     if drawn:
         level: Level = "good" if abs(drawn / largest.amount - 1) <= _WITHIN else "warn"
         figure = f"{number(1e6 * drawn)} µm"
-        text = f"is drawn; a first estimate F/(c' b) at operating load is {um} µm at the tips of {pair}.{counts}"
+        text = f"is drawn; a {estimate} is {um} µm at the tips of {pair}.{uncounted(train)}"
     else:
         level = "warn" if largest.amount > _LITTLE_GAP else "good"
         figure = "0 µm"
-        text = f"About {um} µm at the tips of {pair}: first estimate F/(c' b) at operating load; none is drawn."
-        text += counts if level == "warn" else ""
-    return Answer("relief", text, figure=figure, then=f"≈ {um} µm", level=level, evidence="relief", job="relief")
+        text = f"About {um} µm at the tips of {pair}: {estimate}; none is drawn."
+    return Answer(
+        "relief",
+        text,
+        figure=figure,
+        then=f"≈ {um} µm",
+        level=level,
+        apply=follow,
+        apply_label=FOLLOW,
+        evidence="relief",
+        job="relief",
+    )
 
 
 def answers_of(

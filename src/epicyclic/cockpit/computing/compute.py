@@ -84,6 +84,7 @@ class _Parts:
     """What is known of a state so far; None: not known, and ``missing`` says why of what the model lacks.
 
     shift : what becomes of the resonance in the twin, "" as long as nobody knows.
+    seconds : that the live set took, by which the time of a job is estimated.
     """
 
     modes: ModeView | None = None
@@ -95,6 +96,7 @@ class _Parts:
     curves: ForceCurves | None = None
     missing: tuple[_Missing, ...] = ()
     changes: tuple[OfferedChange, ...] = ()
+    seconds: float = 0.0
 
 
 # The newest live set, and the request that it is of without its number.
@@ -161,6 +163,7 @@ def _live_set(request: Request) -> tuple[_Model, _Parts]:
     # a file may have changed meanwhile
     if _newest is not None and _newest[0] == same and not isinstance(request.source, Path):
         return replace(_newest[1], request=request), _newest[2]
+    start = time.perf_counter()
     require_speed(request.relative_speed)
     train = load(request.source, dict(request.overrides))
     model = _Model(
@@ -185,7 +188,14 @@ def _live_set(request: Request) -> tuple[_Model, _Parts]:
         effort = efforts(ready)[0]
         curves = _attempt("sweep", "forces over speed", lambda: force_curves(ready, effort), missing)
     parts = _Parts(
-        modes=modes, sharing=shared, twin=twin, errors=errors, ready=ready, curves=curves, missing=tuple(missing)
+        modes=modes,
+        sharing=shared,
+        twin=twin,
+        errors=errors,
+        ready=ready,
+        curves=curves,
+        missing=tuple(missing),
+        seconds=time.perf_counter() - start,
     )
     _newest = same, model, parts
     return model, parts
@@ -220,6 +230,8 @@ def _live_frame(model: _Model, parts: _Parts, start: float) -> PageFrame:
     head["state"] = {
         **operation_head(model.train, relative_speed=relative_speed),
         "computed_ms": 1e3 * (time.perf_counter() - start),
+        "live_ms": 1e3 * parts.seconds,
+        "mesh_frequencies": len({tone for tone in model.system.tones if tone}),
     }
     return _frame(model, "live", head, arrays)
 
@@ -318,6 +330,7 @@ def _shown(model: _Model, parts: _Parts) -> dict[str, _Shown]:
     if parts.curves is not None and model.axis is not None:
         head, arrays = speed_head(parts.curves, model.axis, parts.modes, list(model.meshes.values()))
         head["operating"] = model.axis[1] * model.request.relative_speed
+        head["uncounted"] = answers.curve_note(model.train)
         shown["sweep"] = head, arrays
     return shown
 

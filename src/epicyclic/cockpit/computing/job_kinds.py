@@ -11,6 +11,7 @@ from dataclasses import asdict, dataclass, field
 from inspect import Parameter, signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
+from warnings import catch_warnings
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +25,7 @@ from ...show.series import (
     judged_quantile,
     of_definition,
     overlap,
+    relief_effect,
     scattering_pair,
     system_quantiles,
     tenth_less,
@@ -32,7 +34,7 @@ from ...show.views import findings_of
 from ...system.tooth_pairs import first_mesh
 from ...train.resolution import load
 from ...train.train import Train
-from ..state.frames import LEVELS, Answer, PageFrame, force_unit, mesh_labels, number, per_cent
+from ..state.frames import LEVELS, Answer, Level, PageFrame, force_unit, mesh_labels, number, per_cent, speed_axis
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -41,8 +43,8 @@ Array = NDArray[np.float64]
 
 # Curves that are drawn strong: more are not told apart.
 _STRONG = 4
-# Points of a curve that are sent: some for each pixel of the pane.
-_POINTS = 1200
+# Points of a curve that are sent: a tenth of it, drawn by itself, has one for each pixel of the pane.
+_POINTS = 16_384
 
 
 class Drawn(NamedTuple):
@@ -55,18 +57,39 @@ class Drawn(NamedTuple):
     arrays: Mapping[str, NDArray[np.float32]]
 
 
-def lines(x_label: str, y_label: str, x: Array, curves: Mapping[str, Array]) -> Drawn:
-    """Curves (n,) over x (n,) by label; those with the largest values strong, thinned to what a pane shows."""
+def lines(
+    x_label: str, y_label: str, x: Array, curves: Mapping[str, Array], *, pale: str = "", zero: bool = False
+) -> Drawn:
+    """Curves (n,) over x (n,) by label; those with the largest values strong, of long ones the envelope.
+
+    pale : label of a curve that is there to be compared with.  zero : whether a line is drawn there.
+    """
     labels = list(curves)
     y = np.array([np.asarray(curves[label], dtype=float) for label in labels]).reshape(len(labels), -1)
-    every = max(1, -(-len(x) // _POINTS))
+    x, y = envelope(np.asarray(x, dtype=float), y)
     most = np.max(np.where(np.isfinite(y), y, -np.inf), axis=1, initial=-np.inf)
-    first = set(ranked(most)[:_STRONG].tolist())
-    rows = [{"label": label, "strong": row in first} for row, label in enumerate(labels)]
-    return Drawn(
-        {"lines": {"x_label": x_label, "y_label": y_label, "curves": rows}},
-        {"job/x": np.asarray(x[::every], np.float32), "job/y": np.asarray(y[:, ::every], np.float32)},
-    )
+    first = set(ranked(np.where(np.isfinite(most), most, np.nan))[:_STRONG].tolist())
+    rows = [{"label": label, "strong": row in first, "pale": label == pale} for row, label in enumerate(labels)]
+    head = {"x_label": x_label, "y_label": y_label, "curves": rows, "zero": zero}
+    return Drawn({"lines": head}, {"job/x": np.asarray(x, np.float32), "job/y": np.asarray(y, np.float32)})
+
+
+def envelope(x: Array, y: Array, most: int = _POINTS) -> tuple[Array, Array]:
+    """x (n,) and curves y (curve, n) of at most so many points: of as many neighbours as become two points the least
+    and the largest value, in the order in which they come; no peak is lost.  All points where they are fewer."""
+    if len(x) <= most:
+        return x, y
+    size = -(-len(x) // (most // 2))
+    columns = -(-len(x) // size)
+    padded = np.full((len(y), columns * size), np.nan)
+    padded[:, : len(x)] = y
+    cells = padded.reshape(len(y), columns, size)
+    low = np.where(np.isfinite(cells), cells, np.inf).argmin(axis=2)
+    high = np.where(np.isfinite(cells), cells, -np.inf).argmax(axis=2)
+    ends = np.take_along_axis(cells, np.sort(np.stack([low, high], axis=2), axis=2), axis=2)
+    places = (np.arange(columns)[:, None] * size + np.array([0, size // 2])).ravel()
+    places[-1] = len(x) - 1
+    return x[places], ends.reshape(len(y), -1)
 
 
 def bars(x_label: str, rows: Sequence[str], values: Array) -> Drawn:
@@ -83,19 +106,33 @@ def job_frame(
     apply: Mapping[str, object] | None = None,
     apply_label: str = "",
     answers: Sequence[Answer] = (),
+    kept: Sequence[tuple[Mapping[str, object], Answer]] = (),
 ) -> PageFrame:
-    """The frame of a job that is done, of no state yet; with ``answers`` where it answers a question."""
+    """The frame of a job that is done, of no state yet; with ``answers`` where it answers a question.
+
+    kept : overrides with which the result still holds, since it knows of them, and the answer that then stands.
+    """
     job = {"name": name, "title": title, "text": text, **drawn.head}
     job |= {"apply": dict(apply) if apply else None, "apply_label": apply_label if apply else ""}
     head: dict[str, Any] = {"job": job}
     if answers:
         head["answers"] = [asdict(answer) for answer in answers]
+    head["kept"] = [
+        {
+            "overrides": dict(overrides),
+            "answers": [asdict(answer)],
+            "job": {"text": f"{answer.figure} {answer.text}", "apply": answer.apply, "apply_label": answer.apply_label},
+        }
+        for overrides, answer in kept
+    ]
     return PageFrame(rev=0, kind="job", head=head, arrays=drawn.arrays)
 
 
 def _said(result: xr.Dataset) -> str:
-    """The findings of a result, as terminal and report say them."""
-    return " ".join(finding.text for finding in findings_of({"": result}))
+    """The findings of a result, as terminal and report say them; its warnings where it has found nothing."""
+    said = [finding.text for finding in findings_of({"": result})]
+    warnings = json.loads(str(result.attrs.get("warnings", "[]")))
+    return " ".join(said or [f"{str(text).partition(' [')[0].capitalize()}." for text in warnings])
 
 
 def found_frame(kind: JobKind, result: xr.Dataset, train: Train) -> PageFrame:
@@ -137,26 +174,47 @@ def _title(values: xr.DataArray) -> str:
 _DRAW = "Draw this relief"
 
 
-def relief_frame(result: xr.Dataset) -> PageFrame:
-    """Transmission error over the mesh cycle before and after; the answer on relief, and the overrides that draw it."""
+def relief_frame(result: xr.Dataset, train: Train) -> PageFrame:
+    """Transmission error over the mesh cycle before and after; the answer on relief, and the overrides that draw it.
+
+    With those, and with those that let the curve over speed follow, the numbers before and after stand.
+    """
+    from .answers import FOLLOW, follow_overrides, uncounted
+
     mean = result["relieved_error"].transpose("state", "relieved_mesh", "load_factor", "mesh_phase")
-    load = int(np.abs(result["load_factor"].values - 1).argmin())
-    error = 1e6 * mean.values[:, 0, load]
+    operating = int(np.abs(result["load_factor"].values - 1).argmin())
+    error = 1e6 * mean.values[:, 0, operating]
     curves = {"after": error[1] - error[1].mean(), "before": error[0] - error[0].mean()}
     drawn = lines("mesh cycle [1]", "error about its mean [µm]", result["mesh_phase"].values, curves)
     (finding,) = findings_of({"relief": result})
     overrides = json.loads(str(result.attrs["overrides"])) if finding.tone != "good" else {}
-    answer = Answer(
-        "relief",
-        f"{finding.text} {finding.change}".strip(),
-        then=str(result["solution_text"].values[int(result.attrs["picked"]), 0]).replace("um", "µm"),
-        level=LEVELS[finding.tone],
-        apply=overrides,
-        apply_label=_DRAW,
-        evidence="relief",
-        job="relief",
+    figure = str(result["solution_text"].values[int(result.attrs["picked"]), 0]).replace("um", "µm")
+
+    def answer(text: str, level: Level, apply: Mapping[str, object] | None = None, apply_label: str = "") -> Answer:
+        return Answer(
+            "relief",
+            text,
+            then=figure,
+            level=level,
+            apply=apply,
+            apply_label=apply_label,
+            evidence="relief",
+            job="relief",
+        )
+
+    found = answer(f"{finding.text} {finding.change}".strip(), LEVELS[finding.tone], overrides, _DRAW)
+    kept: list[tuple[Mapping[str, object], Answer]] = []
+    if overrides:
+        relieved = load(dict(train.document), overrides)
+        effect, follow = relief_effect(result), follow_overrides(relieved)
+        what = effect.what.removeprefix("peak to peak of the loaded ")
+        text = f"is drawn: {what} {effect.before} before, {effect.after} after{effect.at}."
+        kept.append((overrides, answer(f"{text}{uncounted(relieved)}", "good", follow, FOLLOW)))
+        if follow:
+            kept.append(({**overrides, **follow}, answer(text, "good")))
+    return job_frame(
+        "relief", "Tip relief", finding.text, drawn, apply=overrides, apply_label=_DRAW, answers=[found], kept=kept
     )
-    return job_frame("relief", "Tip relief", finding.text, drawn, apply=overrides, apply_label=_DRAW, answers=[answer])
 
 
 # Rows of bars that are read, and seen without scrolling.
@@ -165,21 +223,30 @@ _MOST = 10
 _NO_FALL = 5e-4
 
 
-def contact_loss_frame(result: xr.Dataset) -> PageFrame:
-    """Largest and least force of any mesh over speed, run-up and coast-down."""
+def contact_loss_frame(result: xr.Dataset, train: Train) -> PageFrame:
+    """Largest and least force of any mesh over speed, run-up and coast-down, over the largest of linear contact."""
+    from ...questions.response import SweepOptions
+    from ...questions.response.steady import sweep
+    from ...system.assembly import assemble
+
     relative = np.asarray(result["speed"].values, dtype=float)
     peak = result["mesh_force_peak"].transpose("direction", "mesh", "speed").values
     least = result["mesh_force_minimum"].transpose("direction", "mesh", "speed").values
+    shaft_orders = bool(json.loads(str(result.attrs["options"]))["shaft_orders"])
+    options = SweepOptions(relative_speed=relative, shaft_orders=shaft_orders, forces_alone=True)
+    linear = sweep(assemble(train), options)
     unit, scale = force_unit(float(np.nanmax(np.abs(peak), initial=0.0)))
-    with np.errstate(all="ignore"):
-        up, down, low = np.nanmax(peak[0], axis=0), np.nanmax(peak[-1], axis=0), np.nanmin(least[0], axis=0)
-    curves = {
-        "largest, run-up": up * scale,
-        "largest, coast-down": down * scale,
-        "least, run-up": low * scale,
-    }
-    drawn = lines("speed [% of operation]", f"mesh force [{unit}]", 100 * relative, curves)
-    return job_frame("contact_loss", "Teeth that part", _said(result), drawn)
+    with np.errstate(all="ignore"), catch_warnings(action="ignore", category=RuntimeWarning):
+        curves = {
+            "linear, largest": scale * np.nanmax(linear["mesh_force_peak"].values, axis=0),
+            "run-up, largest": scale * np.nanmax(peak[0], axis=0),
+            "coast-down, largest": scale * np.nanmax(peak[-1], axis=0),
+            "least of both": scale * np.nanmin(least, axis=(0, 1)),
+        }
+    label, operating = speed_axis(train) or ("speed per operation [%]", 100.0)
+    drawn = lines(label, f"mesh force [{unit}]", operating * relative, curves, pale="linear, largest", zero=True)
+    title = f"Teeth that part, {'with shaft orders' if shaft_orders else 'mesh orders'}"
+    return job_frame("contact_loss", title, _said(result), drawn)
 
 
 def _of_meshes(result: xr.Dataset, train: Train, values: Array) -> dict[str, Array]:
@@ -195,7 +262,7 @@ def transient_frame(result: xr.Dataset, train: Train) -> PageFrame:
     time = np.asarray(result["time"].values, dtype=float)
     ms, word = (1e3, "ms") if time[-1] < 1 else (1.0, "s")
     curves = _of_meshes(result, train, scale * force)
-    drawn = lines(f"time [{word}]", f"mesh force [{unit}]", ms * time, curves)
+    drawn = lines(f"time [{word}]", f"mesh force [{unit}]", ms * time, curves, zero=bool((force < 0).any()))
     return job_frame("transient", "Motion over time", _said(result), drawn)
 
 
@@ -340,8 +407,11 @@ _LOADS = (0.75, 1.0)
 class JobKind:
     """A kind of job.
 
-    name, label, purpose : of the page.  about : what it does by default, in a sentence.  seconds : on ren2021, about; a
-        train of several stages or planets may take minutes.
+    name, label, purpose : of the page.  about : what it does by default, in a sentence.
+    quick : a view that is computed within a second or two; others are jobs of some time.
+    effort : time per that of the live set of the train, with one mesh frequency and with several.
+    grows : options that the time is proportional to, with their defaults; of a yes how many times as long it takes.
+    counted : shares of the time from and to which the progress of the verb goes; before and after it says nothing.
     verb : that it runs.  options : its keywords that may be chosen, all where none are named; a job refuses others.
     defaults : its keywords unless chosen otherwise.  search : those that follow from the train.
     question : of `QUESTIONS`, that the first finding of its result answers.  frame : (result, train, chosen options) ->
@@ -352,7 +422,10 @@ class JobKind:
     label: str
     purpose: str
     about: str
-    seconds: float
+    quick: bool = False
+    effort: tuple[float, float] = (10, 10)
+    grows: Mapping[str, float] = field(default_factory=dict)
+    counted: tuple[float, float] = (0.05, 0.95)
     verb: str
     options: tuple[str, ...] = ()
     defaults: Mapping[str, Any] = field(default_factory=dict)
@@ -368,32 +441,73 @@ class JobKind:
         known = keywords(verbs()[self.verb].run)
         return {name: known[name] for name in self.options or known}
 
-    def run(
-        self, source: Source, overrides: Mapping[str, object], options: Mapping[str, Any], progress: Progress
-    ) -> tuple[PageFrame, xr.Dataset]:
-        """Frame and Dataset; progress is called with the share done 0..1 or with (done, of), and may raise to end it.
+    def seconds(self, live: float, frequencies: int) -> float:
+        """About how long it takes with its defaults [s], where the live set of the train takes so long [s].
+
+        frequencies : of meshes, in number.
+        """
+        return live * self.effort[frequencies > 1]
+
+    def work(self, options: Mapping[str, Any]) -> float:
+        """Work with these options per that with its defaults [1]."""
+        work = 1.0
+        for name, usual in self.grows.items():
+            value = options.get(name)
+            if isinstance(value, bool):
+                work *= usual if value else 1.0
+            elif isinstance(value, int | float):
+                work *= max(float(value), 1.0) / usual
+        return work
+
+    def chosen(self, train: Train, options: Mapping[str, Any]) -> dict[str, Any]:
+        """Keywords that its verb is run with: defaults, those that follow from the train, and options.
 
         Raises
         ------
-        ModelError : an option that it does not have.  ModelError, ConvergenceError : as its verb.
+        ModelError : an option that it does not have, or what the train lacks.
         """
         for key, value in options.items():
             allowed_names = (*self.keywords(), *(["show"] if self.views else []))
             if key not in allowed_names:
                 allowed = ", ".join(allowed_names) or "none"
                 raise ModelError("no such option", path=f"{self.name}.{key}", given=value, allowed=allowed)
+        chosen = {**self.defaults, **(self.search(train) if self.search else {}), **options}
+        return {key: value for key, value in chosen.items() if key != "show"}
+
+    def run(
+        self, source: Source, overrides: Mapping[str, object], options: Mapping[str, Any], progress: Progress
+    ) -> tuple[PageFrame, xr.Dataset]:
+        """Frame and Dataset; progress is called with the share done, below 1 while it runs, and may raise to end it.
+
+        Raises
+        ------
+        ModelError : an option that it does not have.  ModelError, ConvergenceError : as its verb.
+        """
         from ...verbs.record import verbs
 
+        begin, end = self.counted
+
+        def computed(done: float, of: float = 1.0) -> None:
+            progress(begin + (end - begin) * min(1.0, done / max(of, 1e-300)) if done > 0 else 0.0)
+
+        progress(0.0)
         train = load(source, dict(overrides))
-        chosen = {**self.defaults, **(self.search(train) if self.search else {}), **options}
-        keywords = {key: value for key, value in chosen.items() if key != "show"}
+        keywords = self.chosen(train, options)
         run = verbs()[self.verb].run
         if "progress" in signature(run).parameters:
-            keywords["progress"] = progress
-        else:
-            progress(0.05)
+            keywords["progress"] = computed
         result = run(source, overrides=dict(overrides), **keywords)
-        return self.frame(result, train, chosen) if self.frame else found_frame(self, result, train), result
+        progress(end)
+        return self.shown(result, train, options), result
+
+    def shown(self, result: xr.Dataset, train: Train, options: Mapping[str, Any]) -> PageFrame:
+        """What the page shows of a result."""
+        return found_frame(self, result, train) if self.frame is None else self.frame(result, train, options)
+
+
+def job_keywords(name: str, source: Source, overrides: Mapping[str, object], options: Mapping[str, Any]) -> Any:
+    """Keywords of the verb of a job, as of `JobKind.chosen`, of a model."""
+    return JOBS[name].chosen(load(source, dict(overrides)), options)
 
 
 def _relief_search(train: Train) -> Mapping[str, Any]:
@@ -424,7 +538,8 @@ _KINDS = (
         label="Contact, LTE",
         purpose="Load over the flanks and loaded transmission error",
         about="Loaded teeth of the first mesh at 50, 100 and 125 % of the operating load.",
-        seconds=0.5,
+        quick=True,
+        effort=(7, 7),
         options=("mesh", "loads", "samples", "slices", "tolerance"),
         views=_VIEWS,
         verb="contact",
@@ -433,33 +548,36 @@ _KINDS = (
         frame=contact_frame,
     ),
     JobKind(
-        name="relief",
-        label="Relief",
-        purpose="Tip relief for the least transmission error",
-        about="Tip relief with the least transmission error at 75 and 100 % load, 12 candidates, 8 generations.",
-        seconds=3,
-        options=("mesh", "vary", "objectives", "loads", "population", "generations"),
-        verb="relief",
-        defaults={"loads": _LOADS, "population": _POPULATION, "generations": _GENERATIONS},
-        search=_relief_search,
-        frame=lambda result, train, options: relief_frame(result),
-    ),
-    JobKind(
         name="stiffness",
         label="Stiffness",
         purpose="Mesh stiffness over a mesh cycle, and the phases of the meshes",
         about="Mesh stiffness of every mesh over one mesh cycle, each with its phase.",
-        seconds=0.1,
+        quick=True,
+        effort=(0.4, 0.4),
         options=("samples",),
         verb="stiffness",
         frame=lambda result, train, options: stiffness_frame(result, train),
+    ),
+    JobKind(
+        name="relief",
+        label="Relief",
+        purpose="Tip relief for the least transmission error",
+        about="Tip relief with the least transmission error at 75 and 100 % load, 12 candidates, 8 generations.",
+        effort=(12, 12),
+        grows={"population": _POPULATION, "generations": _GENERATIONS},
+        options=("mesh", "vary", "objectives", "loads", "population", "generations"),
+        verb="relief",
+        defaults={"loads": _LOADS, "population": _POPULATION, "generations": _GENERATIONS},
+        search=_relief_search,
+        frame=lambda result, train, options: relief_frame(result, train),
     ),
     JobKind(
         name="tolerance",
         label="Tolerance",
         purpose="Load sharing within the tolerances, and what each of them counts",
         about="K_gamma of 16384 trains drawn from the tolerances, and what a tenth less of each takes off it.",
-        seconds=2,
+        effort=(30, 30),
+        grows={"samples": 16_384},
         options=("samples", "seed"),
         verb="tolerance",
         defaults={"samples": 16_384, "effects": "shares"},
@@ -470,18 +588,21 @@ _KINDS = (
         label="Contact loss",
         purpose="Sweep in which teeth may part",
         about="Run-up and coast-down over 60 speeds and the resonances, teeth part and touch again, no shaft orders.",
-        seconds=2,
+        effort=(20, 55),
+        grows={"points": 60, "shaft_orders": 20},
+        counted=(0.6, 0.95),
         options=("points", "start", "stop", "shaft_orders", "shaft_tones", "unstable"),
         verb="sweep",
         defaults={"contact_loss": True, "points": 60, "shaft_orders": False},
-        frame=lambda result, train, options: contact_loss_frame(result),
+        frame=lambda result, train, options: contact_loss_frame(result, train),
     ),
     JobKind(
         name="transient",
         label="Transient",
         purpose="Run in time, as the model's scenario or at its speed",
         about="50 mesh cycles from the equilibrium at the operating speed, teeth that part.",
-        seconds=1,
+        effort=(3, 3),
+        grows={"cycles": 50, "samples": 32},
         options=("cycles", "start", "stop", "torque_step", "torque_ramp", "samples"),
         verb="transient",
         defaults={"cycles": 50.0},
@@ -492,7 +613,7 @@ _KINDS = (
         label="Detune",
         purpose="Changes of the drawing that move a resonance away from operation",
         about="Changes that move the strongest resonance near operation out of its band, each computed again.",
-        seconds=1,
+        effort=(6, 6),
         options=("mode", "order", "band", "changes"),
         verb="detune",
         frame=_detune_frame,
@@ -502,7 +623,7 @@ _KINDS = (
         label="Sensitivity",
         purpose="What the natural frequencies depend on",
         about="Per cent of the lowest natural frequency per per cent of each number of the model.",
-        seconds=2,
+        effort=(25, 25),
         options=("of", "mode", "mesh", "harmonic"),
         verb="sensitivity",
         frame=lambda result, train, options: sensitivity_frame(result),

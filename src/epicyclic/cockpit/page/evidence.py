@@ -6,215 +6,18 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from functools import partial
-from inspect import Parameter
 from typing import Any
 
 from nicegui.element import Element
-from nicegui.events import GenericEventArguments
 
 from ...errors import ModelError
-from ...options import YES, Shape, shape_of
-from ..computing.job_kinds import JOBS, JobKind
+from ..computing.job_kinds import JOBS
 from ..processes.jobs import Job, newest_of
 from ..processes.session import Session
 from ..state.frames import QUESTIONS, Answer
 from .controls import Board, Words, box, button, hide, prop, refused
+from .job_bar import JobBar, JobsList, progress_text, result_of
 from .limit_window import LimitButton
-
-
-class OptionFields:
-    """Fields of the options of a job, made from the options of its verb and folded away until they are asked for."""
-
-    def __init__(self, kind: JobKind) -> None:
-        self._shapes: dict[str, Shape] = {}
-        self._typed: dict[str, str] = {}
-        with box("ck-options", "details") as self.root:
-            Words("summary", "Options", classes="ck-small")
-            with box("ck-fields"):
-                for name, (parameter, accepted, option) in kind.keywords().items():
-                    default = kind.defaults.get(name, option.default or parameter.default)
-                    self._shapes[name] = shape_of(accepted)
-                    self._field(name, self._shapes[name], _default_words(default), option.help)
-                if kind.views:
-                    self._shapes["show"] = Shape(str, kind.views, False)
-                    self._field("show", self._shapes["show"], kind.views[0], "What is drawn of the result.")
-
-    def _field(self, name: str, shape: Shape, default: str, help: str) -> None:
-        words = name.replace("_", " ").capitalize()
-        choices = tuple(YES) if shape.kind is bool else () if shape.several else shape.choices
-        with box("ck-choice", "label") as field:
-            field.props["title"] = help
-            Words(text=words, classes="ck-pale")
-            with box("ck-select", "select" if choices else "input") as control:
-                control.props["aria-label"] = words
-                for word in ("", *choices) if choices else ():
-                    Words("option", word or f"as usual: {default}").props["value"] = word
-            if not choices:
-                control.props.update(
-                    {"placeholder": f"{default or 'one'}; ..." if shape.several else default, "size": 14}
-                )
-            control.on("change", partial(self._change, name), js_handler="(e) => emit(e.target.value)")
-
-    def _change(self, name: str, event: GenericEventArguments) -> None:
-        self._typed[name] = str(event.args).strip()
-
-    def values(self) -> dict[str, Any]:
-        """Option -> value of all that was typed or chosen; errors as of `Shape.read`."""
-        return {name: self._shapes[name].read(text, name) for name, text in self._typed.items() if text}
-
-
-def _default_words(default: object) -> str:
-    if isinstance(default, bool):
-        return "yes" if default else "no"
-    if isinstance(default, Sequence) and not isinstance(default, str):
-        return ", ".join(map(str, default))
-    return "" if default is None or default is Parameter.empty else str(default)
-
-
-# Steps of the progress that are worth a message: a bar has no more pixels.
-_STEPS = 200
-
-
-class JobBar:
-    """One job of a name.  run, cancel : called with the name."""
-
-    def __init__(
-        self, session: Session, kind: JobKind, *, run: Callable[[str], None], cancel: Callable[[str], None]
-    ) -> None:
-        self._session, name, words = session, kind.name, kind.label
-        self._words = words
-        self._job: Job | None = None
-        self._before = f"{kind.about} From {_time(kind.seconds)}, by the size of the train."
-        with box("ck-job") as self.root:
-            self.root.props["data-job"] = name
-            self._run = button("Run", lambda: run(name), classes="ck-small ck-main")
-            self._cancel = button("Cancel", lambda: cancel(name))
-            self._fields = OptionFields(kind)
-            self._progress = box("", "progress")
-            self._progress.props.update({"max": 1, "aria-label": f"{words}: share done"})
-            self._text = Words(classes="ck-answer-text", text=self._before)
-            self._text.props["title"] = self._before
-            self._apply = button("Apply", self._on_apply, classes="ck-small ck-main")
-        for control in (self._cancel, self._progress, self._apply):
-            hide(control, True)
-        hide(self.root, True)
-
-    def options(self) -> dict[str, Any]:
-        """What is chosen of the job; errors as of `OptionFields.values`."""
-        return self._fields.values()
-
-    def follow(self, job: Job | None) -> None:
-        """Show a job as it stands beside the present state; None: none that says anything of it."""
-        if job is None and self._job is None:
-            return
-        self._job = job
-        rev = self._session.rev
-        runs = job is not None and not job.ended
-        for control, hidden in ((self._run, runs), (self._cancel, not runs), (self._progress, not runs)):
-            hide(control, hidden)
-        hide(self._fields.root, runs)
-        self._text.say(self._before if job is None else progress_text(job, rev))
-        prop(self._text, "title", self._text.text)
-        prop(self._text, "role", "alert" if job is not None and job.status == "failed" else None)
-        prop(self.root, "data-stale", "true" if job is not None and job.ended and job.rev != rev else None)
-        self._run.say("Run again" if job is not None and job.rev != rev and job.status == "done" else "Run")
-        result = {} if job is None or job.rev != rev else result_of(job)
-        hide(self._apply, not result.get("apply"))
-        if job is not None:
-            # without a number the bar only moves: a first part may take long
-            prop(self._progress, "value", round(job.progress * _STEPS) / _STEPS or None)
-            self._apply.say(str(result_of(job).get("apply_label") or "Apply"))
-
-    def _on_apply(self) -> None:
-        if self._job is None:
-            return
-        result = result_of(self._job)
-        try:
-            self._session.apply(result["apply"], str(result.get("apply_label") or f"apply {self._words}"))
-        except ModelError as error:
-            refused(error)
-
-
-def result_of(job: Job) -> Mapping[str, Any]:
-    """What a job says of its result; nothing before it is done."""
-    result = job.frame.head.get("job") if job.frame is not None else None
-    return result if isinstance(result, Mapping) else {}
-
-
-def progress_text(job: Job, rev: int) -> str:
-    """One sentence of a job as it stands, where the present state has the number `rev`."""
-    if job.status == "waits":
-        return "waits for another job"
-    if job.status == "runs":
-        left = "" if job.remaining is None else f", {_time(job.remaining)} left"
-        return f"{100 * job.progress:.0f} %{left}{'' if job.rev == rev else ', of another state'}"
-    if job.status != "done":
-        return f"failed: {job.message}" if job.status == "failed" else "cancelled"
-    return f"{'' if job.rev == rev else 'of another state: run again. '}{result_of(job).get('text') or 'done'}"
-
-
-def _time(seconds: float) -> str:
-    return f"{max(seconds, 1):.0f} s" if seconds < 100 else f"{seconds / 60:.0f} min"
-
-
-class JobsList:
-    """Rows of jobs.  show : called with the name of a job whose result is to be shown."""
-
-    def __init__(self, session: Session, *, show: Callable[[str], None]) -> None:
-        self._session, self._show = session, show
-        self._rows: list[_JobRow] = []
-        self._hidden = True
-        self._newest: Mapping[str, Job] = {}
-        with box("ck-grow ck-jobs") as self._root:
-            self._none = Words("div", "No job has been started. A job runs beside the page.", classes="ck-nothing")
-        hide(self._root, True)
-
-    def hide(self, hidden: bool) -> None:
-        hide(self._root, hidden)
-        self._hidden = hidden
-        self.follow(self._newest)
-
-    def follow(self, newest: Mapping[str, Job]) -> None:
-        """Show the jobs as they stand, where the list is seen.  newest : those whose results are shown."""
-        self._newest = newest
-        if self._hidden:
-            return
-        jobs = list(reversed(self._session.jobs.visible()))
-        hide(self._none, bool(jobs))
-        with self._root:
-            while len(self._rows) < len(jobs):
-                self._rows.append(_JobRow(self._session, self._show))
-        for row, job in zip(self._rows, jobs, strict=False):
-            row.follow(job, self._session.rev, shown=newest.get(job.name) is job)
-        for row in self._rows[len(jobs) :]:
-            hide(row.root, True)
-
-
-class _JobRow:
-    """One job."""
-
-    def __init__(self, session: Session, show: Callable[[str], None]) -> None:
-        self._session = session
-        self._job: Job | None = None
-        with box("ck-job-row") as self.root:
-            self._name = Words("b")
-            self._state = Words(classes="ck-pale")
-            self._text = Words(classes="ck-answer-text")
-            self._cancel = button("Cancel", lambda: session.jobs.cancel(self._job) if self._job else None)
-            self._open = button("Show", lambda: show(self._job.name) if self._job else None)
-
-    def follow(self, job: Job, rev: int, *, shown: bool) -> None:
-        self._job = job
-        state = self._session.state
-        other = job.origin is not None and (state is None or state.origin != job.origin)
-        self._name.say(job.label or job.name)
-        self._state.say(f"{job.origin[2]}, state {job.rev}" if other and job.origin else f"state {job.rev}")
-        self._text.say(progress_text(job, rev))
-        prop(self._text, "title", self._text.text)
-        hide(self._cancel, job.ended)
-        hide(self._open, job.frame is None or not shown)
-        hide(self.root, False)
-
 
 _MODES = "number, frequency [Hz]; a row swings in the drawing"
 
@@ -291,6 +94,19 @@ _TABS = {
     "errors": ("Errors", "What each deviation costs in load sharing"),
 }
 _LIST = "jobs"
+# Times that the live set takes which differ by this factor make other estimates.
+_OTHER_SIZE = 1.5
+
+
+def _standing(job: Job | None, rev: int) -> tuple[str, str]:
+    """Mark of a tab and words beside the pointer: how its job stands beside the present state."""
+    if job is None:
+        return "", "not computed yet"
+    if not job.ended:
+        return ("…", "waits") if job.status == "waits" else ("▸", "runs")
+    if job.status != "done":
+        return "✗", job.status
+    return ("✓", "done, of this state") if job.rev == rev else ("↻", "done, of another state: run again")
 
 
 class EvidenceTabs:
@@ -302,13 +118,23 @@ class EvidenceTabs:
         self._tabs: dict[str, Element] = {}
         self._bars: dict[str, JobBar] = {}
         self._sent: dict[str, tuple[int, int]] = {}
+        self._size: tuple[float, int] = (0.0, 0)  # of the train of which the times are told
         with box("ck-box ck-evidence", "section") as root:
             root.props["aria-label"] = "Evidence"
             with box("ck-tabs") as tabs:
                 tabs.props.update({"role": "tablist", "aria-label": "Evidence", "data-keys": "choose"})
                 jobs = {name: (kind.label, kind.purpose) for name, kind in JOBS.items()}
+                first = (
+                    *(next(name for name, kind in JOBS.items() if kind.quick is quick) for quick in (True, False)),
+                    _LIST,
+                )
                 for name, (words, purpose) in (_TABS | jobs | {_LIST: ("Jobs", "All jobs of this page")}).items():
-                    tab = button(words, partial(self.show, name), classes="ck-tab")
+                    # a line before computed views, before jobs of some time, and before their list
+                    tab = button(
+                        words,
+                        partial(self.show, name),
+                        classes=f"ck-tab{' ck-first' * (name in first)}{' ck-has-mark' * (name in JOBS)}",
+                    )
                     tab.props.update({"role": "tab", "title": purpose})
                     self._tabs[name] = tab
             for name, kind in JOBS.items():
@@ -348,6 +174,18 @@ class EvidenceTabs:
         if name in self.newest:
             self._session.jobs.cancel(self.newest[name])
 
+    def sized(self, head: Mapping[str, Any]) -> None:
+        """Say how long jobs take of the train of a frame that says how large it is, where that is news at rest."""
+        state = head.get("state", {})
+        if "live_ms" not in state or self._session.rev != self._session.released_rev:
+            return
+        size = float(state["live_ms"]), state["mesh_frequencies"]
+        if self._size[1] == size[1] and max(size[0], self._size[0]) < _OTHER_SIZE * min(size[0], self._size[0]):
+            return
+        self._size = size
+        for bar in self._bars.values():
+            bar.sized(state)
+
     def follow(self) -> None:
         """Show the jobs as they stand, mark those of another state, and send results that have come."""
         session = self._session
@@ -359,7 +197,9 @@ class EvidenceTabs:
             if job is not None and job.packed is not None and self._sent.get(name) != (job.id, job.rev):
                 self._sent[name] = job.id, job.rev
                 self.pane.frame(job.packed)
-            prop(self._tabs[name], "data-busy", "true" if job is not None and not job.ended else None)
+            mark, words = _standing(job, session.rev)
+            prop(self._tabs[name], "data-mark", mark or None)
+            prop(self._tabs[name], "title", f"{JOBS[name].purpose}: {words}")
         self._list.follow(self.newest)
 
 
@@ -530,7 +370,7 @@ class _Line:
             if known.frame is None or known.status != "done" or known.rev != rev:
                 continue
             met |= bool(result_of(known).get("met"))
-            for of_job in known.frame.head.get("answers") or ():
+            for of_job in known.head.get("answers") or ():
                 if of_job["key"] == self._of_frame["key"]:
                     answer, by_job = of_job, True
         if answer != self._answer:

@@ -18,6 +18,7 @@ from nicegui.element import Element
 
 from ...errors import ConvergenceError, ModelError
 from ...show.plot import figure_names
+from ..computing.job_kinds import JOBS
 from ..processes.jobs import Job, compared_states, figure_of, job_file, jobs_done
 from ..processes.session import Session
 from ..state.model_file import text_of
@@ -40,6 +41,7 @@ from .controls import (
     show_model,
     window,
 )
+from .job_bar import TAKEN, replayed
 from .open_model import open_button, save_buttons
 from .wizard import new_button
 
@@ -164,7 +166,7 @@ def take_away_button(session: Session) -> None:
             _results(session, state)
             _figures(session, state)
             report.line()
-            _command(state)
+            _command(session, state)
             _script(state)
             if state.relative_speed != 1:
                 ui.label(f"At the speed of the model: the page shows {100 * state.relative_speed:.4g} % of it.")
@@ -256,14 +258,26 @@ def bytes_of_picture(uri: str) -> bytes | None:
     return base64.b64decode(body) if head.endswith(";base64") else unquote_to_bytes(body)
 
 
-def _command(state: PageState) -> None:
-    """The command line of a verb, with a button that copies it."""
+def _command(session: Session, state: PageState) -> None:
+    """The command line of a verb, or of a job as it was run of this state, else by default; a button copies it."""
+    ran = {job.name: job.options for job in jobs_done(session.jobs.visible(), session.rev).values()}
+    options = {verb: verb for verb in ("report", *VERBS)}
+    options |= {f"job {name}": f"{kind.label} (job)" for name, kind in JOBS.items()}
+
+    async def change() -> None:
+        job, name = str(verb.value).startswith("job "), str(verb.value).removeprefix("job ")
+        if not job:
+            shown.set_text(command_line(state, verb=name))
+            return
+        texts = await _computed(replayed(session, name, ran.get(name, {})))
+        if texts is not None and not shown.is_deleted:
+            shown.set_text(texts[TAKEN[0]])
+
     with line("Command line"):
-        verb = ui.select(["report", *VERBS], value="report").props('dense options-dense aria-label="verb"')
-        verb.style("width: 8rem")
+        verb = ui.select(options, value="report", on_change=change).props('dense options-dense aria-label="verb"')
+        verb.style("width: 9rem")
         # a label, since what shows code with colours goes through Markdown, and a model may hold anything
         shown = ui.label(command_line(state)).classes("col cockpit-command").style(_CODE)
-        verb.on_value_change(lambda: shown.set_text(command_line(state, verb=str(verb.value))))
         icon_button("content_copy", "Copy the command line", lambda: copy(shown.text, "Command line"))
     if state.drive is None and state.path is None:
         words = "The command and the script read the model file: download it into their folder."

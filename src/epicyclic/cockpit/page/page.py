@@ -398,6 +398,7 @@ class _Page:
             self._header.frame(head)
             self._modes.follow(head)
             self._modes.chosen(self._mode.number, self._mode.lost)
+            self._evidence.sized(head)
             self._show_busy()
 
     def follow(self, session: Session) -> None:

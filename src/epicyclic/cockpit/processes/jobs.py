@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from ...document.tables import PlainTable
 from ...errors import ModelError
 from ..state.frames import PageFrame, pack, unpack
-from ..state.state import Origin
+from ..state.state import Origin, PageState, request_of, with_values
 from .worker import Channel, Spare, kill_group, spawned, waiting
 
 if TYPE_CHECKING:
@@ -205,6 +205,8 @@ _MOST_KEPT = 24
 _POLITE = 1.0
 # Share done below which the time left is not told: the first parts say little of the rest.
 _TELLING = 0.02
+# Share done of what is still at work.
+_NOT_DONE = 0.99
 
 Status = Literal["waits", "runs", "done", "cancelled", "failed"]
 
@@ -214,6 +216,8 @@ class Job:
     """One job.  rev : newest state it belongs to.  model : what that is computed of.  progress : 0..1.
 
     origin : model file of the state, as of `PageState`; None where it is of none.
+    state, options : that it was started with.
+    place : 0 of its own state; of one that changes what it knows of, which of ``kept`` of its frame that is, from 1.
     remaining : [s], None where it is not known yet.
     message : why it failed.  frame, packed : its result for the page.  value : another result.
     dataset_path : file of its Dataset, or the file it was asked for, in a folder that goes with the page.
@@ -235,6 +239,9 @@ class Job:
     hidden: bool = False
     model: object = None
     origin: Origin | None = None
+    state: PageState | None = None
+    options: Mapping[str, Any] = field(default_factory=dict)
+    place: int = 0
     seconds: float = 0.0
     _task: Task | None = None
     _process: SpawnProcess | None = None
@@ -245,6 +252,26 @@ class Job:
     @property
     def ended(self) -> bool:
         return self.status in ("done", "cancelled", "failed")
+
+    @property
+    def head(self) -> Mapping[str, Any]:
+        """What is said of its result in its state, or in another in which that stands: ``job`` and ``answers``."""
+        head = {} if self.frame is None else self.frame.head
+        if not self.place:
+            return head
+        kept = head["kept"][self.place - 1]
+        return {**head, **kept, "job": {**head["job"], **kept["job"]}}
+
+    def place_of(self, model: object) -> int | None:
+        """Its place where a model is that of a state in which its result stands, else None."""
+        if self.model == model:
+            return 0
+        kept = self.frame.head.get("kept", ()) if self.frame is not None and self.state is not None else ()
+        for place, change in enumerate(kept, start=1):
+            with suppress(ModelError):
+                if self.state is not None and request_of(with_values(self.state, change["overrides"])) == model:
+                    return place
+        return None
 
     async def wait(self) -> None:
         """Wait until it has ended."""
@@ -398,7 +425,7 @@ class Jobs:
         kind, content = message
         if kind == "progress":
             spent = time.monotonic() - job._begun
-            job.progress = max(job.progress, min(1.0, float(content)))
+            job.progress = max(job.progress, min(_NOT_DONE, float(content)))
             job.remaining = spent * (1 / job.progress - 1) if job.progress > _TELLING else None
             self._changed(job)
         elif kind == "done":
@@ -421,9 +448,10 @@ class Jobs:
             job.packed = pack(job.frame)
 
     def follow(self, model: object, rev: int) -> None:
-        """The page shows a state with a new number: jobs of the same model belong to it."""
+        """The page shows a state with a new number: jobs whose result stands in it belong to it."""
         for job in self.visible():
-            if job.model == model:
+            if (place := job.place_of(model)) is not None:
+                job.place = place
                 self._number(job, rev)
 
     def _died(self, job: Job) -> None:

@@ -441,7 +441,10 @@ class _PageJobs(Jobs):
         """
         state, rev = self._session.state, self._session.rev
         if state is not None:
-            return self.begin(name, options or {}, model=request_of(state), rev=rev, origin=state.origin, hidden=hidden)
+            model = request_of(state)
+            job = self.begin(name, options or {}, model=model, rev=rev, origin=state.origin, hidden=hidden)
+            job.state, job.options = state, options or {}
+            return job
         if name != "call":
             raise ModelError("no model is open", path="model", allowed="open one, or make a new one")
         return self.begin(name, options or {}, model=({}, {}), rev=rev, hidden=hidden)

@@ -420,9 +420,16 @@ def setting(path: str, value: object) -> str:
     return f"{path}={value_text(value)}"
 
 
-def command_line(state: PageState, verb: str = "report") -> str:
-    """The command that computes the same from the ready drive, the file, or a download of it."""
+def command_line(state: PageState, verb: str = "report", keywords: Mapping[str, Any] | None = None) -> str:
+    """The command that computes the same from the ready drive, the file, or a download of it.
+
+    keywords : of the verb, those that are chosen.
+    """
     words = ["epicyclic", verb.replace("_", "-"), _source(state)]
+    if keywords:
+        from ...verbs.record import command_words, verbs
+
+        words += command_words(verbs()[verb].run, keywords)
     for path, value in state.overrides.items():
         words += ["--set", setting(path, value)]
     return shlex.join(words)
@@ -430,12 +437,7 @@ def command_line(state: PageState, verb: str = "report") -> str:
 
 def script(state: PageState) -> str:
     """A Python script that loads the same train and prints what the page answers."""
-    overrides = pformat(dict(state.overrides), sort_dicts=False, width=100)
-    given = f", overrides={overrides}" if state.overrides else ""
-    note = f"# download the model as {file_name_of(state)} beside this script\n" if download_needed(state) else ""
-    return (
-        f"{note}import epicyclic\n\n"
-        f"train = epicyclic.load({_source(state)!r}{given})\n"
+    return _loading(state) + (
         "system = epicyclic.assemble(train)\n\n"
         "for verb in (epicyclic.modes, epicyclic.sharing, epicyclic.sweep):\n"
         "    name = verb.__name__\n"
@@ -449,6 +451,26 @@ def script(state: PageState) -> str:
         '    if name == "modes":\n'
         "        print(result.frequency.to_series().to_string())\n"
     )
+
+
+def verb_script(state: PageState, verb: str, keywords: Mapping[str, Any]) -> str:
+    """A Python script that runs one verb of the same train, keeps its result, and prints what that means."""
+    chosen = "".join(f"    {name}={value!r},\n" for name, value in keywords.items())
+    file = file_name_of(state, f"-{verb}.nc")
+    return _loading(state, "from epicyclic.show.views import findings_of\n") + (
+        f"result = epicyclic.{verb}(\n    train,\n{chosen})\n"
+        f"epicyclic.save_result(result, {file!r})  # epicyclic show {file} prints its tables\n"
+        'for finding in findings_of({"": result}):\n'
+        "    print(finding.text, finding.change)\n"
+    )
+
+
+def _loading(state: PageState, imports: str = "") -> str:
+    """Lines of a script that load the train of a state."""
+    overrides = pformat(dict(state.overrides), sort_dicts=False, width=100)
+    given = f", overrides={overrides}" if state.overrides else ""
+    note = f"# download the model as {file_name_of(state)} beside this script\n" if download_needed(state) else ""
+    return f"{note}import epicyclic\n{imports}\ntrain = epicyclic.load({_source(state)!r}{given})\n"
 
 
 def file_name_of(state: PageState, suffix: str = ".toml") -> str:

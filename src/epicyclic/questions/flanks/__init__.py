@@ -78,7 +78,7 @@ class ContactOptions:
         float | None,
         Option(
             'Of a mesh, on its first gear [N m], or e.g. "850 N m"; the loaded flank is that of operation.',
-            above=0,
+            least=0,
             most=1e9,
             default="as operated",
             reads="torque",
@@ -153,7 +153,7 @@ class ReliefOptions:
         float | None,
         Option(
             'On the first gear of the mesh [N m], or e.g. "850 N m".',
-            above=0,
+            least=0,
             most=1e9,
             default="as operated",
             reads="torque",

@@ -65,6 +65,8 @@ _MAP_LOADS = (0.25, 0.5, 0.75, 1.0, 1.25, 1.5)
 _PATH_POINTS = 161
 # evaluations kept in a result, so that its file stays below some ten megabytes
 _MOST_EVALUATIONS = 200_000
+# shares of the work once generations are through, and once the best are solved again, as spur teeth take it
+_SEARCHED, _VERIFIED = 0.5, 0.8
 # part of a range from its bound within which an answer counts as on it: a short search comes that close
 _AT_BOUND = 1e-2
 
@@ -132,6 +134,7 @@ def relief(drive: Drive, options: ReliefOptions, *, progress: Callable[[float], 
     # the record of the search; more generations are the same one gone on with
     record = recorded | {"seed": options.seed, "population": options.population}
     model = json.dumps(dict(train.document), sort_keys=True, default=str)
+    told = progress or (lambda _: None)
     folder, resume = options.folder if options.resume is None else options.resume, options.resume is not None
     with run_folder(folder, model, verb="relief", options=record, resume=resume) as (_, kept):
         result = genetic_search(
@@ -143,11 +146,13 @@ def relief(drive: Drive, options: ReliefOptions, *, progress: Callable[[float], 
             seed=options.seed,
             start=drawn,
             kept=kept.part("generations"),
-            progress=progress,
+            progress=lambda done: told(_SEARCHED * done),
         )
     if not result.best.size:
         raise ModelError("no candidate could be computed", path="vary", given=dict(options.vary))
     solved = verified(problem, result, pick=options.pick, drawn=drawn)
+    if not result.stopped:
+        told(_VERIFIED)
     best = solved.settings
     changes = overrides_of(best, flanks)
     if isinstance(drive.source, Train):

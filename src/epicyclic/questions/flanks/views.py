@@ -12,12 +12,14 @@ from ...limits import RELIEF_GAIN
 from ...results.dataset import largest
 from ...show.elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table, columns_of, number
 from ...show.series import (
+    READ_IN,
     by_pair_and_side,
     engineering,
     losses_of_pairs,
     numbers,
     pair_names,
     pair_title,
+    relief_effect,
     short_names,
     split_name,
     texts,
@@ -251,8 +253,6 @@ def _loads(result: xr.Dataset) -> Table:
 # --- relief ----------------------------------------------------------------------------------------------------------
 
 _SHOWN = 20  # solutions of a Pareto set
-# what objectives are read in: factor from SI, unit
-_READ = {"m": (1e6, "um"), "N/m": (1e-3, "N/mm"), "N": (1.0, "N")}
 
 
 def relief_tables(result: xr.Dataset) -> Sequence[Table]:
@@ -274,14 +274,12 @@ def relief_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
 
 def relief_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
     """What the answer gains in its first objective, and what to grind where that is worth it."""
-    before, after = (float(result[f"objective_{when}"].values[0]) for when in ("before", "after"))
-    factor, unit = _READ[str(result.objective_unit.values[0])]
-    gain = 1 - after / before if before else 0.0
-    what = str(result.objective_meaning.values[0]).partition(", mean over")[0]
+    effect = relief_effect(result)
+    what, gain = effect.what, effect.gain
     pairs = [split_name(str(name))[:2] for name in result.relieved_mesh.values]
     several = len({stage for stage, _ in pairs}) > 1
     meshes = " and ".join(dict.fromkeys(pair_title(pair, several) for pair in pairs))
-    fall = f"{engineering(factor * before, 3)} to {engineering(factor * after, 3)} {unit.replace('um', 'µm')}"
+    fall = f"{effect.before} to {effect.after}{effect.at}"
     if not gain > RELIEF_GAIN:
         text = f"The relief that was found makes the {what} of {meshes} no {100 * RELIEF_GAIN:g} % smaller ({fall})."
         return [Finding(tone="good", text=text, anchor="relief", value=gain, limit=RELIEF_GAIN)]
@@ -317,7 +315,7 @@ def _bound(name: str, value: float) -> str:
 
 def _objectives(result: xr.Dataset) -> Table:
     before, after = result.objective_before.values, result.objective_after.values
-    units = [_READ[str(unit)] for unit in result.objective_unit.values]
+    units = [READ_IN[str(unit)] for unit in result.objective_unit.values]
     columns: dict[str, Any] = {
         "objective": [str(name) for name in result.objective.values],
         "what is made least": [str(text) for text in result.objective_meaning.values],
@@ -333,7 +331,7 @@ def _front(result: xr.Dataset) -> Table:
     """The Pareto set, evenly thinned where it is long, the answer always among it."""
     count, picked = result.sizes["solution"], int(result.attrs["picked"])
     rows = np.unique([picked, *np.linspace(0, count - 1, min(count, _SHOWN)).round().astype(int)])
-    units = [_READ[str(unit)] for unit in result.objective_unit.values]
+    units = [READ_IN[str(unit)] for unit in result.objective_unit.values]
     columns: dict[str, Any] = {"number": [f"{row}{' *' if row == picked else ''}" for row in rows]}
     for i, name in enumerate(result.variable.values):
         columns[str(name)] = [str(text) for text in result.solution_text.values[rows, i]]

@@ -304,13 +304,22 @@ def test_the_first_estimate_of_relief_is_force_over_single_stiffness() -> None:
 
 def test_a_relief_that_forces_do_not_count_names_the_key() -> None:
     """Of the ISO 6336 stiffness the advice names what makes the relief count; of contact stiffness there is nothing."""
-    key = "stages.main.meshes.sun-planet.stiffness"
+    keys = [f"stages.main.meshes.{pair}.stiffness" for pair in ("sun-planet", "planet-ring")]
     drawn: dict[str, object] = {"stages.main.flank.tip_relief": {"amount": "30 um", "length": "3 mm"}}
     for overrides in ({}, drawn):
-        ignored = relief_answer(load("wind-stage", overrides=overrides)).text
-        assert f'Forces and K_v count it with {key} = "contact" alone' in ignored
-    contact = {key: "contact", "stages.main.meshes.planet-ring.stiffness": "contact"}
-    assert "count it" not in relief_answer(load("wind-stage", overrides=contact | drawn)).text
+        ignored = relief_answer(load("wind-stage", overrides=overrides))
+        assert "Forces over speed are without the relief: the stiffness of sun-planet and planet-ring" in ignored.text
+        assert ignored.apply == dict.fromkeys(keys, "contact")
+    contact: dict[str, object] = dict.fromkeys(keys, "contact")
+    counted = relief_answer(load("wind-stage", overrides=contact | drawn))
+    assert "Forces over speed" not in counted.text
+    assert counted.apply is None
+    varied: dict[str, object] = {"stages.main.meshes.sun-planet.variation": "none"}
+    follow = relief_answer(load("wind-stage", overrides=varied)).apply
+    assert follow is not None
+    assert follow["stages.main.meshes.sun-planet.variation"] is None
+    then = {path: value for path, value in {**varied, **follow}.items() if value is not None}
+    assert relief_answer(load("wind-stage", overrides=then)).apply is None
 
 
 @pytest.mark.parametrize("train", ["lin1999-n4", "yue2014-i"])

@@ -3,22 +3,30 @@
 from __future__ import annotations
 
 import re
+import runpy
+import shlex
 import tomllib
 from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
+from epicyclic.cli.main import app
 from epicyclic.cockpit.computing.answers import halved_text, halved_tolerance
-from epicyclic.cockpit.computing.job_kinds import JOBS, relief_frame, tolerance_frame
-from epicyclic.cockpit.state.frames import PageFrame, pack, unpack
+from epicyclic.cockpit.computing.job_kinds import JOBS, envelope, job_keywords, relief_frame, tolerance_frame
+from epicyclic.cockpit.state.frames import PageFrame, pack, speed_axis, unpack
+from epicyclic.cockpit.state.state import command_line, opened, request_of, verb_script, with_value
 from epicyclic.document.deviations import Distribution, read_distribution
 from epicyclic.document.document import drive_text
 from epicyclic.errors import ModelError
 from epicyclic.questions.check.verbs import check
 from epicyclic.questions.flanks.verbs import contact
+from epicyclic.questions.response.verbs import sweep
 from epicyclic.questions.tolerance.verbs import tolerance
+from epicyclic.results.dataset import load_result
 from epicyclic.show.views import findings_of, tables_of
 from epicyclic.train.resolution import load
 
@@ -59,7 +67,8 @@ def test_a_job_gives_a_frame_a_dataset_and_its_progress(name: str) -> None:
     assert "nan" not in job["text"]
     assert dataset.attrs["verb"] in (name, "contact_sweep")
     assert told
-    assert all(0 <= share <= 1 for share in told)
+    assert all(0 <= share < 1 for share in told)  # what is left is packed and sent
+    assert told[-1] > 0.9
     assert list(told) == sorted(told)
     came = unpack(pack(frame))
     if "lines" in job:
@@ -174,7 +183,7 @@ def test_relief_is_drawn_by_its_apply() -> None:
     result = contact("ren2021", overrides=apply, loads=(0.75, 1.0), samples=64, slices=40, mesh="sun-planet")
     after = float(dataset["objective_after"].values[0])
     assert float(result["transmission_error_peak_to_peak"].max()) == pytest.approx(after, rel=0.02)
-    before, then = (float(one) for one in re.findall(r"from ([\d.]+) to ([\d.]+) µm", frame.head["job"]["text"])[0])
+    before, then = (float(one) for one in re.findall(r"from ([\d.]+) µm to ([\d.]+) µm", frame.head["job"]["text"])[0])
     assert then == pytest.approx(1e6 * after, rel=5e-3)
     assert before > then
 
@@ -185,7 +194,7 @@ def test_page_and_terminal_judge_one_gain_of_a_relief(left: float, level: str) -
     changed = dataset.copy()
     changed["objective_after"] = left * changed["objective_before"]
     (finding,) = findings_of({"relief": changed})
-    (answer,) = relief_frame(changed).head["answers"]
+    (answer,) = relief_frame(changed, load("ren2021")).head["answers"]
     assert answer["level"] == level
     assert answer["text"] == f"{finding.text} {finding.change}".strip()
     assert finding.value == pytest.approx(1 - left)
@@ -255,4 +264,100 @@ def test_every_job_says_what_it_does_by_default() -> None:
         assert kind.name == name
         assert kind.about.endswith(".")
         assert kind.label
-        assert kind.seconds > 0
+        assert 0 < kind.counted[0] < kind.counted[1] < 1
+        assert set(kind.grows) <= set(kind.options)
+        assert kind.seconds(0.1, 2) >= kind.seconds(0.1, 1) > 0
+        assert kind.work({}) == 1
+    assert JOBS["contact_loss"].work({"points": 120, "shaft_orders": True}) == pytest.approx(40)
+
+
+@pytest.mark.parametrize("name", list(JOBS))
+def test_command_line_and_script_of_a_job_give_what_the_page_says(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    kind, drive = JOBS[name], DRIVES.get(name, "ren2021")
+    state = with_value(opened(drive), "stages.main.sun.support.radial", "0.9 GN/m")
+    page, _ = kind.run(*request_of(state), SMALL[name], lambda *_: None)
+    keywords = job_keywords(name, *request_of(state), SMALL[name])
+    words = shlex.split(command_line(state, kind.verb, keywords))
+    ran = CliRunner().invoke(app, [*words[1:], "-o", "out.nc"], env={"COLUMNS": "1000"})
+    assert ran.exit_code == 0, ran.output
+    train = load(drive, {"stages.main.sun.support.radial": "0.9 GN/m"})
+    script = verb_script(state, kind.verb, keywords)
+    (tmp_path / "job.py").write_text(script, encoding="utf-8")
+    capsys.readouterr()
+    runpy.run_path("job.py", run_name="__main__")
+    printed = capsys.readouterr().out
+    for file in ("out.nc", f"{drive}-{kind.verb}.nc"):
+        again = kind.shown(load_result(tmp_path / file), train, SMALL[name])
+        assert again.head["job"]["text"] == page.head["job"]["text"]
+        for array, values in page.arrays.items():
+            np.testing.assert_allclose(again.arrays[array], values, rtol=1e-5, atol=1e-12)
+    for number in re.findall(r"\d+\.\d+", page.head["job"]["text"]):
+        assert number in printed
+        assert number in ran.output
+
+
+def test_an_envelope_keeps_every_peak() -> None:
+    x = np.arange(100_001.0)
+    y = np.sin(x / 300) + 0.1 * np.cos(x * 2.2)
+    y[77_777], y[31], y[50_000] = 9.0, -7.0, np.nan
+    fewer, (kept, half) = envelope(x, np.array([y, 0.5 * y]), 2000)
+    assert len(fewer) == len(kept) <= 2000
+    assert (np.diff(fewer) > 0).all()
+    assert (np.nanmax(kept), np.nanmin(kept), np.nanmax(half)) == (9.0, -7.0, 4.5)
+    assert abs(fewer[np.nanargmax(kept)] - 77_777) <= 100
+    for left in range(0, 100_000, 10_000):  # the least and the largest of any part
+        part, at = y[left : left + 10_000], (fewer >= left) & (fewer < left + 10_000)
+        assert np.nanmax(kept[at]) == pytest.approx(np.nanmax(part), abs=0.02)
+    short, (same,) = envelope(x[:50], y[None, :50], 2000)
+    np.testing.assert_array_equal(short, x[:50])
+    np.testing.assert_array_equal(same, y[:50])
+
+
+def test_contact_loss_stands_over_the_linear_curve_on_the_axis_of_the_sweep() -> None:
+    frame, result, _ = done("contact_loss")
+    curves = [curve["label"] for curve in frame.head["job"]["lines"]["curves"]]
+    assert curves == ["linear, largest", "run-up, largest", "coast-down, largest", "least of both"]
+    assert [curve["pale"] for curve in frame.head["job"]["lines"]["curves"]] == [True, False, False, False]
+    axis = speed_axis(load("ren2021"))
+    assert axis is not None
+    assert frame.head["job"]["lines"]["x_label"] == axis[0]
+    np.testing.assert_allclose(frame.arrays["job/x"], axis[1] * result["speed"].values, rtol=1e-6)
+    linear = sweep("ren2021", relative_speed=result["speed"].values, shaft_orders=False)
+    largest = np.nanmax(linear["mesh_force_peak"].values, axis=0) / 1e3
+    np.testing.assert_allclose(frame.arrays["job/y"][0], largest, rtol=1e-5)
+    assert frame.head["job"]["lines"]["zero"]
+    assert frame.head["job"]["title"].endswith("mesh orders")
+    lost = result.copy(deep=True)
+    for one in ("mesh_force_peak", "mesh_force_minimum", "contact_open"):
+        lost[one][:] = np.nan
+    lost.attrs["warnings"] = '["no motion was found at 12 points [no-motion-found]"]'
+    said = JOBS["contact_loss"].shown(lost, load("ren2021"), {}).head["job"]["text"]
+    assert said == "No motion was found at 12 points."
+
+
+def test_a_relief_that_is_drawn_keeps_its_numbers_and_the_curve_follows_it_by_contact() -> None:
+    frame, result, _ = done("relief")
+    drawn, follows = frame.head["kept"]
+    assert drawn["overrides"] == frame.head["job"]["apply"]
+    before, after = (1e6 * float(result[f"objective_{when}"].values[0]) for when in ("before", "after"))
+    force = 1e-3 * float(result["relieved_force"].values[0])
+    (answer,) = drawn["answers"]
+    assert answer["text"].startswith("is drawn: transmission error")
+    assert f"{before:.3g} µm before, {after:.3g} µm after at {0.75 * force:.3g} to {force:.3g} kN" in answer["text"]
+    assert answer["apply"] == {
+        f"stages.main.meshes.{pair}.stiffness": "contact" for pair in ("sun-planet", "planet-ring")
+    }
+    assert follows["overrides"] == {**drawn["overrides"], **answer["apply"]}
+    assert follows["answers"][0]["apply"] is None
+    # of the stiffness of ISO 6336 the curve does not know the relief, of that of contact it does
+    none: dict[str, object] = {}
+    plain, relieved, with_contact = (
+        sweep("ren2021", overrides=overrides, points=4, shaft_orders=False)["mesh_force_rms"].values
+        for overrides in (none, drawn["overrides"], answer["apply"])
+    )
+    followed = sweep("ren2021", overrides=follows["overrides"], points=4, shaft_orders=False)["mesh_force_rms"].values
+    np.testing.assert_array_equal(plain, relieved)
+    assert np.abs(followed / with_contact - 1).max() > 0.02  # of the dynamic force

@@ -1,13 +1,14 @@
 // What an answer rests on: load sharing, what each error costs, lines or bars of a job.
 import { brief, hue, look, px, roundUp, short, written } from "./look.js";
 import { make, Pane, Sheet } from "./pane.js";
-import { ghostCurve, plotOf, rowsOf } from "./plot.js";
+import { endsOf, ghostCurve, plotOf, rowsOf, zoomOfKey } from "./plot.js";
 import { about1, drawBars, drawSharing, FOOT, folded, heightFor } from "./rows.js";
 
 const STALE = 0.4;
 const GAPS = { sharing: 0.05, period: 0.1 }; // least half width of the axes about 1: below, all is as good as equal
 const UNFOLDED = 14; // rows of load sharing that have room side by side with both sides of a herringbone pair
 const LINES = 8; // curves of a job that get a place in the key
+const CLOSEST = 1e-3; // part of an axis that can be zoomed into
 
 export class EvidencePane extends Pane {
   constructor(...given) {
@@ -16,7 +17,8 @@ export class EvidencePane extends Pane {
     this.body = make("div", { class: "ck-fill" });
     this.keys = make("div", { class: "ck-keys" });
     this.old = make("div", { class: "ck-note ck-at-left", hidden: "" }, "of another state: run it again");
-    this.root.prepend(this.scroll, this.body, this.keys, this.old);
+    this.hint = make("div", { class: "ck-note", hidden: "" });
+    this.root.prepend(this.scroll, this.body, this.keys, this.old, this.hint);
     this.sheet = new Sheet(this.scroll);
     this.styles = [];
     this.name = "sharing";
@@ -38,6 +40,7 @@ export class EvidencePane extends Pane {
     this.root.dataset.rev = String(-1);
     this.shown = null;
     this.halves = {};
+    this.zoomed = null;
     this.dropPlot();
     this.hideTip();
     this.schedule();
@@ -66,6 +69,7 @@ export class EvidencePane extends Pane {
   dropPlot() {
     this.plot?.destroy();
     this.plot = null;
+    this.hint.hidden = true;
     this.keys.replaceChildren();
   }
 
@@ -205,26 +209,45 @@ export class EvidencePane extends Pane {
       ? { x: Array.from(pinned.arrays.x.data), rows: rowsOf(pinned.arrays.y), labels: pinned.head.lines.curves.map((curve) => curve.label) }
       : null;
     const curves = lines.curves.map((curve, row) => ({ ...curve, row }));
-    const isFew = curves.length <= 4;
-    for (const curve of curves) curve.strong = isFew || Boolean(curve.strong);
+    const isFew = curves.filter((curve) => !curve.pale).length <= 4;
+    for (const curve of curves) curve.strong = !curve.pale && (isFew || Boolean(curve.strong));
     curves.sort((a, b) => Number(a.strong) - Number(b.strong) || a.row - b.row);
     const strong = curves.filter((curve) => curve.strong).slice(-4);
-    this.styles = curves.map((curve) => ({ colour: strong.includes(curve) ? this.colourOf(curve) : look().other }));
+    const colourOf = (curve) => (strong.includes(curve) ? this.colourOf(curve) : curve.pale ? look().pale : look().other);
+    this.styles = curves.map((curve) => ({ colour: colourOf(curve) }));
     this.curves = curves;
     this.data = [x, ...curves.map((curve) => rows[curve.row])];
-    this.xRange = [Math.min(...x), Math.max(...x)];
-    this.yRange = ends([...rows, ...(this.ghost?.rows ?? [])].flat());
     this.dropPlot();
+    this.lines = lines;
+    this.zoom(this.zoomed);
     this.plot = plotOf(this.body, {
       width: this.width, height: this.height, xLabel: lines.x_label, yLabel: lines.y_label, count: curves.length, owner: this, top: 26,
-      hooks: { drawAxes: [(plot) => this.drawGhost(plot)], setCursor: [(plot) => this.onCursor(plot)] },
+      hooks: { drawAxes: [(plot) => this.drawBehind(plot)], setCursor: [(plot) => this.onCursor(plot)] },
+      onZoom: (range) => this.zoom(range),
     });
     this.plot.root.setAttribute("aria-hidden", "true");
-    curves.forEach((curve, i) => Object.assign(this.plot.series[i + 1], { width: curve.strong ? 2 : 1, label: curve.label }));
-    this.lines = lines;
+    curves.forEach((curve, i) => Object.assign(this.plot.series[i + 1], { width: curve.strong ? 2 : curve.pale ? 1.5 : 1, label: curve.label }));
     this.lineKeys(part.head, strong);
     this.taken = part;
-    this.describe(part.head.title ?? "", strong.map((curve) => curve.label));
+    this.describe(part.head.title ?? "", [...strong.map((curve) => curve.label), "Plus and minus zoom, arrow keys move along, Escape shows all"]);
+  }
+
+  /** Show the part [from, to] of the horizontal axis, null: all of it; the vertical one holds what is seen there. */
+  zoom(range) {
+    const [least, most] = endsOf([this.data[0], ...(this.ghost ? [this.ghost.x] : [])]);
+    let [from, to] = range ?? [least, most];
+    if (to - from < CLOSEST * (most - least)) [from, to] = this.xRange;
+    [from, to] = [Math.max(from, least), Math.min(to, most)];
+    const isPart = to > from && to - from < (1 - CLOSEST) * (most - least);
+    this.zoomed = isPart ? [from, to] : null;
+    this.xRange = isPart ? [from, to] : [least, most];
+    const seen = (x, row) => (isPart ? row.filter((_, i) => x[i] >= from && x[i] <= to) : row);
+    const shown = [...this.data.slice(1).map((row) => seen(this.data[0], row)), ...(this.ghost?.rows ?? []).map((row) => seen(this.ghost.x, row))];
+    this.yRange = ends(shown, this.lines.zero);
+    this.root.dataset.zoomed = String(isPart);
+    this.hint.textContent = isPart ? "double click: all" : "drag: zoom";
+    this.hint.hidden = false;
+    this.schedule();
   }
 
   colourOf({ label, row }) {
@@ -239,15 +262,30 @@ export class EvidencePane extends Pane {
     };
     const title = make("b", {}, head.title ?? "");
     title.style.color = "var(--ck-ink)";
+    const pale = this.curves.filter((curve) => curve.pale);
     const shown = strong.length > 1 || this.ghost ? strong.slice(0, LINES) : [];
     const rows = shown.map((curve) => key(brief(curve.label), this.colourOf(curve)));
-    if (this.curves.length > strong.length) rows.push(key(`${this.curves.length - strong.length} more`, look().other));
+    rows.unshift(...pale.map((curve) => key(curve.label, look().pale)));
+    const more = this.curves.length - strong.length - pale.length;
+    if (more) rows.push(key(`${more} more`, look().other));
     if (this.ghost) rows.push(key("A", look().pale, "ck-dashed"));
     // of many curves the tab says what they are
     this.keys.replaceChildren(...(shown.length > 3 ? [] : [title]), ...rows);
   }
 
-  drawGhost(plot) {
+  drawBehind(plot) {
+    if (this.lines.zero) {
+      const { left, width } = plot.bbox;
+      const y = plot.valToPos(0, "y", true);
+      plot.ctx.save();
+      plot.ctx.strokeStyle = look().ink;
+      plot.ctx.lineWidth = window.devicePixelRatio || 1;
+      plot.ctx.beginPath();
+      plot.ctx.moveTo(left, y);
+      plot.ctx.lineTo(left + width, y);
+      plot.ctx.stroke();
+      plot.ctx.restore();
+    }
     if (!this.ghost) return;
     this.ghost.rows.forEach((row, i) => {
       const curve = this.curves.findIndex((one) => one.label === this.ghost.labels[i] && one.strong);
@@ -263,7 +301,7 @@ export class EvidencePane extends Pane {
     const rows = [[`${short(this.data[0][index], 4)} ${unit(this.lines.x_label)}`, null]];
     this.curves.forEach((curve, i) => {
       const value = this.data[i + 1][index];
-      if (curve.strong && value != null && rows.length < 10) rows.push([curve.label, `${written(value, 4)} ${unit(this.lines.y_label)}`, this.styles[i].colour]);
+      if ((curve.strong || curve.pale) && value != null && rows.length < 10) rows.push([curve.label, `${written(value, 4)} ${unit(this.lines.y_label)}`, this.styles[i].colour]);
     });
     this.showTip(plot.bbox.left / ratio + plot.cursor.left, plot.bbox.top / ratio + Math.max(0, plot.cursor.top), rows);
   }
@@ -293,6 +331,16 @@ export class EvidencePane extends Pane {
   }
 
   onKey(event) {
+    if (this.plot && !(event.ctrlKey || event.metaKey || event.altKey)) {
+      const [from, to] = this.xRange;
+      const index = this.plot.cursor.left >= 0 ? this.plot.cursor.idx : null;
+      const range = zoomOfKey(event.key, this.xRange, endsOf([this.data[0]]), index == null ? (from + to) / 2 : this.data[0][index]);
+      if (range === undefined || (event.key === "Escape" && !this.zoomed)) return;
+      event.preventDefault();
+      this.zoom(range);
+      this.say(`${this.lines.x_label}: ${short(this.xRange[0], 4)} to ${short(this.xRange[1], 4)}`);
+      return;
+    }
     const step = { ArrowDown: 40, ArrowUp: -40, PageDown: this.height, PageUp: -this.height }[event.key];
     if (step && this.scroll.scrollHeight > this.height) {
       event.preventDefault();
@@ -336,12 +384,10 @@ function byLabel(rows, labels, values) {
   });
 }
 
-/** Ends of an axis for lines: from 0 where that leaves the lines most of it, else about their own range. */
-function ends(values) {
-  const known = values.filter((value) => value !== null);
-  if (!known.length) return [0, 1];
-  let [low, high] = [Infinity, -Infinity];
-  for (const value of known) [low, high] = [Math.min(low, value), Math.max(high, value)];
+/** Ends of an axis for rows of lines: from 0 where that leaves them most of it, else about their own range; with zero in it where that is asked for. */
+function ends(rows, withZero) {
+  const [low, high] = endsOf(withZero ? [...rows, [0]] : rows);
+  if (!(high >= low)) return [0, 1];
   if (low >= 0 && low < 0.4 * high) return [0, roundUp(1.05 * high)];
   const room = 0.08 * (high - low || Math.abs(high) || 1);
   return [low - room, high + room];

@@ -3,6 +3,7 @@ import { font, look, px, roundUp, translucent } from "./look.js";
 import uPlot from "./uPlot.min.js";
 
 const FONT_SIZE = 11;
+const LEAST_DRAG = 5; // [px] below which a drag is a click
 
 // uPlot reads whole pixels
 export const axisFont = () => font(Math.round(px(FONT_SIZE)));
@@ -36,8 +37,12 @@ function tick(value, splits) {
   return text.replace(/\d+/, (whole) => (whole.length > 4 ? whole.replace(/\B(?=(\d{3})+$)/g, "\u2009") : whole));
 }
 
-/** A plot of so many curves whose looks and ranges `owner` tells: styles, rangeX(), rangeY(); hooks as uPlot's. */
-export function plotOf(parent, { width, height, xLabel, yLabel, count, owner, top, hooks, cursor = true }) {
+/**
+ * A plot of so many curves whose looks and ranges `owner` tells: styles, rangeX(), rangeY(); hooks as uPlot's.
+ * uPlot draws of each column of pixels the least and the largest value, so that no peak is lost.
+ * `onZoom` takes the ends [from, to] of what is dragged over, null after a double click; the owner then tells its range.
+ */
+export function plotOf(parent, { width, height, xLabel, yLabel, count, owner, top, hooks, cursor = true, onZoom = null }) {
   const series = Array.from({ length: count }, (_, i) => ({
     label: "",
     stroke: () => owner.styles[i]?.colour ?? look().other,
@@ -45,20 +50,40 @@ export function plotOf(parent, { width, height, xLabel, yLabel, count, owner, to
     points: { show: false },
     spanGaps: false,
   }));
-  return new uPlot(
+  const zoomed = (plot) => {
+    const { left, width: wide } = plot.select;
+    if (wide < LEAST_DRAG) return;
+    plot.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false);
+    onZoom([plot.posToVal(left, "x"), plot.posToVal(left + wide, "x")]);
+  };
+  const plot = new uPlot(
     {
       width, height,
       padding: [px(top), px(16), 0, 0],
       legend: { show: false },
-      cursor: { show: cursor, y: false, drag: { x: false, y: false, setScale: false }, points: { size: 6 }, focus: { prox: 1e6 } },
+      cursor: { show: cursor, y: false, drag: { x: Boolean(onZoom), y: false, setScale: false }, points: { size: 6 }, focus: { prox: 1e6 } },
       scales: { x: { time: false, range: () => owner.rangeX() }, y: { range: () => owner.rangeY() } },
       axes: [axis(xLabel, 2), axis(yLabel, 3)],
       series: [{}, ...series],
-      hooks,
+      hooks: onZoom ? { ...hooks, setSelect: [zoomed] } : hooks,
     },
     Array.from({ length: count + 1 }, () => []),
     parent,
   );
+  if (onZoom) plot.over.addEventListener("dblclick", () => onZoom(null));
+  return plot;
+}
+
+/** Ends of a part of [least, most] that a key asks for: + and - about a place, arrows along; null: the whole, undefined: no such key. */
+export function zoomOfKey(key, [from, to], [least, most], at) {
+  if (["0", "Escape", "Home"].includes(key)) return null;
+  const [width, step] = [to - from, { ArrowLeft: -0.25, ArrowRight: 0.25 }[key]];
+  if (step) {
+    const moved = Math.max(least - from, Math.min(most - to, step * width));
+    return [from + moved, to + moved];
+  }
+  const factor = { "+": 0.5, "=": 0.5, "-": 2 }[key];
+  return factor ? [at - factor * (at - from), at + factor * (to - at)] : undefined;
 }
 
 /** Rows of a float array (n, m) as uPlot takes them: null where there is no number. */

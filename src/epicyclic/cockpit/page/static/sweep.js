@@ -317,7 +317,9 @@ export class SweepPane extends Pane {
     if (this.previewed) rows.push(key("changed", look().accent, true));
     for (const row of rows.slice(strong.length)) row.classList.add("ck-whole");
     this.note.textContent = head.stage ?? "";
-    this.raised.hidden = !(this.axis[0] > 0);
+    this.raised.textContent = [this.axis[0] > 0 ? "axis not from 0" : "", head.uncounted ? "relief not counted" : ""].filter(Boolean).join("; ");
+    this.raised.title = head.uncounted ?? "";
+    this.raised.hidden = !this.raised.textContent;
     const text = rows.map((row) => row.textContent).join("|") + look().dark + strong.map((curve) => this.colourOf(curve)).join();
     if (text === this.keyText) return;
     this.keyText = text;
