@@ -12,7 +12,7 @@ import epicyclic
 from epicyclic.cockpit.computing.compute import compute
 from epicyclic.cockpit.computing.detuning import is_quick
 from epicyclic.cockpit.computing.job_kinds import JOBS
-from epicyclic.cockpit.state.frames import Request
+from epicyclic.cockpit.state.frames import PageFrame, Request
 from epicyclic.document.document import drive_text
 
 FAST = {"operation.speed.sun": "580 rpm"}
@@ -53,7 +53,7 @@ def test_the_speed_that_is_shown_is_the_one_to_leave() -> None:
 
 def test_the_search_is_given_up_for_something_newer() -> None:
     asked: list[str] = []
-    frames = []
+    frames: list[PageFrame] = []
 
     def stop() -> bool:
         asked.append(frames[-1].kind if frames else "")
