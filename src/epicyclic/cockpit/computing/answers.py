@@ -299,7 +299,7 @@ def error_answer(train: Train, sharing: Mapping[str, Any] | None, errors: Mappin
     if share > _WORTH and not k - 1 < _NO_CHANGE:
         without = float(first.get("without", np.nan))
         then = f"; {without:.3f} without it" if np.isfinite(without) else ""
-        text = f"of K_gamma\u00a0-\u00a01 ({of}): {first['label']}{then}."
+        text = f"{share:.0f} % of K_gamma\u00a0-\u00a01 ({of}): {first['label']}{then}."
         verdict = sharing["verdict"]
         level = "warn" if share >= _MOST and verdict is not None and not verdict["passes"] else "good"
     else:  # no deviation parts the mean load: the one that costs most while the train turns
@@ -542,7 +542,9 @@ def relief_answer(train: Train) -> Answer:
     if drawn:
         level: Level = "good" if abs(drawn / largest.amount - 1) <= _WITHIN else "warn"
         figure = f"{number(1e6 * drawn)} µm"
-        text = f"is drawn; a first estimate F/(c' b) at operating load is {um} µm at the tips of {pair}.{counts}"
+        text = (
+            f"{figure} is drawn; a first estimate F/(c' b) at operating load is {um} µm at the tips of {pair}.{counts}"
+        )
     else:
         level = "warn" if largest.amount > _LITTLE_GAP else "good"
         figure = "0 µm"

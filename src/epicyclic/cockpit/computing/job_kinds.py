@@ -250,8 +250,8 @@ def tolerance_frame(result: xr.Dataset, train: Train) -> PageFrame:
     change = halved_tolerance(train, names[order[0]])
     share, alone = float(total[order[0]]), float(tolerance_shares(result, "sobol_first")[order[0]])
     said = (
-        f"of the variance of K_gamma among trains of this drawing involves the tolerance of {words[0]} with its "
-        f"interactions ({100 * alone:.0f} % alone)"
+        f"{100 * share:.0f} % of the variance of K_gamma among trains of this drawing involves the tolerance of "
+        f"{words[0]} with its interactions ({100 * alone:.0f} % alone)"
     )
     if len(order) > 1 and total[order[1]] >= _AS_LARGE * share > 0:
         said += f"; {100 * float(total[order[1]]):.0f} % that of {words[1]}"
