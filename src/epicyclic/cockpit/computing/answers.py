@@ -354,7 +354,7 @@ def error_answer(train: Train, sharing: Mapping[str, Any] | None, errors: Mappin
     if share > _WORTH and not k - 1 < _NO_CHANGE:
         without = float(first.get("without", np.nan))
         then = f"; {without:.3f} without it" if np.isfinite(without) else ""
-        text = f"of K_gamma\u00a0-\u00a01 ({of}): {first['label']}{then}."
+        text = f"{share:.0f} % of K_gamma\u00a0-\u00a01 ({of}): {first['label']}{then}."
         level = "warn" if share >= _MOST and fails else "good"
         # what only the turning train feels would not lower the K_gamma that is held against the limit
         values = scaled(train, str(first["path"]), 0.5) if fails and of == "mean-load" else {}
@@ -691,7 +691,7 @@ def relief_answer(train: Train) -> Answer:
     if drawn:
         level: Level = "good" if abs(drawn / largest.amount - 1) <= _WITHIN else "warn"
         figure = f"{number(1e6 * drawn)} µm"
-        text = f"is drawn; a {estimate} is {um} µm at the tips of {pair}.{uncounted(train)}"
+        text = f"{figure} is drawn; a {estimate} is {um} µm at the tips of {pair}.{uncounted(train)}"
     else:
         level = "warn" if largest.amount > _LITTLE_GAP else "good"
         figure = "0 µm"

@@ -43,7 +43,7 @@ document.addEventListener("keydown", (event) => {
     const row = button?.parentElement;
     if (!row) return;
     // the server takes it away a moment later
-    for (const wait of [100, 400, 1500, 5000]) {
+    for (const wait of [100, 400, 1500, 5000, 15000]) {
       setTimeout(() => {
         if (document.activeElement !== document.body || isSeen(button)) return;
         [...row.querySelectorAll(CONTROLS)].find((one) => isSeen(one) && !one.disabled)?.focus();

@@ -296,7 +296,7 @@ def test_the_first_estimate_of_relief_is_force_over_single_stiffness() -> None:
     force = abs(torque["main.sun"]) / (3 * sun.gear.base_radius * np.cos(lean))
     single = float(table["mean_mesh_stiffness"][0]) / (0.75 * float(table["contact_ratio"][0]) + 0.25)
     assert answer["figure"] == "60 µm"
-    assert answer["text"].startswith("is drawn")
+    assert answer["text"].startswith("60 µm is drawn")
     (estimate,) = numbers(re.findall(r"load is (\S+) µm", answer["text"])[0])
     assert estimate == pytest.approx(1e6 * force / single, abs=0.51)
     assert answer["job"] == "relief"
