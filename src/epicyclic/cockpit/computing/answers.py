@@ -261,7 +261,7 @@ def float_answer(train: Train, sharing: Part, twin: Part) -> Answer:
     of_stage = f" of {twin['stage']}" if len(train.planets) > 1 else ""
     resonance = f" {twin['resonance']}" if twin.get("resonance") else ""
     if not has_deviations(train) and now <= 1 + _ONE:
-        text = "Nothing in load sharing: without deviations the planets share equally, floating sun or not."
+        text = "Nothing yet in load sharing: without deviations the planets share equally, floating sun or not."
         return Answer("float", text + resonance, figure="0 %", evidence="sharing")
     turning = float(sharing["k_gamma_turning"]), float(twin["k_gamma_turning"])
     change = f"mean-load K_gamma {_change(now, then)}, turning K_gamma {_change(*turning)}"

@@ -155,7 +155,7 @@ def test_a_sun_that_floats_is_told_what_a_support_would_cost() -> None:
     answer = live(source_of("ren2021"), changes)["float"]
     assert answer["apply"] is None
     assert "floats already" in answer["text"]
-    assert answer["figure"] == "1.0000"
+    assert answer["figure"] == "1.000"
     rigid = k_gamma("ren2021", ("stages.main.sun.support.radial", "inf"))
     assert f"mean-load K_gamma rises from 1.000 to {rigid:.3f}, turning K_gamma rises" in answer["text"]
 

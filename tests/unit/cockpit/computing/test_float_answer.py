@@ -91,7 +91,7 @@ def test_what_becomes_of_the_resonance_is_told_as_the_command_line_tells_it(driv
 
 def test_without_deviations_the_resonance_is_told_alone() -> None:
     text = answer_of("xu2020", "full")["text"]
-    assert text.startswith("Nothing in load sharing: without deviations the planets share equally")
+    assert text.startswith("Nothing yet in load sharing: without deviations the planets share equally")
     assert re.search(
         r"A new resonance within 20 %: 3rd order, 19\.03 rpm, \+10\.0 %; the mode's force is 0\.35 %", text
     )
@@ -99,9 +99,11 @@ def test_without_deviations_the_resonance_is_told_alone() -> None:
 
 def test_a_sun_that_floats_is_told_what_a_rigid_support_changes() -> None:
     text = answer_of("wind-stage", "full", {RADIAL: 0})["text"]
-    now, then = k_gammas("wind-stage", "--set", FLOAT), k_gammas("wind-stage", "--set", f"{RADIAL}=inf")
-    change = ", ".join(map(changed, ("mean-load", "turning"), now, then))
-    assert text.startswith(f"The sun floats already. With a rigid support: {change}. Resonance, ")
+    before, after = k_gammas("wind-stage", "--set", FLOAT), k_gammas("wind-stage", "--set", f"{RADIAL}=inf")
+    change = ", ".join(map(changed, ("mean-load", "turning"), before, after))
+    assert text.startswith(f"The sun floats already. With a rigid support: {change}. ")
+    order, then = strongest("wind-stage", "--set", f"{RADIAL}=inf")
+    assert f"resonance within 20 %: {order}, {then}; the mode's force is " in text
 
 
 def test_no_resonance_either_way_is_an_answer() -> None:
