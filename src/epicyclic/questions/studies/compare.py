@@ -500,7 +500,7 @@ def mode_pairs(a: TrainModes, b: TrainModes) -> tuple[NDArray[np.int64], Array, 
 
 
 def _by_shape(a: TrainModes, b: TrainModes) -> tuple[NDArray[np.int64], Array]:
-    """Pairs of the largest sum of modal assurance criteria of the eigenspaces, with the mean of both M as weight."""
+    """Pairs of the largest sum of modal assurance criteria [allemang1982] of the eigenspaces, weighted by both M."""
     roots = repeated_roots(a.squared), repeated_roots(b.squared)
     _, criterion = modal_assurance(a.vectors, b.vectors, (a.mass + b.mass) / 2, roots)
     _, place = scipy.optimize.linear_sum_assignment(criterion, maximize=True)
