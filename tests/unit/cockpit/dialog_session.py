@@ -48,6 +48,7 @@ class FakeSession:
         self.others = False  # another program has written the file
         self.unsaved = False
         self.job = FakeJob()
+        self.failed: dict[str, str] | None = None
         self.rev = 1
         self.jobs = SimpleNamespace(start=self._start, cancel=lambda job: job.cancel(), visible=lambda: [])
 

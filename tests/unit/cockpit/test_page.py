@@ -62,7 +62,7 @@ class PageSession(FakeSession):
     def __init__(self, state: Any) -> None:
         super().__init__(state)
         self.levers: tuple[dict[str, Any], ...] = (MASS, STIFFNESS)
-        self.failed: dict[str, str] | None = None
+        self.failed = None
         self.rev = self.released_rev = 1
         self.relative_speed, self.busy = 1.0, False
         self.pinned_packed: dict[str, bytes] = {}

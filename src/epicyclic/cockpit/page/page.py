@@ -22,12 +22,12 @@ from nicegui.element import Element
 from nicegui.events import GenericEventArguments
 
 from ...document.document import drive_titles
-from ...document.units import Written, factor, written
+from ...document.units import KINDS, Written, factor, is_unit_of, split_list, written
 from ...errors import ModelError
 from ..processes.session import Session
 from ..processes.worker import start_worker, stop_worker
 from ..state.frames import PageFrame
-from ..state.model_file import file_value, written_value
+from ..state.model_file import file_value, overriding, written_value
 from ..state.state import PageState, from_fragment, opened
 from .controls import (
     Board,
@@ -49,39 +49,42 @@ from .header import Header
 # levers ---------------------------------------------------------------------------------------------------------------
 
 
-def entry_of(value: object, unit: str, entry: int) -> float | None:
-    """Entry from 0 of a value as written, in a unit; 0 of a value that is missing, None of what is no number.
-
-    One number stands for every entry.
-    """
-    if value is None:
-        return 0.0
-    numbers = written(value)
-    if numbers is None or (numbers.many and entry >= len(numbers.values)):
+def number_in(value: object, unit: str) -> float | None:
+    """One number as written, in a unit; None of what is none, or has another dimension.  A bare one is SI."""
+    number = written(value)
+    if number is None or number.many:
         return None
-    number = numbers.values[entry if numbers.many else 0]
-    if numbers.unit == unit or not number:
-        return _in_unit(number, "", unit)
-    return _in_unit(number, numbers.unit, unit) if numbers.unit and unit else None
+    (size,) = number.values
+    if size and number.unit != unit:
+        si = next((kind.unit for name, kind in KINDS.items() if is_unit_of(unit, name)), "")
+        scale = factor(number.unit or si, unit) if unit else None
+        size = math.nan if scale is None else float(f"{size * scale:.12g}")
+    return size if math.isfinite(size) else None
 
 
-def _in_unit(number: float, written_in: str, unit: str) -> float | None:
-    """A number in the unit of a lever; None where it has another dimension or is not finite."""
-    scale = 1.0 if written_in in ("", unit) else factor(written_in, unit)
-    return None if scale is None or not math.isfinite(number * scale) else number * scale
+def entries_of(value: object, unit: str, count: int) -> tuple[float, ...] | None:
+    """The `count` entries of a list as written, in a unit; None of what is no such list.
+
+    One number stands for every entry, a value that is missing for zeros.
+    """
+    items, shared = split_list(value)
+    behind = "" if shared in ("", "SI") else f" {shared}"  # the unit that the entries of a text share
+    one = [0.0 if value is None else value] * count
+    numbers = [number_in(f"{item}{behind}" if behind else item, unit) for item in (one if items is None else items)]
+    known = tuple(number for number in numbers if number is not None)
+    return known if len(known) == len(numbers) == count else None
 
 
-def with_entry(value: object, unit: str, entry: int, count: int, number: float) -> object:
-    """Override of a list of `count` entries, with one of them, from 0, another number in the unit."""
-    values = [entry_of(value, unit, i) or 0.0 for i in range(count)]
-    values[entry] = number
-    return Written(values=tuple(values), unit=unit, many=True).text(tuple(float(f"{value:.9g}") for value in values))
+def with_entry(entries: tuple[float, ...], unit: str, entry: int, number: float) -> object:
+    """Override of a list in a unit, with one of its entries, from 0, another number."""
+    values = (*entries[:entry], number, *entries[entry + 1 :])
+    return Written(values=values, unit=unit, many=True).text(values)
 
 
 # Positions of a slider whose lever states no step.
 _POSITIONS = 200
-# Digits with which a value is written into the model: as many as the box shows.
-_DIGITS = 6
+# Digits with which a value is written into the model: as many as the box shows, and as many as were typed.
+_DIGITS, _TYPED = 6, 15
 
 
 class LeverControl(Element, component="lever.js"):
@@ -101,7 +104,7 @@ class LeverControl(Element, component="lever.js"):
         least, most = float(lever["least"]), float(lever["most"])
         # what holds where the model states nothing: it came with the lever, unless an override was there already
         state = session.state
-        overridden = state is not None and self.path in state.overrides
+        overridden = state is not None and overriding(state, self.path) is not None
         self._unstated = least if overridden else self._value
         self._props.update(
             path=self.path,
@@ -128,8 +131,8 @@ class LeverControl(Element, component="lever.js"):
         if state is None or state is self._seen:
             return
         self._seen = state
-        prop(self, "changed", self.path in state.overrides)
         stated = written_value(state, self.path)
+        prop(self, "changed", not self._is_of_file(state, stated))
         number = self._unstated if stated is None else self._read(stated)
         if number is None or math.isclose(number, self._value, rel_tol=1e-9, abs_tol=1e-300):
             return
@@ -149,7 +152,7 @@ class LeverControl(Element, component="lever.js"):
         if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
             return
         self._value = float(value)
-        self._ask(self._written(self._value), released=released)
+        self._ask(lambda: self._written(self._value), released=released)
         self._drags += released
 
     def _typed(self, text: str) -> None:
@@ -161,28 +164,52 @@ class LeverControl(Element, component="lever.js"):
             number = float(text)
         except ValueError:
             number = math.nan
-        value: object = self._written(number) if math.isfinite(number) else text
+        if self._entry is not None and not math.isfinite(number):
+            own = number_in(text, self._unit)
+            if own is None:
+                problem = "a list, and the lever has one entry of it" if "[" in text else "no number with a known unit"
+                self._tell(sentence(problem, f"one number, as 40 {self._unit}; the list under All fields"))
+                return
+            number = own
         self._value = math.nan  # whatever the model then has is shown, at the slider too
-        self._ask(value, released=True)
+        self._ask(lambda: self._written(number, typed=True) if math.isfinite(number) else text, released=True)
         self._drags += 1
+
+    def _entries(self, stated: object) -> tuple[float, ...] | None:
+        """All entries of the list of which this lever has one."""
+        return entries_of(stated, self._unit, self._count)
 
     def _read(self, stated: object) -> float | None:
         """The number of this lever in a value of the model, of a list its own entry."""
-        if self._entry is not None:
-            return entry_of(stated, self._unit, self._entry)
-        number = written(stated)
-        return None if number is None or number.many else _in_unit(number.values[0], number.unit, self._unit)
+        if self._entry is None:
+            return number_in(stated, self._unit)
+        entries = self._entries(stated)
+        return None if entries is None else entries[self._entry]
 
-    def _written(self, value: float) -> object:
-        """A value as the model file writes it."""
+    def _is_of_file(self, state: PageState, stated: object) -> bool:
+        """Whether the value is that of the file, of a list its own entry."""
+        if self._entry is None:
+            return overriding(state, self.path) is None
+        return self._read(stated) == self._read(file_value(state, self.path))
+
+    def _written(self, value: float, *, typed: bool = False) -> object:
+        """A value as the model file writes it. Raises ModelError where the other entries of its list are not known."""
         text = f"{value:.{_DIGITS}g}"
-        if self._entry is not None and (state := self._session.state) is not None:
-            return with_entry(written_value(state, self.path), self._unit, self._entry, self._count, float(text))
-        return f"{text} {self._unit}" if self._unit else float(text)
+        if typed and float(text) != value:
+            text = f"{value:.{_TYPED}g}"
+        if self._entry is None:
+            return f"{text} {self._unit}" if self._unit else float(text)
+        state = self._session.state
+        entries = self._entries(None if state is None else written_value(state, self.path))
+        if entries is None:
+            raise ModelError(
+                "its list cannot be read", path=self.path, allowed=f"{self._count} numbers, under All fields"
+            )
+        return with_entry(entries, self._unit, self._entry, float(text))
 
-    def _ask(self, value: object, *, released: bool) -> None:
+    def _ask(self, value: Callable[[], object], *, released: bool) -> None:
         try:
-            self._session.set(self.path, value, released=released, key=f"{self.path} {self._drags}")
+            self._session.set(self.path, value(), released=released, key=f"{self.path} {self._drags}")
         except ModelError as error:
             self._tell(sentence(error.problem, error.allowed))
         else:
@@ -198,10 +225,21 @@ class LeverControl(Element, component="lever.js"):
         self._tell("")
 
     def _to_file(self) -> None:
+        """Take the value of the file, of a list that of its own entry."""
         state = self._session.state
-        if state is not None:
-            self._value = math.nan
-            self._ask(file_value(state, self.path), released=True)
+        if state is None:
+            return
+        self._value = math.nan
+        value = file_value(state, self.path)
+
+        def asked() -> object:
+            of_file = None if self._entry is None else self._entries(value)
+            if of_file is None or self._entry is None:
+                return value
+            again = self._written(of_file[self._entry], typed=True)
+            return value if self._entries(again) == of_file else again
+
+        self._ask(asked, released=True)
 
     def _tell(self, text: str) -> None:
         prop(self, "message", text)

@@ -192,7 +192,9 @@ def with_values(state: PageState, values: Mapping[str, object]) -> PageState:
     overrides = dict(state.overrides)
     for path, value in values.items():
         keys = split_path(path, path=path)
-        _set(overrides, path, keys, value if value is None else clean(value, path), _spelling(state.base, state.name))
+        _set(
+            overrides, path, keys, value if value is None else clean(value, path), text_spelling(state.base, state.name)
+        )
     if len(overrides) > _MOST_OVERRIDES:
         raise ModelError("too many", path="overrides", given=len(overrides), allowed=f"at most {_MOST_OVERRIDES}")
     return replace(state, overrides=overrides)
@@ -231,7 +233,7 @@ def _with(table: Mapping[str, object], keys: Keys, value: object) -> dict[str, o
 
 
 @lru_cache(maxsize=16)
-def _spelling(text: str, name: str) -> Spelling:
+def text_spelling(text: str, name: str) -> Spelling:
     return spelling_of(tables_of(text, name))
 
 
