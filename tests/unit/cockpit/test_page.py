@@ -344,6 +344,29 @@ def test_a_job_runs_in_the_line_of_its_answer_and_is_marked_when_the_state_moves
     look(talk)
 
 
+def test_a_job_whose_process_died_is_run_again_with_its_options() -> None:
+    async def talk(user: User, session: PageSession) -> None:
+        press(user, "Contact loss")
+        job = session.begin("contact_loss", {})
+        job.options = {"points": 12, "shaft_orders": True}
+        session.tell("jobs")
+        job.status, job.died, job.message = "failed", True, "its process was killed (signal 9) at 40 %"
+        session.rev += 1  # a lever has moved meanwhile
+        session.tell("jobs")
+        told = "stopped: its process was killed (signal 9) at 40 %"
+        line = texts(user, data_job="contact_loss")
+        assert line.startswith("Run again | Run | Options | ")
+        assert line.endswith(told)
+        press(user, "Jobs")
+        assert f"contact_loss | state 1 | {told} | Run again" in texts(user, aria_label="Evidence")
+        press(user, "Run again")
+        assert session.calls[-1] == ("job", "contact_loss", {"points": 12, "shaft_orders": True})
+        assert texts(user, role="tab", aria_selected="true") == "Contact loss"
+        assert "Run again" not in texts(user, aria_label="Evidence")
+
+    look(talk)
+
+
 def test_what_was_refused_of_another_model_is_not_told_of_this_one() -> None:
     async def talk(user: User, session: PageSession) -> None:
         relief = {**ANSWER, "key": "relief", "apply": None, "text": "About 60 um.", "job": "relief", "figure": ""}

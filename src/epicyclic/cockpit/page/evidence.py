@@ -71,13 +71,20 @@ def _default_words(default: object) -> str:
 
 # Steps of the progress that are worth a message: a bar has no more pixels.
 _STEPS = 200
+_MAIN = "ck-small ck-main"
 
 
 class JobBar:
-    """One job of a name.  run, cancel : called with the name."""
+    """One job of a name.  run, cancel : called with the name.  again : called with a job whose process died."""
 
     def __init__(
-        self, session: Session, kind: JobKind, *, run: Callable[[str], None], cancel: Callable[[str], None]
+        self,
+        session: Session,
+        kind: JobKind,
+        *,
+        run: Callable[[str], None],
+        cancel: Callable[[str], None],
+        again: Callable[[Job], None],
     ) -> None:
         self._session, name, words = session, kind.name, kind.label
         self._words = words
@@ -85,15 +92,17 @@ class JobBar:
         self._before = f"{kind.about} From {_time(kind.seconds)}, by the size of the train."
         with box("ck-job") as self.root:
             self.root.props["data-job"] = name
-            self._run = button("Run", lambda: run(name), classes="ck-small ck-main")
+            self._again = button("Run again", lambda: again(self._job) if self._job else None, classes=_MAIN)
+            self._again.props["title"] = "With the same options, of the state that is shown"
+            self._run = button("Run", lambda: run(name), classes=_MAIN)
             self._cancel = button("Cancel", lambda: cancel(name))
             self._fields = OptionFields(kind)
             self._progress = box("", "progress")
             self._progress.props.update({"max": 1, "aria-label": f"{words}: share done"})
             self._text = Words(classes="ck-answer-text", text=self._before)
             self._text.props["title"] = self._before
-            self._apply = button("Apply", self._on_apply, classes="ck-small ck-main")
-        for control in (self._cancel, self._progress, self._apply):
+            self._apply = button("Apply", self._on_apply, classes=_MAIN)
+        for control in (self._again, self._cancel, self._progress, self._apply):
             hide(control, True)
         hide(self.root, True)
 
@@ -111,6 +120,7 @@ class JobBar:
         for control, hidden in ((self._run, runs), (self._cancel, not runs), (self._progress, not runs)):
             hide(control, hidden)
         hide(self._fields.root, runs)
+        hide(self._again, job is None or not job.died)
         self._text.say(self._before if job is None else progress_text(job, rev))
         prop(self._text, "title", self._text.text)
         prop(self._text, "role", "alert" if job is not None and job.status == "failed" else None)
@@ -147,7 +157,7 @@ def progress_text(job: Job, rev: int) -> str:
         left = "" if job.remaining is None else f", {_time(job.remaining)} left"
         return f"{100 * job.progress:.0f} %{left}{'' if job.rev == rev else ', of another state'}"
     if job.status != "done":
-        return f"failed: {job.message}" if job.status == "failed" else "cancelled"
+        return "cancelled" if job.status != "failed" else f"{'stopped' if job.died else 'failed'}: {job.message}"
     return f"{'' if job.rev == rev else 'of another state: run again. '}{result_of(job).get('text') or 'done'}"
 
 
@@ -156,10 +166,10 @@ def _time(seconds: float) -> str:
 
 
 class JobsList:
-    """Rows of jobs.  show : called with the name of a job whose result is to be shown."""
+    """Rows of jobs.  show : called with the name of a job whose result is to be shown.  again : as of `JobBar`."""
 
-    def __init__(self, session: Session, *, show: Callable[[str], None]) -> None:
-        self._session, self._show = session, show
+    def __init__(self, session: Session, *, show: Callable[[str], None], again: Callable[[Job], None]) -> None:
+        self._session, self._show, self._again = session, show, again
         self._rows: list[_JobRow] = []
         self._hidden = True
         self._newest: Mapping[str, Job] = {}
@@ -181,7 +191,7 @@ class JobsList:
         hide(self._none, bool(jobs))
         with self._root:
             while len(self._rows) < len(jobs):
-                self._rows.append(_JobRow(self._session, self._show))
+                self._rows.append(_JobRow(self._session, self._show, self._again))
         for row, job in zip(self._rows, jobs, strict=False):
             row.follow(job, self._session.rev, shown=newest.get(job.name) is job)
         for row in self._rows[len(jobs) :]:
@@ -191,7 +201,7 @@ class JobsList:
 class _JobRow:
     """One job."""
 
-    def __init__(self, session: Session, show: Callable[[str], None]) -> None:
+    def __init__(self, session: Session, show: Callable[[str], None], again: Callable[[Job], None]) -> None:
         self._session = session
         self._job: Job | None = None
         with box("ck-job-row") as self.root:
@@ -200,6 +210,7 @@ class _JobRow:
             self._text = Words(classes="ck-answer-text")
             self._cancel = button("Cancel", lambda: session.jobs.cancel(self._job) if self._job else None)
             self._open = button("Show", lambda: show(self._job.name) if self._job else None)
+            self._again = button("Run again", lambda: again(self._job) if self._job else None)
 
     def follow(self, job: Job, rev: int, *, shown: bool) -> None:
         self._job = job
@@ -211,6 +222,7 @@ class _JobRow:
         prop(self._text, "title", self._text.text)
         hide(self._cancel, job.ended)
         hide(self._open, job.frame is None or not shown)
+        hide(self._again, not job.died or other or not shown or job.name not in JOBS)
         hide(self.root, False)
 
 
@@ -308,10 +320,10 @@ class EvidenceTabs:
                     tab.props.update({"role": "tab", "title": purpose})
                     self._tabs[name] = tab
             for name, kind in JOBS.items():
-                self._bars[name] = JobBar(session, kind, run=self.run, cancel=self.cancel)
+                self._bars[name] = JobBar(session, kind, run=self.run, cancel=self.cancel, again=self.again)
             with box("ck-grow") as self._drawn:
                 self.pane = Board("evidence")
-            self._list = JobsList(session, show=self.show)
+            self._list = JobsList(session, show=self.show, again=self.again)
         self.show("sharing")
 
     def show(self, name: str) -> None:
@@ -330,12 +342,19 @@ class EvidenceTabs:
 
     def run(self, name: str) -> None:
         """Start a job of the present state, and show it."""
+        self._run(name, self._bars[name].options)
+
+    def again(self, job: Job) -> None:
+        """Start a job whose process died again with the same options, of the present state."""
+        self._run(job.name, lambda: job.options)
+
+    def _run(self, name: str, options: Callable[[], Mapping[str, Any]]) -> None:
         self.show(name)
         before = self.newest.get(name)
         if before is not None and not before.ended:
             return
         try:
-            self._session.jobs.start(name, self._bars[name].options())
+            self._session.jobs.start(name, options())
         except ModelError as error:
             refused(error)
         self.follow()

@@ -118,7 +118,7 @@ class Session:
         """Have a share in the live process of the server."""
         if self._worker is None:
             self._worker = start_worker()
-        self.jobs.spare = self._worker.spare
+        self.jobs.spare, self.jobs.queue = self._worker.spare, self._worker.queue
         for client in (self._client, self._client_of_a):
             if client not in self._worker.clients:
                 self._worker.join(client)
