@@ -441,7 +441,7 @@ def _serve_application(
     from nicegui import core, ui
     from uvicorn import Config, Server
 
-    from .page.page import mount
+    from .page.tabs import mount
 
     class Announcing(Server):
         interrupted = False

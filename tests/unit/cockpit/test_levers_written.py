@@ -167,6 +167,10 @@ PIN: dict[str, Any] = {
 
 def test_a_lever_with_an_index_leaves_the_others_alone() -> None:
     async def talk(user: User, session: FakeSession) -> None:
+        with user:
+            control = LeverControl(session, PIN)  # type: ignore[arg-type]
+        session.listen(state=lambda _: control.follow())
+
         def pins() -> list[float]:
             found = entries_of(written_value(session.now, PIN["path"]), "um", 4)
             assert found is not None
@@ -193,15 +197,7 @@ def test_a_lever_with_an_index_leaves_the_others_alone() -> None:
             assert pins() == [others[0], 0, *others[1:]], path
             assert control.props["changed"] is False
 
-    async def begun(user: User, session: FakeSession) -> None:
-        nonlocal control
-        with user:
-            control = LeverControl(session, PIN)  # type: ignore[arg-type]
-        session.listen(state=lambda _: control.follow())
-        await talk(user, session)
-
-    control: Any = None
-    visit(lambda _: None, begun, FakeSession(opened("xu2020")))
+    visit(lambda _: None, talk, FakeSession(opened("xu2020")))
 
 
 def test_what_is_no_entry_is_refused_with_what_is_allowed() -> None:

@@ -19,6 +19,9 @@ export default {
     frame(text) {
       cockpit.frame(text);
     },
+    clear(text) {
+      cockpit.clear(text);
+    },
     ghost(text) {
       cockpit.ghost(text);
     },

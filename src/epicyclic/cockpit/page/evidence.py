@@ -75,16 +75,10 @@ _MAIN = "ck-small ck-main"
 
 
 class JobBar:
-    """One job of a name.  run, cancel : called with the name.  again : called with a job whose process died."""
+    """One job of a name.  run, cancel : called with the name; run also with a job whose process died."""
 
     def __init__(
-        self,
-        session: Session,
-        kind: JobKind,
-        *,
-        run: Callable[[str], None],
-        cancel: Callable[[str], None],
-        again: Callable[[Job], None],
+        self, session: Session, kind: JobKind, *, run: Callable[..., None], cancel: Callable[[str], None]
     ) -> None:
         self._session, name, words = session, kind.name, kind.label
         self._words = words
@@ -92,7 +86,7 @@ class JobBar:
         self._before = f"{kind.about} From {_time(kind.seconds)}, by the size of the train."
         with box("ck-job") as self.root:
             self.root.props["data-job"] = name
-            self._again = button("Run again", lambda: again(self._job) if self._job else None, classes=_MAIN)
+            self._again = button("Run again", lambda: run(name, self._job), classes=_MAIN)
             self._again.props["title"] = "With the same options, of the state that is shown"
             self._run = button("Run", lambda: run(name), classes=_MAIN)
             self._cancel = button("Cancel", lambda: cancel(name))
@@ -157,7 +151,8 @@ def progress_text(job: Job, rev: int) -> str:
         left = "" if job.remaining is None else f", {_time(job.remaining)} left"
         return f"{100 * job.progress:.0f} %{left}{'' if job.rev == rev else ', of another state'}"
     if job.status != "done":
-        return "cancelled" if job.status != "failed" else f"{'stopped' if job.died else 'failed'}: {job.message}"
+        how = "cancelled" if job.status == "cancelled" else "stopped" if job.died else "failed"
+        return f"{how}: {job.message}" if job.message else how
     return f"{'' if job.rev == rev else 'of another state: run again. '}{result_of(job).get('text') or 'done'}"
 
 
@@ -166,10 +161,10 @@ def _time(seconds: float) -> str:
 
 
 class JobsList:
-    """Rows of jobs.  show : called with the name of a job whose result is to be shown.  again : as of `JobBar`."""
+    """Rows of jobs.  show : called with the name of a job whose result is to be shown.  run : as of `JobBar`."""
 
-    def __init__(self, session: Session, *, show: Callable[[str], None], again: Callable[[Job], None]) -> None:
-        self._session, self._show, self._again = session, show, again
+    def __init__(self, session: Session, *, show: Callable[[str], None], run: Callable[..., None]) -> None:
+        self._session, self._show, self._run = session, show, run
         self._rows: list[_JobRow] = []
         self._hidden = True
         self._newest: Mapping[str, Job] = {}
@@ -191,7 +186,7 @@ class JobsList:
         hide(self._none, bool(jobs))
         with self._root:
             while len(self._rows) < len(jobs):
-                self._rows.append(_JobRow(self._session, self._show, self._again))
+                self._rows.append(_JobRow(self._session, self._show, self._run))
         for row, job in zip(self._rows, jobs, strict=False):
             row.follow(job, self._session.rev, shown=newest.get(job.name) is job)
         for row in self._rows[len(jobs) :]:
@@ -201,7 +196,7 @@ class JobsList:
 class _JobRow:
     """One job."""
 
-    def __init__(self, session: Session, show: Callable[[str], None], again: Callable[[Job], None]) -> None:
+    def __init__(self, session: Session, show: Callable[[str], None], run: Callable[..., None]) -> None:
         self._session = session
         self._job: Job | None = None
         with box("ck-job-row") as self.root:
@@ -210,7 +205,7 @@ class _JobRow:
             self._text = Words(classes="ck-answer-text")
             self._cancel = button("Cancel", lambda: session.jobs.cancel(self._job) if self._job else None)
             self._open = button("Show", lambda: show(self._job.name) if self._job else None)
-            self._again = button("Run again", lambda: again(self._job) if self._job else None)
+            self._again = button("Run again", lambda: run(self._job.name, self._job) if self._job else None)
 
     def follow(self, job: Job, rev: int, *, shown: bool) -> None:
         self._job = job
@@ -320,10 +315,10 @@ class EvidenceTabs:
                     tab.props.update({"role": "tab", "title": purpose})
                     self._tabs[name] = tab
             for name, kind in JOBS.items():
-                self._bars[name] = JobBar(session, kind, run=self.run, cancel=self.cancel, again=self.again)
+                self._bars[name] = JobBar(session, kind, run=self.run, cancel=self.cancel)
             with box("ck-grow") as self._drawn:
                 self.pane = Board("evidence")
-            self._list = JobsList(session, show=self.show, again=self.again)
+            self._list = JobsList(session, show=self.show, run=self.run)
         self.show("sharing")
 
     def show(self, name: str) -> None:
@@ -339,22 +334,21 @@ class EvidenceTabs:
         self._list.hide(name != _LIST)
         if name != _LIST:
             self.pane.evidence(name)
+        self._session.looked(tab=name)
 
-    def run(self, name: str) -> None:
-        """Start a job of the present state, and show it."""
-        self._run(name, self._bars[name].options)
+    def forget(self) -> None:
+        """What was sent is taken away from the panes; results that belong to a later state are sent again."""
+        self._sent.clear()
+        self.pane.show_instead()
 
-    def again(self, job: Job) -> None:
-        """Start a job whose process died again with the same options, of the present state."""
-        self._run(job.name, lambda: job.options)
-
-    def _run(self, name: str, options: Callable[[], Mapping[str, Any]]) -> None:
+    def run(self, name: str, died: Job | None = None) -> None:
+        """Start a job of the present state, and show it.  died : with the options of a job whose process died."""
         self.show(name)
         before = self.newest.get(name)
         if before is not None and not before.ended:
             return
         try:
-            self._session.jobs.start(name, options())
+            self._session.jobs.start(name, self._bars[name].options() if died is None else died.options)
         except ModelError as error:
             refused(error)
         self.follow()

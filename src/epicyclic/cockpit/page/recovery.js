@@ -1,8 +1,9 @@
 // What a tab keeps of its state in the browser. The entry of a tab lies in the local storage under the tab's own name,
 // which lies in its session storage; a tab that is open holds a lock of that name. An entry without a lock belongs to a
-// tab that is gone: if it has changes that were not saved, the next tab offers it.
+// tab that is gone: if it has changes that were not saved, the next tab offers it. A tab that is loaded anew also has the
+// secret by which the server gives its session back; a copy of a tab, whose name is held by the other one, does not use it.
 window.cockpitRecovery = (() => {
-  const PREFIX = 'epicyclic.tab.', LINK = 'epicyclic.link', MOST_LEFT = 8;  // entries of tabs that are gone, the newest
+  const PREFIX = 'epicyclic.tab.', LINK = 'epicyclic.link', SECRET = 'epicyclic.secret', MOST_LEFT = 8;  // entries of tabs that are gone, the newest
   const MOST_LINK = 100000;  // a longer one is refused anyhow, and need not be sent
   let own = null;
   const names = () => Object.keys(localStorage)
@@ -36,11 +37,19 @@ window.cockpitRecovery = (() => {
   return {
     drop,
     take: name => entry(name)?.snapshot ?? null,
+    sit: secret => sessionStorage.setItem(SECRET, secret),
+    // whether it is kept; an empty snapshot is of a state that is too large
     keep: (snapshot, title, unsaved) => {
-      if (own === null) return;
+      if (own === null) return null;
       sessionStorage.removeItem(LINK);
-      try { localStorage.setItem(PREFIX + own, JSON.stringify({snapshot, title, unsaved, time: Date.now()})); }
-      catch { drop(own); }  // an old state would come back for the new one
+      try {
+        if (!snapshot) throw new RangeError('too large');
+        localStorage.setItem(PREFIX + own, JSON.stringify({snapshot, title, unsaved, time: Date.now()}));
+        return true;
+      } catch {
+        drop(own);  // an old state would come back for the new one
+        return false;
+      }
     },
     begin: async () => {
       const link = location.hash.slice(1, MOST_LINK) || sessionStorage.getItem(LINK) || '';
@@ -48,7 +57,9 @@ window.cockpitRecovery = (() => {
       history.replaceState(null, '', '/');
       const [name, former] = await named();
       own = name;
-      return {link, snapshot: former ? entry(former)?.snapshot ?? null : null, left: await left()};
+      const secret = name === former ? sessionStorage.getItem(SECRET) : null;
+      sessionStorage.removeItem(SECRET);
+      return {link, secret, snapshot: former ? entry(former)?.snapshot ?? null : null, left: await left()};
     },
   };
 })();

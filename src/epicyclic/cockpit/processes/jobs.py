@@ -348,6 +348,13 @@ class Jobs:
         elif not job.ended:
             self._end(job, "cancelled")
 
+    def cancel_all(self, why: str) -> None:
+        """Ask all that run or wait to end, and say why."""
+        for job in self.all:
+            if not job.ended:
+                job.message = why
+                self.cancel(job)
+
     async def close(self) -> None:
         """Kill all, and remove their files."""
         self._closed = True

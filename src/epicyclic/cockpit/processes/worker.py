@@ -199,6 +199,10 @@ class JobQueue:
             self._pump()
             self.freed()
 
+    def stop(self) -> None:
+        """Begin nothing more: the server ends."""
+        self.freed = self._pump = lambda: None  # type: ignore[method-assign]
+
     def _pump(self) -> None:
         for job, (short, begin) in list(self._waiting.items()):
             jobs = sum(not running for running in self._running.values())

@@ -82,6 +82,23 @@ def overriding(state: PageState, path: str) -> tuple[str, object] | None:
     return None
 
 
+def assumed_reason(state: PageState, path: str, assumed: Mapping[str, str]) -> str:
+    """Why a value is assumed, "" where it is not or was set.  assumed : reasons of the train, by full path."""
+    places = _places(state.base, state.name, path)
+    set_with_reason = any(
+        not places.isdisjoint(_places(state.base, state.name, ".".join(split_path(key, path=key)[1:])))
+        for key in state.overrides
+        if key.startswith("assumed.")
+    )
+    if overriding(state, path) is not None and not set_with_reason:
+        return ""
+    full = [".".join(place) + "." for place in places]
+    over = (
+        reason for at, reason in assumed.items() if any(f.startswith(f"{at}.") or f"{at}.".startswith(f) for f in full)
+    )
+    return next(over, "")
+
+
 @lru_cache(maxsize=4096)
 def _places(base: str, name: str, path: str) -> frozenset[Keys]:
     """Places of the document that a number at a path of a model text gives."""
