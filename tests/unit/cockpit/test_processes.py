@@ -29,7 +29,7 @@ TEXT = 'format = 2\ntitle = "{}"\n'
 
 @pytest.fixture(autouse=True)
 def light(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Jobs here import nothing; a `Spare` does what it does."""
+    """Jobs here import nothing; a `Spare` does what it does, but where a test waits for it."""
     monkeypatch.setattr("epicyclic.cockpit.processes.jobs.waiting", fake_compute.waiting)
 
 
@@ -520,7 +520,9 @@ def test_a_job_whose_process_dies_says_so() -> None:
     run(test())
 
 
-def test_a_process_that_waits_takes_the_next_call() -> None:
+def test_a_process_that_waits_takes_the_next_call(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("epicyclic.cockpit.processes.worker.waiting", fake_compute.waiting)
+
     async def test() -> None:
         spare = Spare()
         one = Worker(target=fake_compute.serve, spare=spare)
