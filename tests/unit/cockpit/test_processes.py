@@ -467,7 +467,10 @@ def test_all_pages_together_hold_four_processes(monkeypatch: pytest.MonkeyPatch)
             for _ in range(2):
                 page.jobs.start("call", {"function": fake_compute.sleep_for, "arguments": (0.3,)})
         jobs = [job for page in pages for job in page.jobs.visible()]
-        call = asyncio.create_task(pages[4].call(fake_compute.sleep_for, 0.01))
+        told: list[Session] = []
+        pages[4].listen(waits=told.append)
+        calls = [asyncio.create_task(pages[4].call(fake_compute.sleep_for, 0.01 + i / 1000)) for i in range(2)]
+        call = calls[0]
         most = 0
         while not all(job.ended for job in jobs):
             most = max(most, len(own_processes()))
@@ -477,7 +480,8 @@ def test_all_pages_together_hold_four_processes(monkeypatch: pytest.MonkeyPatch)
             await asyncio.sleep(0.02)
         assert 3 <= most <= 4, most
         assert {job.status for job in jobs} == {"done"}
-        assert await call == 0.01
+        assert await asyncio.gather(*calls) == [0.01, 0.011]
+        assert told == [pages[4]]  # the second call had no place, and its window says so
         assert [job.id for job in jobs] == [1, 2] * 5
         first_done = [min(job._begun for job in page.jobs.visible()) for page in pages]
         assert first_done == sorted(first_done)

@@ -329,6 +329,7 @@ def cockpit_page(session: Session) -> None:
     with box("ck-page", "main") as root:
         page = _Page(session, root)
     heard(session, root, frame=page.frame, state=page.follow, failed=page.refuse, jobs=page.jobs, view=page.view)
+    heard(session, root, waits=lambda _: ui.notify("Waits for another job of this page or of another tab"))
     page.follow(session)
 
 

@@ -67,7 +67,7 @@ class Session:
         self._client = Client(deliver=self._deliver, idle=self._idle)
         self._client_of_a = Client(deliver=self._deliver_a, idle=self._tell_state)
         self._listeners: dict[str, list[Callable[..., None]]] = {
-            name: [] for name in ("frame", "state", "failed", "jobs", "view", "looked")
+            name: [] for name in ("frame", "state", "failed", "jobs", "view", "looked", "waits")
         }
         self._kept: dict[Origin, PageState | None] = {}
         self._digests: dict[Path, str] = {}
@@ -79,7 +79,7 @@ class Session:
         """Be called in the event loop: ``frame`` with each frame, packed and not; ``state`` with the session after each
         change of the state; ``failed`` with the head of a failed frame, None once the state computes again; ``jobs``
         with the session after each change of a job, ``looked`` after each of the view; ``view`` with the session once
-        it shows what another page did."""
+        it shows what another page did; ``waits`` with it where a call waits for its turn."""
         for name, function in callbacks.items():
             self._listeners[name].append(function)
 
@@ -333,6 +333,8 @@ class Session:
         """
         jobs = self.jobs  # another page may take them over meanwhile
         job = jobs.start("call", {"function": function, "arguments": arguments}, hidden=True)
+        if job.status == "waits":
+            self._tell("waits", self)
         try:
             await job.wait()
             if job.error is not None:
