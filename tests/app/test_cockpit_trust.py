@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.app.cockpit_driver import Cockpit, Tab, start, still
+from tests.app.cockpit_driver import PATIENCE, Cockpit, Tab, start, still
 
 from epicyclic.cockpit.state.state import opened
 
@@ -28,7 +28,9 @@ def context(browser: Any) -> Iterator[Any]:
 
 @pytest.fixture
 def tab(context: Any, cockpit: Cockpit) -> Iterator[Tab]:
-    shown = Tab(context, cockpit.address)
+    shown = Tab(context, cockpit.address, wait=False)
+    shown.page.set_default_timeout(3 * PATIENCE)  # the first one waits for the live process to be warm
+    shown.painted()
     yield shown
     assert shown.errors() == []
 
@@ -124,8 +126,10 @@ def test_a_job_whose_process_is_killed_says_so_and_is_run_again(tab: Tab, cockpi
     field.press("Enter")
     job.get_by_text("of another state").wait_for()
     # jobs compute at a lower priority than the live process and the one that waits
-    killed = [one for one in workers(cockpit) if one.nice() > 5]
-    assert len(killed) == 1
+    end, killed = time.monotonic() + PATIENCE / 1000, list[Any]()
+    while not killed and time.monotonic() < end:
+        killed = [one for one in workers(cockpit) if one.nice() > 5]
+        time.sleep(0.1)
     killed[0].kill()
     job.get_by_text("stopped: its process was killed (signal 9) at").wait_for()
     tab.page.get_by_role("tab", name="Jobs").click()
