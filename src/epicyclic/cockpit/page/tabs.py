@@ -81,7 +81,7 @@ class Tabs:
         if (tab := self._tabs.pop(secret, None)) is None:
             return  # it has come back already
         self._tabs[secret] = tab  # behind those that went before
-        if tab.session.state is None:  # there is nothing to come back to
+        if tab.session.state is None and not tab.session.history.ahead:  # there is nothing to come back to
             self._forget(secret)
             return
         tab.session.leave()
@@ -135,8 +135,7 @@ def mount(state: PageState | None) -> Callable[[Any], AbstractAsyncContextManage
         _keep(session, client)
         cockpit_page(session)
         await client.connected(timeout=_CONNECTED)
-        await _begin(session, state, tabs)
-        ui.run_javascript(f"cockpitRecovery.sit({literal(secret)})")
+        await _begin(session, state, tabs, secret)
 
     @asynccontextmanager
     async def lifespan(_: Any) -> AsyncIterator[None]:
@@ -151,20 +150,26 @@ def mount(state: PageState | None) -> Callable[[Any], AbstractAsyncContextManage
     return lifespan
 
 
-async def _begin(session: Session, state: PageState | None, tabs: Tabs) -> None:
+async def _begin(session: Session, state: PageState | None, tabs: Tabs, secret: str) -> None:
     """Open what a link brings, as a step after what the tab had; else that, else what the command line named."""
-    kept = await ui.run_javascript("return await cockpitRecovery.begin()", timeout=_ANSWERED)
+    call = f"return await cockpitRecovery.begin({literal(secret)})"
+    kept = await ui.run_javascript(call, timeout=_ANSWERED)
     brought = kept if isinstance(kept, Mapping) else {}
     begun = False
-    if (before := await tabs.take(brought.get("secret"))) is not None and before.state is not None:
-        session.take_over(before)
-        begun = True
-    elif snapshot := brought.get("snapshot"):
+    held = brought.get("secrets")
+    for former in held if isinstance(held, list) else ():
+        if (before := await tabs.take(former)) is None:
+            continue
+        if before.rev and not begun:
+            session.take_over(before)
+            begun = True
+        await before.close()  # it has nothing more
+    if not begun and (snapshot := brought.get("snapshot")):
         try:
             content = _read(snapshot)
             await session.restore(content)
             begun = True
-            if brought.get("secret") and (lost := lost_words(content)):
+            if held and (lost := lost_words(content)):
                 ui.notify(lost, type="warning", timeout=0, multi_line=True, close_button="Close")
         except ModelError as error:
             ui.notify(f"What this tab had cannot be restored: {error}", type="warning", close_button="Close")
@@ -247,17 +252,17 @@ def _keep(session: Session, client: Client) -> None:
         nonlocal waiting, told
         await asyncio.sleep(KEEP_SECONDS)
         waiting = False
-        text = json.dumps(session.snapshot())
-        if client.is_deleted:
+        if client.is_deleted or not session.rev:
             return
+        text = json.dumps(session.snapshot())
         title = session.state.name if session.state is not None else ""
-        kept = "" if len(text) > MOST_KEPT else text
+        kept = "" if len(text) > MOST_KEPT or session.state is None else text
         call = f"cockpitRecovery.keep({literal(kept)}, {literal(title)}, {literal(session.unsaved)})"
         try:
             is_kept = await client.run_javascript(f"return {call}", timeout=_ANSWERED)
         except TimeoutError:  # the tab is gone, or does not answer
             return
-        if is_kept is False and not told and not client.is_deleted:
+        if is_kept is False and session.state is not None and not told and not client.is_deleted:
             told = True
             with client:
                 words = f"The browser cannot keep this model ({len(text) / 1e6:.1f} MB)"

@@ -53,7 +53,7 @@ class Session:
         self.packed: dict[str, bytes] = {}
         self.failed: Mapping[str, Any] | None = None
         self.computed: PageState | None = None
-        self._opened_rev = 0  # number of the first state of the model that is shown
+        self._opened = 0, 0  # opening of the model that is shown, and number of its first state since
         self.levers: Levers = ()
         self._levers_of: dict[str, Levers] = {}  # by the text of the model, so that undo brings them back at once
         self.pinned: PageState | None = None
@@ -224,8 +224,8 @@ class Session:
     def _changed(self, *, released: bool) -> None:
         """Number the state anew and have it computed; what cannot be asked for fails."""
         self.rev += 1
-        if self.is_of_another_model:
-            self._opened_rev = self.rev
+        if self.state is not None and self.state.opening != self._opened[0]:
+            self._opened = self.state.opening, self.rev
         failed: Mapping[str, Any] | None = None
         if self.state is not None and self._worker is not None and not self.closed:
             if released:
@@ -246,9 +246,9 @@ class Session:
 
     def _deliver(self, packed: bytes) -> None:
         frame = unpack(packed)
-        if self.closed or frame.rev < self._opened_rev:
+        if self.closed or frame.rev < self._opened[1]:
             return
-        if frame.rev == self.rev and frame.kind != "failed":
+        if frame.kind != "failed" and (frame.rev == self.rev or self.is_of_another_model):
             self.computed = self.state
         if frame.kind == "failed":
             if frame.rev == self.rev:
@@ -474,7 +474,7 @@ class Session:
 
 # What makes a session: not who listens, nor what computes for it.
 _TAKEN = (
-    *("history", "rev", "released_rev", "computed", "_opened_rev", "frames", "packed", "levers", "_levers_of", "view"),
+    *("history", "rev", "released_rev", "computed", "_opened", "frames", "packed", "levers", "_levers_of", "view"),
     *("pinned", "_numbers_of_a", "pinned_packed", "jobs", "_kept", "_digests"),
 )
 
