@@ -370,7 +370,7 @@ _WAITING = 64  # connections that wait to be accepted: a page asks for some twen
 # [byte] of a message of the page: a model file of 4 MB as text in an editor, a figure drawn for printing
 _LARGEST_MESSAGE = 8_000_000
 _LAST_WORDS = 2  # [s] that answers which are being sent have when the server ends
-# [s] a tab may be away before its session ends: a reload, a network that hiccups; a closed tab stops computing then
+# [s] a tab may be away before it counts as gone: a network that hiccups; what it shows is not computed any more then
 _AWAY = 4.0
 _KEPT_MESSAGES = 200  # of a tab, sent again after a hiccup: what a drag says while it is away, not 25 MB of frames
 
@@ -441,7 +441,7 @@ def _serve_application(
     from nicegui import core, ui
     from uvicorn import Config, Server
 
-    from .page.page import mount
+    from .page.tabs import mount
 
     class Announcing(Server):
         interrupted = False

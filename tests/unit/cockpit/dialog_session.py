@@ -48,6 +48,9 @@ class FakeSession:
         self.others = False  # another program has written the file
         self.unsaved = False
         self.job = FakeJob()
+        self.failed: dict[str, str] | None = None
+        self.view: dict[str, Any] = {}
+        self.is_of_another_model = False
         self.rev = 1
         self.jobs = SimpleNamespace(start=self._start, cancel=lambda job: job.cancel(), visible=lambda: [])
 
@@ -58,6 +61,12 @@ class FakeSession:
     def listen(self, **callbacks: Callable[..., Any]) -> None:
         for kind, callback in callbacks.items():
             self.heard.setdefault(kind, []).append(callback)
+
+    def computed_words(self) -> str:
+        return ""
+
+    def looked(self, **view: Any) -> None:
+        self.view |= view
 
     def tell(self, kind: str, *arguments: Any) -> None:
         for callback in self.heard.get(kind, []):

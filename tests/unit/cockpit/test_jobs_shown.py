@@ -25,6 +25,10 @@ def test_of_the_jobs_of_a_name_that_of_the_present_state_is_shown() -> None:
     assert shown(job(1, 5, "failed"), job(2, 5, "cancelled")) is None
     assert shown(job(1, 5, "runs", "b"), job(2, 5, "done", "b")) is None
     assert shown(job(1, 7, "done", "b")) == 1  # the same model under another name
+    died = job(2, 5, "failed")
+    died.died = True
+    assert shown(job(1, 3, "done"), died) == 2  # of no state's fault
+    assert shown(job(1, 7, "done"), died) == 1
 
 
 def test_a_result_stands_where_what_it_proposes_is_applied() -> None:

@@ -64,7 +64,7 @@ class PageSession(FakeSession):
     def __init__(self, state: Any) -> None:
         super().__init__(state)
         self.levers: tuple[dict[str, Any], ...] = (MASS, STIFFNESS)
-        self.failed: dict[str, str] | None = None
+        self.failed = None
         self.rev = self.released_rev = 1
         self.relative_speed, self.busy = 1.0, False
         self.pinned_packed: dict[str, bytes] = {}
@@ -254,6 +254,78 @@ def test_what_is_refused_stands_beside_its_lever_until_it_computes_again() -> No
     look(talk)
 
 
+def test_nothing_of_another_train_stands_under_the_title_of_one_that_fails() -> None:
+    async def talk(user: User, session: PageSession) -> None:
+        modes = [{"index": 0, "frequency": 86.7, "label": "sun turns", "met_by": ""}]
+        state = {"ratio": 3.478, "speeds": [], "torques": []}
+        check = {"level": "bad", "code": "x", "text": "teeth do not meet", "path": ""}
+        await played(session, answers=[ANSWER], checks=[check], modes=modes, state=state)
+        session.is_of_another_model = True
+        session.fail({"path": "stages.main.module", "message": "must be above 0", "given": "-3", "allowed": "> 0"})
+        await asyncio.sleep(2 * page._WORDS_AFTER)
+        assert (
+            texts(user, data_answer="float") == "· | What does a floating sun buy? Not computed: see the error above."
+        )
+        await user.should_not_see("ratio 3.478")
+        await user.should_not_see("1 warning")
+        assert "teeth do not meet" not in texts(user, aria_label="Answers")
+        assert "sun turns" not in texts(user, aria_label="Modes")
+        told = "ren2021 does not compute. stages.main.module: must be above 0; allowed: > 0"
+        boards = [one for one in user.client.elements.values() if isinstance(one, Board)]  # type: ignore[union-attr]
+        assert [one._sent for one in boards] == [{}, {}, {}]
+        assert [one._told.get("clear") for one in boards] == [(told,), None, None]
+        assert [one._told.get("stale") for one in boards] == [(False,)] * 3
+        session.is_of_another_model = False
+        session.fail(None)
+        await played(session, answers=[ANSWER], checks=[], modes=modes, state=state)
+        assert boards[0]._told.get("clear") is None
+        assert texts(user, data_answer="float").startswith("! | 1.034 → 1.000")
+        await user.should_see("sun turns")
+
+    look(talk)
+
+
+def test_an_assumed_value_is_marked_with_its_reason_until_it_is_set() -> None:
+    async def talk(user: User, session: PageSession) -> None:
+        mass, bearing = levers(user)[MASS["path"]], levers(user)[STIFFNESS["path"]]
+        # of the planets' bearing x and y are assumed as one, and z is no lever
+        assumed = {MASS["path"]: "weighed by eye", "stages.main.planet.bearing": "a usual one"}
+        await played(session, assumed=assumed)
+        assert (mass.props["assumed"], bearing.props["assumed"]) == ("weighed by eye", "a usual one")
+        raise_in(bearing, "release", 2e9)
+        assert (mass.props["assumed"], bearing.props["assumed"]) == ("weighed by eye", "")
+        session.undo()
+        assert bearing.props["assumed"] == "a usual one"
+        await played(session, assumed={})
+        assert (mass.props["assumed"], bearing.props["assumed"]) == ("", "")
+        # assumed by what an answer applies: the reason goes once a person sets the value
+        session.apply({MASS["path"]: "640 kg", f'assumed."{MASS["path"]}"': "as usual"}, "assume")
+        await played(session, assumed={MASS["path"]: "as usual"})
+        assert mass.props["assumed"] == "as usual"
+        raise_in(mass, "release", 650.0)
+        assert dict(session.now.overrides) == {MASS["path"]: "650 kg"}
+        assert mass.props["assumed"] == ""
+
+    look(talk)
+
+
+def test_what_another_page_showed_is_shown_again() -> None:
+    async def talk(user: User, session: PageSession) -> None:
+        rows = [{"index": i, "frequency": 86.7 + i, "label": f"mode {i}", "met_by": ""} for i in (0, 1)]
+        await played(session, modes=rows)
+        session.view = {"tab": "errors", "mode": 1}
+        session.tell("view")
+        assert texts(user, role="tab", aria_selected="true") == "Errors"
+        assert "mode 1" in texts(user, data_mode="1", aria_pressed="true")
+        session.view = {"tab": ["x"], "mode": "1"}  # of a snapshot that somebody has changed
+        session.tell("view")
+        assert texts(user, role="tab", aria_selected="true") == "Errors"
+        press(user, "Sharing")
+        assert session.view == {"tab": "sharing", "mode": None}
+
+    look(talk)
+
+
 def test_an_answer_is_applied_and_taken_back() -> None:
     async def talk(user: User, session: PageSession) -> None:
         assert "What tip relief to grind?" in texts(user, data_answer="relief")
@@ -400,6 +472,27 @@ def test_command_line_and_script_of_a_job_have_what_was_typed() -> None:
         await user.should_see("epicyclic sweep ren2021 --contact-loss --points 12 --no-shaft-orders")
         press(user, "Script")
         await user.should_see("epicyclic.sweep(")
+
+
+def test_a_job_whose_process_died_is_run_again_with_its_options() -> None:
+    async def talk(user: User, session: PageSession) -> None:
+        press(user, "Contact loss")
+        job = session.begin("contact_loss", {})
+        job.options = {"points": 12, "shaft_orders": True}
+        session.tell("jobs")
+        job.status, job.died, job.message = "failed", True, "its process was killed (signal 9) at 40 %"
+        session.rev += 1  # a lever has moved meanwhile
+        session.tell("jobs")
+        told = "stopped: its process was killed (signal 9) at 40 %"
+        line = texts(user, data_job="contact_loss")
+        assert line.startswith("Run again | Run | Options | ")
+        assert line.endswith(told)
+        press(user, "Jobs")
+        assert f"contact_loss | state 1 | {told} | Run again" in texts(user, aria_label="Evidence")
+        press(user, "Run again")
+        assert session.calls[-1] == ("job", "contact_loss", {"points": 12, "shaft_orders": True})
+        assert texts(user, role="tab", aria_selected="true") == "Contact loss"
+        assert "Run again" not in texts(user, aria_label="Evidence")
 
     look(talk)
 

@@ -29,12 +29,12 @@ TEXT = 'format = 2\ntitle = "{}"\n'
 
 @pytest.fixture(autouse=True)
 def light(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Jobs here import nothing; a `Spare` does what it does."""
+    """Jobs here import nothing; a `Spare` does what it does, but where a test waits for it."""
     monkeypatch.setattr("epicyclic.cockpit.processes.jobs.waiting", fake_compute.waiting)
 
 
-def run(test: Coroutine[Any, Any, None]) -> None:
-    asyncio.run(asyncio.wait_for(test, 60))
+def run(test: Coroutine[Any, Any, None], seconds: float = 60.0) -> None:
+    asyncio.run(asyncio.wait_for(test, seconds))
 
 
 @asynccontextmanager
@@ -476,7 +476,79 @@ def test_memory_stays_flat_over_many_requests() -> None:
     run(test())
 
 
-def test_a_process_that_waits_takes_the_next_call() -> None:
+def test_all_pages_together_hold_four_processes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Five pages with two jobs each and a call: the live process, and three that a job, a call or nobody has."""
+    monkeypatch.setattr("epicyclic.cockpit.processes.worker.waiting", fake_compute.waiting)
+
+    async def test() -> None:
+        one = Worker(target=fake_compute.serve)
+        one.spare = Spare(one.queue)
+        one.start()
+        pages = [(await begun(one, str(i)))[0] for i in range(5)]
+        for page in pages:
+            for _ in range(2):
+                page.jobs.start("call", {"function": fake_compute.sleep_for, "arguments": (0.3,)})
+        jobs = [job for page in pages for job in page.jobs.visible()]
+        told: list[Session] = []
+        pages[4].listen(waits=told.append)
+        calls = [asyncio.create_task(pages[4].call(fake_compute.sleep_for, 0.01 + i / 1000)) for i in range(2)]
+        call = calls[0]
+        most = 0
+        while not all(job.ended for job in jobs):
+            most = max(most, len(own_processes()))
+            assert sum(job.status == "runs" for job in jobs) <= 2
+            if not call.done():  # what a window waits for does not wait for all those jobs
+                assert sum(job.ended for job in jobs) < 6
+            await asyncio.sleep(0.02)
+        assert 3 <= most <= 4, most
+        assert {job.status for job in jobs} == {"done"}
+        assert await asyncio.gather(*calls) == [0.01, 0.011]
+        assert told == [pages[4]]  # the second call had no place, and its window says so
+        assert [job.id for job in jobs] == [1, 2] * 5
+        first_done = [min(job._begun for job in page.jobs.visible()) for page in pages]
+        assert first_done == sorted(first_done)
+        # a page that is closed gives its places to the others
+        held = [pages[0].jobs.start("call", {"function": fake_compute.burn, "arguments": (60.0,)}) for _ in range(2)]
+        waits = pages[1].jobs.start("call", {"function": fake_compute.sleep_for, "arguments": (0.01,)})
+        await until(lambda: {job.status for job in held} == {"runs"})
+        assert not waits._begun
+        await pages[0].close()
+        await asyncio.wait_for(waits.wait(), 40)
+        assert waits.value == 0.01
+        for page in pages[1:]:
+            await page.close()
+        await one.stop()
+        assert own_processes() == []
+
+    run(test(), 200)
+
+
+def test_a_job_whose_process_dies_says_so() -> None:
+    async def test() -> None:
+        async with worker() as one:
+            session, _ = await begun(one)
+            options = {"function": fake_compute.burn, "arguments": (60.0,)}
+            job = session.jobs.start("call", options)
+            await until(lambda: job._process is not None)
+            assert job._process is not None
+            os.kill(job._process.pid or 0, 9)
+            await asyncio.wait_for(job.wait(), 10)
+            assert (job.status, job.died, job.options) == ("failed", True, options)
+            assert job.message == "its process was killed (signal 9) at 0 %"
+            quit_early = session.jobs.start("call", {"function": os._exit, "arguments": (3,)})
+            await asyncio.wait_for(quit_early.wait(), 10)
+            assert (quit_early.died, quit_early.message) == (True, "its process ended by itself at 0 %")
+            refused = session.jobs.start("call", {"function": fake_compute.refuse, "arguments": ()})
+            await asyncio.wait_for(refused.wait(), 10)
+            assert (refused.status, refused.died) == ("failed", False)
+            await session.close()
+
+    run(test())
+
+
+def test_a_process_that_waits_takes_the_next_call(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("epicyclic.cockpit.processes.worker.waiting", fake_compute.waiting)
+
     async def test() -> None:
         spare = Spare()
         one = Worker(target=fake_compute.serve, spare=spare)

@@ -226,6 +226,7 @@ def _live_frame(model: _Model, parts: _Parts, start: float) -> PageFrame:
     for name, (table, values) in shown.items():
         head[name] = table
         arrays |= {f"{name}/{key}": array for key, array in values.items()}
+    head["assumed"] = dict(model.train.assumed)
     head["missing"] = {one.pane: one.text for one in parts.missing}
     head["state"] = {
         **operation_head(model.train, relative_speed=relative_speed),

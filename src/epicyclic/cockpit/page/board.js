@@ -19,6 +19,9 @@ export default {
     frame(text, mode) {
       cockpit.frame(text, mode);
     },
+    clear(text) {
+      cockpit.clear(text);
+    },
     ghost(text) {
       cockpit.ghost(text);
     },

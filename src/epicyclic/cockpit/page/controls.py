@@ -281,9 +281,16 @@ class Board(Element, component="board.js", esm={"epicyclic-cockpit": "static"}):
         frame = unpack(packed)
         job = frame.head.get("job", {}).get("name", "") if frame.kind == "job" else ""
         self._sent[f"{frame.kind}:{job}"] = packed
+        self._told.pop("clear", None)
         if self._ready:
             self.run_method("frame", _text(without_drawing(frame, self._drawn) or packed), *mode)
             self._drawn = drawing_key(frame) or self._drawn
+
+    def show_instead(self, text: str | None = None) -> None:
+        """Forget what was sent; with a text, have all panes of the page show that in its place."""
+        self._sent.clear()
+        if text is not None:
+            self._tell("clear", text)
 
     def ghost(self, packed: bytes | None) -> None:
         """Add the parts of a packed frame to the dashed ghost of pin A; None takes the ghost away, in every pane."""

@@ -141,7 +141,7 @@ class EvidenceTabs:
                 self._bars[name] = JobBar(session, kind, run=self.run, cancel=self.cancel)
             with box("ck-grow") as self._drawn:
                 self.pane = Board("evidence")
-            self._list = JobsList(session, show=self.show)
+            self._list = JobsList(session, show=self.show, run=self.run)
         self.show("sharing")
 
     def show(self, name: str) -> None:
@@ -157,15 +157,21 @@ class EvidenceTabs:
         self._list.hide(name != _LIST)
         if name != _LIST:
             self.pane.evidence(name)
+        self._session.looked(tab=name)
 
-    def run(self, name: str) -> None:
-        """Start a job of the present state, and show it."""
+    def forget(self) -> None:
+        """What was sent is taken away from the panes; results that belong to a later state are sent again."""
+        self._sent.clear()
+        self.pane.show_instead()
+
+    def run(self, name: str, died: Job | None = None) -> None:
+        """Start a job of the present state, and show it.  died : with the options of a job whose process died."""
         self.show(name)
         before = self.newest.get(name)
         if before is not None and not before.ended:
             return
         try:
-            self._session.jobs.start(name, self._bars[name].options())
+            self._session.jobs.start(name, self._bars[name].options() if died is None else died.options)
         except ModelError as error:
             refused(error)
         self.follow()

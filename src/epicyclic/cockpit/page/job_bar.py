@@ -74,10 +74,10 @@ _STEPS = 200
 
 
 class JobBar:
-    """One job of a name.  run, cancel : called with the name."""
+    """One job of a name.  run, cancel : called with the name; run also with a job whose process died."""
 
     def __init__(
-        self, session: Session, kind: JobKind, *, run: Callable[[str], None], cancel: Callable[[str], None]
+        self, session: Session, kind: JobKind, *, run: Callable[..., None], cancel: Callable[[str], None]
     ) -> None:
         self._session, self._kind, name, words = session, kind, kind.name, kind.label
         self._words = words
@@ -85,6 +85,8 @@ class JobBar:
         self._head: Mapping[str, Any] = {}
         with box("ck-job") as self.root:
             self.root.props["data-job"] = name
+            self._again = button("Run again", lambda: run(name, self._job), classes="ck-small ck-main")
+            self._again.props["title"] = "With the same options, of the state that is shown"
             self._run = button("Run", lambda: run(name), classes="ck-small ck-main")
             self._cancel = button("Cancel", lambda: cancel(name))
             self._fields = OptionFields(kind, changed=self._offer)
@@ -94,7 +96,7 @@ class JobBar:
             self._progress.props.update({"max": 1, "aria-label": f"{words}: share done"})
             self._apply = button("Apply", self._on_apply, classes="ck-small ck-main")
             self._text = Words(classes="ck-answer-text", text=kind.about)
-        for control in (self._cancel, self._progress, self._apply):
+        for control in (self._again, self._cancel, self._progress, self._apply):
             hide(control, True)
         hide(self.root, True)
         self._offer()
@@ -158,6 +160,7 @@ class JobBar:
         for control, hidden in ((self._run, runs), (self._cancel, not runs), (self._progress, not runs)):
             hide(control, hidden)
         hide(self._fields.root, runs)
+        hide(self._again, job is None or not job.died)
         if job is None:
             self._offer()
         else:
@@ -251,10 +254,10 @@ def _time(seconds: float) -> str:
 
 
 class JobsList:
-    """Rows of jobs.  show : called with the name of a job whose result is to be shown."""
+    """Rows of jobs.  show : called with the name of a job whose result is to be shown.  run : as of `JobBar`."""
 
-    def __init__(self, session: Session, *, show: Callable[[str], None]) -> None:
-        self._session, self._show = session, show
+    def __init__(self, session: Session, *, show: Callable[[str], None], run: Callable[..., None]) -> None:
+        self._session, self._show, self._run = session, show, run
         self._rows: list[_JobRow] = []
         self._hidden = True
         self._newest: Mapping[str, Job] = {}
@@ -276,7 +279,7 @@ class JobsList:
         hide(self._none, bool(jobs))
         with self._root:
             while len(self._rows) < len(jobs):
-                self._rows.append(_JobRow(self._session, self._show))
+                self._rows.append(_JobRow(self._session, self._show, self._run))
         for row, job in zip(self._rows, jobs, strict=False):
             row.follow(job, self._session.rev, shown=newest.get(job.name) is job)
         for row in self._rows[len(jobs) :]:
@@ -286,7 +289,7 @@ class JobsList:
 class _JobRow:
     """One job."""
 
-    def __init__(self, session: Session, show: Callable[[str], None]) -> None:
+    def __init__(self, session: Session, show: Callable[[str], None], run: Callable[..., None]) -> None:
         self._session = session
         self._job: Job | None = None
         with box("ck-job-row") as self.root:
@@ -295,6 +298,7 @@ class _JobRow:
             self._text = Words(classes="ck-answer-text")
             self._cancel = button("Cancel", lambda: session.jobs.cancel(self._job) if self._job else None)
             self._open = button("Show", lambda: show(self._job.name) if self._job else None)
+            self._again = button("Run again", lambda: run(self._job.name, self._job) if self._job else None)
 
     def follow(self, job: Job, rev: int, *, shown: bool) -> None:
         self._job = job
@@ -307,4 +311,5 @@ class _JobRow:
         prop(self._text, "title", self._text.text)
         hide(self._cancel, job.ended)
         hide(self._open, job.frame is None or not shown)
+        hide(self._again, not job.died or other or not shown or job.name not in JOBS)
         hide(self.root, False)

@@ -9,7 +9,7 @@ const POSITIONS = 400;
 
 export default {
   props: {
-    path: String, label: String, unit: String, why: String, message: String, changed: Boolean,
+    path: String, label: String, unit: String, why: String, message: String, changed: Boolean, assumed: String,
     least: Number, most: Number, step: Number, log: Boolean,
     // [count, value]: a new count shows the value, even one that was shown before
     shown: Array,
@@ -19,9 +19,10 @@ export default {
     <div class="ck-lever" :data-lever="path" :data-refused="message ? 'true' : null">
       <div class="ck-lever-line">
         <span class="ck-lever-name" :title="why">{{ label }} <i v-if="unit">[{{ unit }}]</i></span>
+        <abbr v-if="assumed" class="ck-assumed" :title="'Assumed, not given: ' + assumed">assumed</abbr>
         <button v-if="changed" type="button" class="ck-reset" :aria-label="label + ': value of the file'"
           title="Back to the value of the file" @click="$emit('reset')">↺</button>
-        <input ref="box" class="ck-box-number" autocomplete="off" spellcheck="false" :aria-label="label + ' value'" :title="unit ? 'in ' + unit + ', or with another unit' : null"
+        <input ref="box" class="ck-box-number" autocomplete="off" spellcheck="false" :aria-label="label + (assumed ? ' value, assumed' : ' value')" :title="unit ? 'in ' + unit + ', or with another unit' : null"
           :aria-invalid="message ? 'true' : null" @change="typed" @keydown.enter="typed" @keydown.esc="restore"
           @keydown.up.prevent="nudge(1)" @keydown.down.prevent="nudge(-1)" @input="dirty = true" @blur="release">
       </div>

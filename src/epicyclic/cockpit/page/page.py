@@ -1,35 +1,29 @@
-"""The whole page of a session: its levers, the page without a model, and the session of each tab of a browser.
+"""The whole page of a session: its levers, the page without a model, and what each part hears.
 
-A lever is a slider and a number box over a value of the model, or over one entry of a list.  A session begins when a
-browser has said what it kept, and ends when the tab is gone; what a tab keeps of its state comes back after a reload
-and after a restart of the server.
+A lever is a slider and a number box over a value of the model, or over one entry of a list.
 """
 
 from __future__ import annotations
 
 import asyncio
-import json
 import math
-from collections.abc import AsyncIterator, Callable, Mapping
-from contextlib import AbstractAsyncContextManager, asynccontextmanager
-from datetime import datetime
+from collections.abc import Callable, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-from nicegui import Client, background_tasks, ui
+from nicegui import ui
 from nicegui.element import Element
 from nicegui.events import GenericEventArguments
 
 from ...document.document import drive_titles
-from ...document.units import Written, factor, written
+from ...document.units import KINDS, Written, factor, is_unit_of, split_list, written
 from ...errors import ModelError
 from ..computing.followed_mode import FollowedMode
 from ..processes.session import Session
-from ..processes.worker import start_worker, stop_worker
-from ..state.frames import PageFrame
-from ..state.model_file import file_value, written_value
-from ..state.state import PageState, from_fragment, opened
+from ..state.frames import QUESTIONS, PageFrame
+from ..state.model_file import assumed_reason, file_value, overriding, written_value
+from ..state.state import PageState, opened
 from .controls import (
     Board,
     Words,
@@ -38,7 +32,6 @@ from .controls import (
     fold,
     heard,
     hide,
-    literal,
     prop,
     refused,
     sentence,
@@ -51,39 +44,42 @@ from .header import Header
 # levers ---------------------------------------------------------------------------------------------------------------
 
 
-def entry_of(value: object, unit: str, entry: int) -> float | None:
-    """Entry from 0 of a value as written, in a unit; 0 of a value that is missing, None of what is no number.
-
-    One number stands for every entry.
-    """
-    if value is None:
-        return 0.0
-    numbers = written(value)
-    if numbers is None or (numbers.many and entry >= len(numbers.values)):
+def number_in(value: object, unit: str) -> float | None:
+    """One number as written, in a unit; None of what is none, or has another dimension.  A bare one is SI."""
+    number = written(value)
+    if number is None or number.many:
         return None
-    number = numbers.values[entry if numbers.many else 0]
-    if numbers.unit == unit or not number:
-        return _in_unit(number, "", unit)
-    return _in_unit(number, numbers.unit, unit) if numbers.unit and unit else None
+    (size,) = number.values
+    if size and number.unit != unit:
+        si = next((kind.unit for name, kind in KINDS.items() if is_unit_of(unit, name)), "")
+        scale = factor(number.unit or si, unit) if unit else None
+        size = math.nan if scale is None else float(f"{size * scale:.12g}")
+    return size if math.isfinite(size) else None
 
 
-def _in_unit(number: float, written_in: str, unit: str) -> float | None:
-    """A number in the unit of a lever; None where it has another dimension or is not finite."""
-    scale = 1.0 if written_in in ("", unit) else factor(written_in, unit)
-    return None if scale is None or not math.isfinite(number * scale) else number * scale
+def entries_of(value: object, unit: str, count: int) -> tuple[float, ...] | None:
+    """The `count` entries of a list as written, in a unit; None of what is no such list.
+
+    One number stands for every entry, a value that is missing for zeros.
+    """
+    items, shared = split_list(value)
+    behind = "" if shared in ("", "SI") else f" {shared}"  # the unit that the entries of a text share
+    one = [0.0 if value is None else value] * count
+    numbers = [number_in(f"{item}{behind}" if behind else item, unit) for item in (one if items is None else items)]
+    known = tuple(number for number in numbers if number is not None)
+    return known if len(known) == len(numbers) == count else None
 
 
-def with_entry(value: object, unit: str, entry: int, count: int, number: float) -> object:
-    """Override of a list of `count` entries, with one of them, from 0, another number in the unit."""
-    values = [entry_of(value, unit, i) or 0.0 for i in range(count)]
-    values[entry] = number
-    return Written(values=tuple(values), unit=unit, many=True).text(tuple(float(f"{value:.9g}") for value in values))
+def with_entry(entries: tuple[float, ...], unit: str, entry: int, number: float) -> object:
+    """Override of a list in a unit, with one of its entries, from 0, another number."""
+    values = (*entries[:entry], number, *entries[entry + 1 :])
+    return Written(values=values, unit=unit, many=True).text(values)
 
 
 # Positions of a slider whose lever states no step.
 _POSITIONS = 200
-# Digits with which a value is written into the model: as many as the box shows.
-_DIGITS = 6
+# Digits with which a value is written into the model: as many as the box shows, and as many as were typed.
+_DIGITS, _TYPED = 6, 15
 
 
 class LeverControl(Element, component="lever.js"):
@@ -103,7 +99,7 @@ class LeverControl(Element, component="lever.js"):
         least, most = float(lever["least"]), float(lever["most"])
         # what holds where the model states nothing: it came with the lever, unless an override was there already
         state = session.state
-        overridden = state is not None and self.path in state.overrides
+        overridden = state is not None and overriding(state, self.path) is not None
         self._unstated = least if overridden else self._value
         self._props.update(
             path=self.path,
@@ -115,6 +111,7 @@ class LeverControl(Element, component="lever.js"):
             step=float(lever.get("step") or 0.0) or (most - least) / _POSITIONS,
             log=bool(lever.get("log")) and least > 0,
             changed=False,
+            assumed="",
             message="",
             shown=[0, self._value],
         )
@@ -130,20 +127,26 @@ class LeverControl(Element, component="lever.js"):
         if state is None or state is self._seen:
             return
         self._seen = state
-        prop(self, "changed", self.path in state.overrides)
         stated = written_value(state, self.path)
+        prop(self, "changed", not self._is_of_file(state, stated))
         number = self._unstated if stated is None else self._read(stated)
         if number is None or math.isclose(number, self._value, rel_tol=1e-9, abs_tol=1e-300):
             return
         self._value, self._shows = number, self._shows + 1
         prop(self, "shown", [self._shows, number])
 
-    def refuse(self, failed: Mapping[str, Any] | None) -> bool:
-        """Show the message of a failed state that is about this lever; whether it is."""
+    def assume(self, assumed: Mapping[str, str]) -> None:
+        """Mark a value that the model assumes.  assumed : its reasons, by full path."""
+        state = self._session.state
+        prop(self, "assumed", "" if state is None else assumed_reason(state, self.path, assumed))
+
+    def refuse(self, failed: Mapping[str, Any] | None, whose: str) -> bool:
+        """Show the message of a failed state that is about this lever; whether it is.  whose : of the figures."""
         if failed is None or str(failed.get("path")) != self.path:
             self._tell("")
             return False
-        self._tell(sentence(str(failed.get("message") or ""), str(failed.get("allowed") or "")))
+        words = sentence(str(failed.get("message") or ""), str(failed.get("allowed") or ""))
+        self._tell(". ".join(filter(None, [words, whose])))
         return True
 
     def _moved(self, event: GenericEventArguments, *, released: bool) -> None:
@@ -151,7 +154,7 @@ class LeverControl(Element, component="lever.js"):
         if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
             return
         self._value = float(value)
-        self._ask(self._written(self._value), released=released)
+        self._ask(lambda: self._written(self._value), released=released)
         self._drags += released
 
     def _typed(self, text: str) -> None:
@@ -163,28 +166,48 @@ class LeverControl(Element, component="lever.js"):
             number = float(text)
         except ValueError:
             number = math.nan
-        value: object = self._written(number) if math.isfinite(number) else text
+        if self._entry is not None and not math.isfinite(number):
+            own = number_in(text, self._unit)
+            if own is None:
+                problem = "a list, and the lever has one entry of it" if "[" in text else "no number with a known unit"
+                self._tell(sentence(problem, f"one number, as 40 {self._unit}; the list under All fields"))
+                return
+            number = own
         self._value = math.nan  # whatever the model then has is shown, at the slider too
-        self._ask(value, released=True)
+        self._ask(lambda: self._written(number, typed=True) if math.isfinite(number) else text, released=True)
         self._drags += 1
 
     def _read(self, stated: object) -> float | None:
         """The number of this lever in a value of the model, of a list its own entry."""
-        if self._entry is not None:
-            return entry_of(stated, self._unit, self._entry)
-        number = written(stated)
-        return None if number is None or number.many else _in_unit(number.values[0], number.unit, self._unit)
+        if self._entry is None:
+            return number_in(stated, self._unit)
+        entries = entries_of(stated, self._unit, self._count)
+        return None if entries is None else entries[self._entry]
 
-    def _written(self, value: float) -> object:
-        """A value as the model file writes it."""
+    def _is_of_file(self, state: PageState, stated: object) -> bool:
+        """Whether the value is that of the file, of a list its own entry."""
+        if self._entry is None:
+            return overriding(state, self.path) is None
+        return self._read(stated) == self._read(file_value(state, self.path))
+
+    def _written(self, value: float, *, typed: bool = False) -> object:
+        """A value as the model file writes it. Raises ModelError where the other entries of its list are not known."""
         text = f"{value:.{_DIGITS}g}"
-        if self._entry is not None and (state := self._session.state) is not None:
-            return with_entry(written_value(state, self.path), self._unit, self._entry, self._count, float(text))
-        return f"{text} {self._unit}" if self._unit else float(text)
+        if typed and float(text) != value:
+            text = f"{value:.{_TYPED}g}"
+        if self._entry is None:
+            return f"{text} {self._unit}" if self._unit else float(text)
+        state = self._session.state
+        entries = entries_of(None if state is None else written_value(state, self.path), self._unit, self._count)
+        if entries is None:
+            raise ModelError(
+                "its list cannot be read", path=self.path, allowed=f"{self._count} numbers, under All fields"
+            )
+        return with_entry(entries, self._unit, self._entry, float(text))
 
-    def _ask(self, value: object, *, released: bool) -> None:
+    def _ask(self, value: Callable[[], object], *, released: bool) -> None:
         try:
-            self._session.set(self.path, value, released=released, key=f"{self.path} {self._drags}")
+            self._session.set(self.path, value(), released=released, key=f"{self.path} {self._drags}")
         except ModelError as error:
             self._tell(sentence(error.problem, error.allowed))
         else:
@@ -200,10 +223,22 @@ class LeverControl(Element, component="lever.js"):
         self._tell("")
 
     def _to_file(self) -> None:
+        """Take the value of the file, of a list that of its own entry."""
         state = self._session.state
-        if state is not None:
-            self._value = math.nan
-            self._ask(file_value(state, self.path), released=True)
+        if state is None:
+            return
+        self._value = math.nan
+        value = file_value(state, self.path)
+
+        def asked() -> object:
+            of_file = self._read(value)
+            if self._entry is None or of_file is None:
+                return value
+            again = self._written(of_file, typed=True)
+            same = entries_of(again, self._unit, self._count) == entries_of(value, self._unit, self._count)
+            return value if same else again
+
+        self._ask(asked, released=True)
 
     def _tell(self, text: str) -> None:
         prop(self, "message", text)
@@ -216,6 +251,7 @@ class LeversColumn:
         self._session = session
         self._shown: object = None  # levers and words that stand on the page
         self._levers: list[LeverControl] = []
+        self._assumed: Mapping[str, str] = {}
         with box("ck-box ck-levers", "section") as root:
             root.props["aria-label"] = "Levers"
             with box("ck-title"):
@@ -240,10 +276,17 @@ class LeversColumn:
                     Words("div", instead, classes="ck-lever ck-pale")
         for lever in self._levers:
             lever.follow()
+            lever.assume(self._assumed)
 
-    def refuse(self, failed: Mapping[str, Any] | None) -> bool:
-        """Show a message beside the lever it is about; whether there is one."""
-        return any([lever.refuse(failed) for lever in self._levers])
+    def frame(self, head: Mapping[str, Any]) -> None:
+        """Mark what the model of a frame assumes."""
+        self._assumed = head.get("assumed", self._assumed)
+        for lever in self._levers:
+            lever.assume(self._assumed)
+
+    def refuse(self, failed: Mapping[str, Any] | None, whose: str) -> bool:
+        """Show a message beside the lever it is about; whether there is one.  whose : of the figures."""
+        return any([lever.refuse(failed, whose) for lever in self._levers])
 
 
 # page -----------------------------------------------------------------------------------------------------------------
@@ -295,6 +338,8 @@ def cockpit_page(session: Session) -> None:
         failed=page.refuse,
         jobs=page.jobs,
         preview=page.preview,
+        view=page.view,
+        waits=lambda _: ui.notify("Waits for another job of this page or of another tab"),
     )
     page.follow(session)
 
@@ -373,6 +418,14 @@ class _Page:
         self._mode.choose(index)
         self._modes.chosen(index)
         self._train.show_mode(index)
+        self._session.looked(mode=index)
+
+    def view(self, session: Session) -> None:
+        """Show what another page of the session did: its evidence, its mode."""
+        view = dict(session.view)
+        self._evidence.show(str(view.get("tab")))
+        mode = view.get("mode")
+        self._chose(mode if isinstance(mode, int) and not isinstance(mode, bool) else None)
 
     def frame(self, packed: bytes, frame: PageFrame) -> None:
         """Show a frame; the panes first, since they are what moves under a lever."""
@@ -399,6 +452,7 @@ class _Page:
             self._modes.follow(head)
             self._modes.chosen(self._mode.number, self._mode.lost)
             self._evidence.sized(head)
+            self._levers.frame(head)
             self._show_busy()
 
     def follow(self, session: Session) -> None:
@@ -436,9 +490,11 @@ class _Page:
             self._timer = None
             if self._root.is_deleted:
                 return
-            if self._shown_rev < rev:
+            if self._shown_rev < rev and session.failed is None:
                 with self._root:
                     self._draw_late(True)
+                    if session.state is not None and session.is_of_another_model:
+                        self._clear(f"{session.state.name} is being computed ...", "...")
             self._watch()
 
         self._timer = asyncio.get_running_loop().call_later(_LATE, look)
@@ -452,18 +508,38 @@ class _Page:
         prop(self._root, "data-loading", "true" if late else None)
 
     def refuse(self, failed: Mapping[str, Any] | None) -> None:
-        """Show why a state does not compute, beside its lever or above the page; the last good curves stay."""
-        beside = self._levers.refuse(failed)
+        """Show why a state does not compute, beside its lever or above the page.  The last good curves of the same
+        model stay, pale; nothing stands under the name of another one."""
+        session = self._session
+        stays = failed is not None and not session.is_of_another_model
+        whose = session.computed_words() if stays else ""
+        beside = self._levers.refuse(failed, whose)
         self._draw_late(False)
         for pane in (self._train, self._sweep, self._evidence.pane):
-            pane.stale(failed is not None)
-        prop(self._root, "data-failed", "true" if failed is not None else None)
+            pane.stale(stays)
+        prop(self._root, "data-failed", "true" if stays else None)
         hide(self._banner, failed is None or beside)
-        hide(self._undo, not self._session.history.undo_label)
+        hide(self._undo, not session.history.undo_label)
         if failed is not None:
             words = [str(failed.get("path") or ""), str(failed.get("message") or "")]
-            self._message.say(sentence(": ".join(filter(None, words)), str(failed.get("allowed") or "")))
+            why = sentence(": ".join(filter(None, words)), str(failed.get("allowed") or ""))
+            self._message.say(". ".join(filter(None, [why, whose])))
+            if not stays and session.state is not None:
+                self._clear(f"{session.state.name} does not compute. {why}", "Not computed: see the error above.")
         self._levers.follow()
+
+    def _clear(self, instead: str, answer: str) -> None:
+        """Take away what another model has shown.  instead : in the place of drawings.  answer : of each question."""
+        self._head = {}
+        self._train.show_instead(instead)
+        self._sweep.show_instead()
+        self._evidence.forget()
+        lines = [{"key": key, "text": f"{question} {answer}"} for key, question in QUESTIONS.items()]
+        head = {"answers": lines, "checks": (), "modes": (), "state": {}, "assumed": {}}
+        self._answers.follow(head, moving=False)
+        self._header.frame(head)
+        self._modes.follow(head)
+        self._levers.frame(head)
 
     def jobs(self, _: Session) -> None:
         """Show the jobs as they stand."""
@@ -475,159 +551,3 @@ class _Page:
         session = self._session
         busy = session.busy and session.rev == session.released_rev
         prop(self._root, "data-busy", "true" if busy else None)
-
-
-# tabs -----------------------------------------------------------------------------------------------------------------
-
-# [s] between two writings: a drag has one, not one for each move
-KEEP_SECONDS = 0.4
-# [byte] of an entry: browsers give a site about 5 MB, of UTF-16
-MOST_KEPT = 1_000_000
-
-
-_BUILT = 10.0  # [s] a page may take to be built, on a machine that computes besides
-_ANSWERED = 10.0  # [s] a browser may take to say what it kept
-_CONNECTED = 30.0  # [s] a browser may take to connect: a page opened ahead of its reader never does
-
-
-def mount(state: PageState | None) -> Callable[[Any], AbstractAsyncContextManager[None]]:
-    """Register the page of the cockpit.
-
-    Parameters
-    ----------
-    state : each tab begins with; None is the empty page.
-
-    Returns
-    -------
-    lifespan : of the application: at its end every session is closed.
-    """
-    live: dict[str, Session] = {}
-    recovery = Path(__file__).with_name("recovery.js").read_text(encoding="utf-8")  # window.cockpitRecovery
-
-    @ui.page("/", response_timeout=_BUILT)
-    async def cockpit() -> None:
-        client = ui.context.client
-        ui.add_head_html(f"<script>{recovery}</script>")
-        session = live[client.id] = Session()
-        client.on_delete(lambda: _end(live, client.id))
-        client.on_exception(_tell)
-        _keep(session, client)
-        cockpit_page(session)
-        await client.connected(timeout=_CONNECTED)
-        await _begin(session, state)
-
-    @asynccontextmanager
-    async def lifespan(_: Any) -> AsyncIterator[None]:
-        start_worker()  # it is warm when the first page asks
-        try:
-            yield
-        finally:
-            for name in list(live):
-                await _end(live, name)
-            await stop_worker()
-
-    return lifespan
-
-
-async def _end(live: dict[str, Session], name: str) -> None:
-    if (session := live.pop(name, None)) is not None:
-        await session.close()
-
-
-async def _begin(session: Session, state: PageState | None) -> None:
-    """Open what a link brings, as a step after what the tab had; else that, else what the command line named."""
-    kept = await ui.run_javascript("return await cockpitRecovery.begin()", timeout=_ANSWERED)
-    brought = kept if isinstance(kept, Mapping) else {}
-    begun = False
-    if snapshot := brought.get("snapshot"):
-        try:
-            await session.restore(_read(snapshot))
-            begun = True
-        except ModelError as error:
-            ui.notify(f"What this tab had cannot be restored: {error}", type="warning", close_button="Close")
-    if link := brought.get("link"):
-        try:
-            linked = from_fragment(str(link))
-            # what the tab had is one undo away
-            await (session.open(linked, unsaved=True) if begun else session.start(linked))
-            return
-        except ModelError as error:
-            ui.notify(f"The link cannot be opened: {error}", type="negative", timeout=0, close_button="Close")
-    if begun:
-        return
-    await session.start(state)
-    for entry in brought.get("left") or []:
-        _offer(session, entry)
-
-
-def _offer(session: Session, entry: object) -> None:
-    """Offer the unsaved changes of a tab that is gone."""
-    if not isinstance(entry, Mapping):
-        return
-    name, title, when = (json.dumps(str(entry.get("name"))), str(entry.get("title"))[:60], entry.get("time"))
-    clock = f" of {datetime.fromtimestamp(when / 1000):%d %b %H:%M}" if isinstance(when, int | float) else ""
-
-    async def restore() -> None:
-        snapshot = await ui.run_javascript(f"return cockpitRecovery.take({name})", timeout=_ANSWERED)
-        try:
-            await session.restore(_read(snapshot))
-        except ModelError as error:
-            ui.notify(f"It cannot be restored: {error}", type="negative", close_button="Close")
-        else:
-            forget()
-
-    def forget() -> None:
-        ui.run_javascript(f"cockpitRecovery.drop({name})")
-        bar.delete()
-
-    with ui.row().classes("cockpit-offer fixed-bottom items-center q-pa-sm").props('role="status"') as bar:
-        ui.label(f"{title}: unsaved changes{clock} were left in a closed tab.")
-        ui.button("Restore", on_click=restore).props("dense flat no-caps")
-        ui.button("Forget", on_click=forget).props("dense flat no-caps")
-
-
-def _read(snapshot: object) -> dict[str, object]:
-    """A snapshot as the browser gives it back: its values are asked by the session.
-
-    Raises
-    ------
-    ModelError : it is none.
-    """
-    try:
-        read = json.loads(str(snapshot))
-    except (ValueError, RecursionError):
-        read = None
-    if not isinstance(read, dict):
-        raise ModelError("is no snapshot", path="kept state")
-    return read
-
-
-def _keep(session: Session, client: Client) -> None:
-    """Have the browser keep the state a moment after it has changed."""
-    waiting = False
-
-    async def write() -> None:
-        nonlocal waiting
-        await asyncio.sleep(KEEP_SECONDS)
-        waiting = False
-        text = json.dumps(session.snapshot())
-        if client.is_deleted or len(text) > MOST_KEPT:
-            return
-        title = session.state.name if session.state is not None else ""
-        client.run_javascript(f"cockpitRecovery.keep({literal(text)}, {literal(title)}, {literal(session.unsaved)})")
-
-    def changed(_: Session) -> None:
-        nonlocal waiting
-        if not waiting:
-            waiting = True
-            background_tasks.create(write())
-
-    session.listen(state=changed)
-
-
-def _tell(error: Exception) -> None:
-    """Say what went wrong in a handler, where no pane did: nobody reads the terminal."""
-    if isinstance(error, ModelError):
-        ui.notify(str(error), type="negative", close_button="Close")
-    else:
-        ui.notify(f"A fault of epicyclic itself: {type(error).__name__}: {error}", type="negative", timeout=0)

@@ -17,7 +17,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
-from multiprocessing.connection import Connection
+from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -26,7 +26,7 @@ from ...document.tables import PlainTable
 from ...errors import ModelError
 from ..state.frames import PageFrame, pack, unpack
 from ..state.state import Origin, PageState, request_of, with_values
-from .worker import Channel, Spare, kill_group, spawned, waiting
+from .worker import Channel, JobQueue, Spare, kill_group, spawned, waiting
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -193,16 +193,12 @@ def compared_states(first: Loadable, second: Loadable, names: tuple[str, str]) -
 
 # jobs -----------------------------------------------------------------------------------------------------------------
 
-# Jobs that run at once: the machine has live work too.
-_MOST_AT_ONCE = 2
-# Short work that a person waits for, beside them: levers of a model, a comparison, a file.
-_MOST_HIDDEN = 2
 # Priority of a job below the live process (nice): a slider answers while jobs take all cores.
 _NICE = 10
 # Jobs of a page that are kept with their results, the oldest ended ones forgotten first.
 _MOST_KEPT = 24
-# [s] that a job may take to end politely before its process is killed.
-_POLITE = 1.0
+# [s] that a job may take to end politely before its process is killed, and between two looks whether it has ended.
+_POLITE, _LOOK = 1.0, 0.05
 # Share done below which the time left is not told: the first parts say little of the rest.
 _TELLING = 0.02
 # Share done of what is still at work.
@@ -219,7 +215,8 @@ class Job:
     state, options : that it was started with.
     place : 0 of its own state; of one that changes what it knows of, which of ``kept`` of its frame that is, from 1.
     remaining : [s], None where it is not known yet.
-    message : why it failed.  frame, packed : its result for the page.  value : another result.
+    message : why it failed.  died : whether its process ended without a word.
+    frame, packed : its result for the page.  value : another result.
     dataset_path : file of its Dataset, or the file it was asked for, in a folder that goes with the page.
     """
 
@@ -231,6 +228,7 @@ class Job:
     remaining: float | None = None
     status: Status = "waits"
     message: str = ""
+    died: bool = False
     frame: PageFrame | None = None
     packed: bytes | None = None
     dataset_path: Path | None = None
@@ -285,15 +283,15 @@ def jobs_done(jobs: Sequence[Job], rev: int) -> dict[str, Job]:
 
 def newest_of(jobs: Sequence[Job], rev: int, origin: object) -> dict[str, Job]:
     """Name -> the job that says most of the state with this number: one that runs or has ended for it; else one of
-    another state of the same model file that runs, or the newest that was done.  What was refused or cancelled of
-    another state says nothing of this one."""
+    another state of the same model file that runs, or the newest that was done or whose process died.  What was
+    refused or cancelled of another state says nothing of this one."""
     newest: dict[str, Job] = {}
 
     def says(job: Job) -> tuple[bool, bool]:
         return not job.ended, job.rev == rev
 
     for job in jobs:
-        if job.rev != rev and (job.origin != origin or job.status in ("failed", "cancelled")):
+        if job.rev != rev and (job.origin != origin or (job.status in ("failed", "cancelled") and not job.died)):
             continue
         if job.name not in newest or says(job) >= says(newest[job.name]):
             newest[job.name] = job
@@ -304,17 +302,19 @@ class Jobs:
     """The jobs of a page, oldest first.
 
     changed : called in the event loop after each change.  spare : of processes that wait; None: each starts its own.
+    queue : of the jobs of all pages.
     """
 
     def __init__(self, changed: Callable[[Job], None], spare: Spare | None = None) -> None:
         self.all: list[Job] = []
         self.spare = spare
+        self.queue = JobQueue()
         self._changed = changed
         self._numbers = itertools.count(1)
         self._folder: Path | None = None
         self._closed = False
         self._starting: set[asyncio.Task[None]] = set()
-        self._ending: set[SpawnProcess] = set()
+        self._ending: dict[SpawnProcess, Job] = {}
 
     @property
     def folder(self) -> Path:
@@ -350,12 +350,13 @@ class Jobs:
         job = Job(
             id=number, name=name, label=task.label, rev=rev, hidden=hidden, model=model, origin=origin, _task=task
         )
+        job.options = dict(options)
         self.all.append(job)
         ended = [job for job in self.all if job.ended]
         for old in ended[: max(0, len(self.all) - _MOST_KEPT)]:
             self.forget(old)
         self._changed(job)
-        self._pump()
+        self.queue.join(job, partial(self._start, job), short=hidden)
         return job
 
     def forget(self, job: Job) -> None:
@@ -373,6 +374,13 @@ class Jobs:
         elif not job.ended:
             self._end(job, "cancelled")
 
+    def cancel_all(self, why: str) -> None:
+        """Ask all that run or wait to end, and say why."""
+        for job in self.all:
+            if not job.ended:
+                job.message = why
+                self.cancel(job)
+
     async def close(self) -> None:
         """Kill all, and remove their files."""
         self._closed = True
@@ -383,22 +391,20 @@ class Jobs:
             await asyncio.wait(set(self._starting))
         for process in tuple(self._ending):  # one may end meanwhile
             kill_group(process)
-        for process in tuple(self._ending):  # one may end meanwhile
+        for process, job in tuple(self._ending.items()):  # one may end meanwhile
             await asyncio.to_thread(process.join)
+            self.queue.leave(job)
         self._ending.clear()
         if self._folder is not None:
             await asyncio.to_thread(shutil.rmtree, self._folder, True)
 
-    def _pump(self) -> None:
-        for hidden, most in ((False, _MOST_AT_ONCE), (True, _MOST_HIDDEN)):
-            alike = [job for job in self.all if job.hidden is hidden]
-            running = sum(job.status == "runs" for job in alike)
-            for job in [job for job in alike if job.status == "waits"][: max(0, most - running)]:
-                job.status, job._begun = "runs", time.monotonic()
-                starting = asyncio.get_running_loop().create_task(self._launch(job))
-                self._starting.add(starting)
-                starting.add_done_callback(self._starting.discard)
-                self._changed(job)
+    def _start(self, job: Job) -> None:
+        """It is the turn of a job."""
+        job.status, job._begun = "runs", time.monotonic()
+        starting = asyncio.get_running_loop().create_task(self._launch(job))
+        self._starting.add(starting)
+        starting.add_done_callback(self._starting.discard)
+        self._changed(job)
 
     async def _launch(self, job: Job) -> None:
         try:
@@ -408,11 +414,12 @@ class Jobs:
                 process, connection = await asyncio.to_thread(spawned, waiting)
         except OSError as error:
             job.message = f"no process can be started: {error}"
+            self.queue.leave(job)
             self._end(job, "failed")
             return
         if job.ended:  # cancelled meanwhile
             connection.close()
-            self._let_end(process, 0.0)
+            self._let_end(process, job, 0.0)
             return
         job._process = process
         arrived, ended = partial(self._arrived, job), partial(self._died, job)
@@ -456,7 +463,9 @@ class Jobs:
 
     def _died(self, job: Job) -> None:
         if not job.ended:
-            job.message = "its process ended by itself"
+            code = None if job._process is None else _exit_code(job._process)
+            killed = f"was killed (signal {-code})" if code is not None and code < 0 else "ended by itself"
+            job.message, job.died = f"its process {killed} at {100 * job.progress:.0f} %", True
             self._end(job, "failed")
 
     def _kill(self, job: Job) -> None:
@@ -471,26 +480,37 @@ class Jobs:
             job._channel.close()
         if job._process is not None:
             process, job._process = job._process, None
-            self._let_end(process, 0.0 if status == "cancelled" else _POLITE)
+            self._let_end(process, job, 0.0 if status == "cancelled" else _POLITE)
+        elif not job._begun:  # it has waited
+            self.queue.leave(job)
         job._task, job._channel = None, None
         job._over.set()
         self._changed(job)
-        if not self._closed:
-            self._pump()
 
-    def _let_end(self, process: SpawnProcess, seconds: float) -> None:
-        """Have a process end by itself for so long, then kill it and take its exit status: no zombie stays."""
-        self._ending.add(process)
-        asyncio.get_running_loop().call_later(seconds, self._reap, process)
+    def _let_end(self, process: SpawnProcess, job: Job, seconds: float) -> None:
+        """Have a process end by itself for so long, then kill it and take its exit status: no zombie stays.  Its place
+        is free when it has ended."""
+        self._ending[process] = job
+        end = time.monotonic() + seconds
 
-    def _reap(self, process: SpawnProcess) -> None:
-        if process in self._ending:
-            kill_group(process)
-            process.join(timeout=0.005)
-            if process.exitcode is None:
-                asyncio.get_running_loop().call_later(0.1, self._reap, process)
-            else:
-                self._ending.discard(process)
+        def look() -> None:
+            if process not in self._ending:
+                return
+            if time.monotonic() >= end or wait([process.sentinel], 0):
+                kill_group(process)  # and what it has started
+                if _exit_code(process) is not None:
+                    del self._ending[process]
+                    self.queue.leave(job)
+                    return
+            asyncio.get_running_loop().call_later(_LOOK, look)
+
+        look()
+
+
+def _exit_code(process: SpawnProcess) -> int | None:
+    """Exit status of a process, negative of a signal; None while it runs."""
+    process.join(timeout=0.005)
+    return process.exitcode
 
 
 def work(connection: Connection, task: Task, nice: int = 0) -> None:

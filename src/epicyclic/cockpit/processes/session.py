@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import hashlib
+import itertools
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import replace
@@ -41,6 +42,8 @@ class Session:
     history : states, undo and redo.  rev : number of the present state; released_rev : of the last one asked for whole.
     frames, packed : the newest of each kind.  failed : head of the newest failed frame, None where the state computes.
     levers : of the model opened.  pinned, pinned_packed : state A and its frames.  busy : whether something computes.
+    view : what is shown of it: ``tab`` of the evidence, ``mode`` that is chosen.
+    computed : newest state of the model that has frames; None where those of another model were dropped.
     """
 
     def __init__(self, worker: Worker | None = None) -> None:
@@ -49,11 +52,14 @@ class Session:
         self.frames: dict[str, PageFrame] = {}
         self.packed: dict[str, bytes] = {}
         self.failed: Mapping[str, Any] | None = None
+        self.computed: PageState | None = None
+        self._opened = 0, 0  # opening of the model that is shown, and number of its first state since
         self.levers: Levers = ()
         self._levers_of: dict[str, Levers] = {}  # by the text of the model, so that undo brings them back at once
         self.pinned: PageState | None = None
         self._numbers_of_a = 0
         self.pinned_packed: dict[str, bytes] = {}
+        self.view: dict[str, Any] = {}
         self.busy = False
         self.closed = False
         self.jobs = _PageJobs(self)
@@ -63,7 +69,7 @@ class Session:
         self._previews = 0
         self._client_of_preview = Client(deliver=self._deliver_preview, idle=lambda: None)
         self._listeners: dict[str, list[Callable[..., None]]] = {
-            name: [] for name in ("frame", "state", "failed", "jobs", "preview")
+            name: [] for name in ("frame", "state", "failed", "jobs", "view", "looked", "waits", "preview")
         }
         self._kept: dict[Origin, PageState | None] = {}
         self._digests: dict[Path, str] = {}
@@ -74,7 +80,9 @@ class Session:
     def listen(self, **callbacks: Callable[..., None]) -> None:
         """Be called in the event loop: ``frame`` with each frame, packed and not; ``state`` with the session after each
         change of the state; ``failed`` with the head of a failed frame, None once the state computes again; ``jobs``
-        with the session after each change of a job; ``preview`` with the packed frame of `preview`."""
+        with the session after each change of a job, ``looked`` after each of the view; ``view`` with the session once
+        it shows what another page did; ``waits`` with it where a call waits for its turn; ``preview`` with the packed frame
+        of `preview`."""
         for name, function in callbacks.items():
             self._listeners[name].append(function)
 
@@ -84,6 +92,12 @@ class Session:
 
     def _tell_state(self) -> None:
         self._tell("state", self)
+
+    def looked(self, **view: Any) -> None:
+        """Something else is shown: of ``tab`` and ``mode``."""
+        if self.view != self.view | view:
+            self.view |= view
+            self._tell("looked", self)
 
     # the state --------------------------------------------------------------------------------------------------------
 
@@ -108,19 +122,20 @@ class Session:
     async def start(self, state: PageState | None) -> None:
         """Begin with a state, which is no step to take back; None: the empty page."""
         self._join()
+        state = None if state is None else _opening(state)
         self.history = StateHistory(now=Step(state=state))
         self._begun(state, state)
 
     async def open(self, state: PageState, *, unsaved: bool = False) -> None:
         """Show another model, as one step that can be taken back.  unsaved : it lies nowhere yet."""
-        self.history = self.history.push(state, f"open {state.name}").closed()
+        self.history = self.history.push(_opening(state), f"open {state.name}").closed()
         self._begun(state, None if unsaved else state)
 
     def _join(self) -> None:
         """Have a share in the live process of the server."""
         if self._worker is None:
             self._worker = start_worker()
-        self.jobs.spare = self._worker.spare
+        self.jobs.spare, self.jobs.queue = self._worker.spare, self._worker.queue
         for client in (self._client, self._client_of_a, self._client_of_preview):
             if client not in self._worker.clients:
                 self._worker.join(client)
@@ -212,6 +227,8 @@ class Session:
     def _changed(self, *, released: bool) -> None:
         """Number the state anew and have it computed; what cannot be asked for fails."""
         self.rev += 1
+        if self.state is not None and self.state.opening != self._opened[0]:
+            self._opened = self.state.opening, self.rev
         failed: Mapping[str, Any] | None = None
         if self.state is not None and self._worker is not None and not self.closed:
             if released:
@@ -232,8 +249,10 @@ class Session:
 
     def _deliver(self, packed: bytes) -> None:
         frame = unpack(packed)
-        if self.closed:
+        if self.closed or frame.rev < self._opened[1]:
             return
+        if frame.kind != "failed" and (frame.rev == self.rev or self.is_of_another_model):
+            self.computed = self.state
         if frame.kind == "failed":
             if frame.rev == self.rev:
                 self._fail(frame.head)
@@ -243,7 +262,24 @@ class Session:
         self.frames[frame.kind], self.packed[frame.kind] = frame, packed
         self._tell("frame", packed, frame)
 
+    @property
+    def is_of_another_model(self) -> bool:
+        """Whether the frames are of another model than the present state."""
+        return self.computed is None or self.state is None or self.computed.opening != self.state.opening
+
+    def computed_words(self) -> str:
+        """Of which state the figures are where the present one does not compute, as a sentence."""
+        if self.computed is None:
+            return ""
+        steps = itertools.pairwise([*self.history.behind, self.history.now])
+        label = next((after.label for before, after in steps if before.state is self.computed), "")
+        return (
+            f"The pale figures are those before “{label}”" if label else "The pale figures are the last that computed"
+        )
+
     def _fail(self, head: Mapping[str, Any] | None) -> None:
+        if head is not None and self.is_of_another_model:
+            self.frames, self.packed, self.computed = {}, {}, None
         self.failed = head
         self._tell("failed", head)
 
@@ -315,7 +351,10 @@ class Session:
         function : of a module; arguments and value are pickled.
         Raises ModelError : what the function raises, or that its process ended.
         """
-        job = self.jobs.start("call", {"function": function, "arguments": arguments}, hidden=True)
+        jobs = self.jobs  # another page may take them over meanwhile
+        job = jobs.start("call", {"function": function, "arguments": arguments}, hidden=True)
+        if job.status == "waits":
+            self._tell("waits", self)
         try:
             await job.wait()
             if job.error is not None:
@@ -324,7 +363,7 @@ class Session:
                 raise ModelError(job.message or "was cancelled", path=job.name)
             return job.value
         finally:
-            self.jobs.forget(job)
+            jobs.forget(job)
 
     # file -------------------------------------------------------------------------------------------------------------
 
@@ -378,6 +417,10 @@ class Session:
             "pinned": None if pinned is None else snapshot_text(pinned),
             "unsaved": self.unsaved,
             "base_kept": kept is not None and kept.base == state.base and not kept.overrides,
+            "view": self.view,
+            # what only this process has
+            "steps": len(self.history.behind) + len(self.history.ahead),
+            "results": sum(job.status == "done" for job in self.jobs.visible()),
         }
         if state.path is not None:
             file = {"file": str(state.path), "trusted": state.trusted, "digest": self._digests.get(state.path, "")}
@@ -396,6 +439,7 @@ class Session:
             raise ModelError("is no snapshot", path="kept state", allowed="what this page has kept")
         sealed = file_of(text, snapshot)
         state = from_fragment(text, most=None, file=None if sealed is None else (sealed.path, sealed.trusted))
+        state = _opening(state)
         kept = None if snapshot.get("unsaved", True) is not False else state
         if kept is None and snapshot.get("base_kept") is True:
             kept = replace(state, overrides={})
@@ -411,25 +455,59 @@ class Session:
             with suppress(ModelError):
                 self._pin(from_fragment(pinned, most=None))
                 self._ask_a()
+        if isinstance(view := snapshot.get("view"), Mapping):
+            self.view = dict(view)
         self._tell_state()
+        self._tell("view", self)
+
+    def leave(self) -> None:
+        """Have nothing computed any more but jobs: nobody looks."""
+        for client in (self._client, self._client_of_a, self._client_of_preview):
+            if self._worker is not None:
+                self._worker.leave(client)
+        for task in self._tasks:
+            task.cancel()
+
+    def take_over(self, other: Session) -> None:
+        """Go on where the session of a page that is gone has ended, with all it has; that one has nothing then."""
+        other.leave()
+        for name in _TAKEN:
+            setattr(self, name, getattr(other, name))
+        self.jobs.move_to(self)
+        other.jobs, other.closed = _PageJobs(other), True
+        self._join()
+        for frame in sorted(self.frames.values(), key=lambda frame: frame.rev):
+            self._tell("frame", self.packed[frame.kind], frame)
+        if not self.levers:
+            self._show_levers()
+        self._changed(released=True)
+        self._tell("view", self)
+        if len(self.pinned_packed) < len(self.packed):
+            self._ask_a()
 
     async def close(self) -> None:
         """Stop everything that is this page's."""
         self.closed = True
-        if self._worker is not None:
-            self._worker.leave(self._client)
-            self._worker.leave(self._client_of_a)
-            self._worker.leave(self._client_of_preview)
-        for task in self._tasks:
-            task.cancel()
+        self.leave()
         await self.jobs.close()
+
+
+# What makes a session: not who listens, nor what computes for it.
+_TAKEN = (
+    *("history", "rev", "released_rev", "computed", "_opened", "frames", "packed", "levers", "_levers_of", "view"),
+    *("pinned", "_numbers_of_a", "pinned_packed", "jobs", "_kept", "_digests"),
+)
 
 
 class _PageJobs(Jobs):
     """Jobs of the present state of a page."""
 
     def __init__(self, session: Session) -> None:
-        super().__init__(lambda _: session._tell("jobs", session))
+        super().__init__(lambda _: self._session._tell("jobs", self._session))
+        self._session = session
+
+    def move_to(self, session: Session) -> None:
+        """Belong to another page."""
         self._session = session
 
     def start(self, name: str, options: Mapping[str, Any] | None = None, *, hidden: bool = False) -> Job:
@@ -443,11 +521,19 @@ class _PageJobs(Jobs):
         if state is not None:
             model = request_of(state)
             job = self.begin(name, options or {}, model=model, rev=rev, origin=state.origin, hidden=hidden)
-            job.state, job.options = state, options or {}
+            job.state = state
             return job
         if name != "call":
             raise ModelError("no model is open", path="model", allowed="open one, or make a new one")
         return self.begin(name, options or {}, model=({}, {}), rev=rev, hidden=hidden)
+
+
+_openings = itertools.count(1)
+
+
+def _opening(state: PageState) -> PageState:
+    """A state as that of a model that is opened now."""
+    return replace(state, opening=next(_openings))
 
 
 def _request(state: PageState, rev: int, kind: Literal["live", "full"]) -> Request:

@@ -166,22 +166,71 @@ def waiting(connection: Connection) -> None:
     function(connection, *arguments)
 
 
-class Spare:
-    """One process that waits with its imports done, so that a job starts at once; a next one after each that is taken.
+# Processes beside the live one, of all pages together: jobs that run, and the one that waits.
+_MOST_PROCESSES = 3
+# Those of them that a person has started: short work that a window waits for has a place that no long job takes.
+_MOST_JOBS = 2
 
-    The work is sent to it: ``(function, arguments)``.
+
+class JobQueue:
+    """The jobs of all pages of a server in the order in which they came; those whose turn it is have a process.
+
+    freed : called where a process has ended and no job waits for its place.
     """
 
     def __init__(self) -> None:
+        self.freed: Callable[[], None] = lambda: None
+        self._running: dict[object, bool] = {}
+        self._waiting: dict[object, tuple[bool, Callable[[], None]]] = {}
+
+    @property
+    def full(self) -> bool:
+        return len(self._running) >= _MOST_PROCESSES
+
+    def join(self, job: object, begin: Callable[[], None], *, short: bool) -> None:
+        """Call `begin` as soon as it is the turn of a job, perhaps now.  short : a window waits for it."""
+        self._waiting[job] = short, begin
+        self._pump()
+
+    def leave(self, job: object) -> None:
+        """A job waits no more, or its process has ended."""
+        self._waiting.pop(job, None)
+        if self._running.pop(job, None) is not None:
+            self._pump()
+            self.freed()
+
+    def stop(self) -> None:
+        """Begin nothing more: the server ends."""
+        self.freed = self._pump = lambda: None  # type: ignore[method-assign]
+
+    def _pump(self) -> None:
+        for job, (short, begin) in list(self._waiting.items()):
+            jobs = sum(not running for running in self._running.values())
+            if not self.full and (short or jobs < _MOST_JOBS):
+                del self._waiting[job]
+                self._running[job] = short
+                begin()
+
+
+class Spare:
+    """One process that waits with its imports done, so that a job starts at once; a next one after each that is taken.
+
+    The work is sent to it: ``(function, arguments)``.  queue : of the jobs that take the other places.
+    """
+
+    def __init__(self, queue: JobQueue | None = None) -> None:
+        self._queue = queue or JobQueue()
+        self._queue.freed = self._later
         self._process: Started | None = None
         self._timer: asyncio.TimerHandle | None = None
         self._filling: asyncio.Task[None] | None = None
         self._stopped = False
 
     def fill(self) -> None:
-        """Start a process where none waits.  Needs a running event loop."""
+        """Start a process where none waits and there is a place for it.  Needs a running event loop."""
         self._timer = None
-        if self._process is None and not self._stopped and (self._filling is None or self._filling.done()):
+        is_needed = self._process is None and not self._stopped and not self._queue.full
+        if is_needed and (self._filling is None or self._filling.done()):
             self._filling = asyncio.get_running_loop().create_task(self._fill())
 
     async def _fill(self) -> None:
@@ -196,12 +245,18 @@ class Spare:
 
     async def take(self) -> Started:
         """The process that waits, or a new one; its work is still to be sent. Raises OSError where none can start."""
+        if self._filling is not None:
+            await asyncio.wait({self._filling})
         started, self._process = self._process, None
-        if self._timer is None and not self._stopped:
-            self._timer = asyncio.get_running_loop().call_later(_REFILL, self.fill)
+        self._later()
         if started is not None and started[0].is_alive():
             return started
         return await asyncio.to_thread(spawned, waiting)
+
+    def _later(self) -> None:
+        """Start the next one in a while."""
+        if self._timer is None and not self._stopped and self._process is None:
+            self._timer = asyncio.get_running_loop().call_later(_REFILL, self.fill)
 
     async def stop(self) -> None:
         """End the process that waits."""
@@ -291,11 +346,13 @@ class Worker:
 
     Of one client the newest request counts: it begins when the live frame at work is done, any other is given up, and
     the rest of what ran before is dropped.
-    target : what the process runs; None: `serve`.  spare : of jobs; None: each starts a process of its own.
+    target : what the process runs; None: `serve`.  queue : of the jobs of all clients.
+    spare : of jobs; None: each starts a process of its own.
     """
 
     target: Callable[[Connection], None] | None = None
     spare: Spare | None = None
+    queue: JobQueue = field(default_factory=JobQueue)
     clients: list[Client] = field(default_factory=list)
     ready: asyncio.Event = field(default_factory=asyncio.Event)
     _process: SpawnProcess | None = None
@@ -587,7 +644,8 @@ _shared: list[Worker] = []
 def start_worker() -> Worker:
     """The worker of this server, started when first asked for.  Needs a running event loop."""
     if not _shared:
-        _shared.append(Worker(spare=Spare()))
+        queue = JobQueue()
+        _shared.append(Worker(spare=Spare(queue), queue=queue))
     _shared[0].start()
     return _shared[0]
 

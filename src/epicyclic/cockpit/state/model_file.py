@@ -19,7 +19,7 @@ from ...document.tables import PlainTable, merge, split_path, union, value_at, v
 from ...document.writer import commented_text
 from ...errors import ModelError
 from ...terms import Explanation, Schema, explained_paths, forms_of, schema
-from .state import Keys, PageState, keyed, request_of, spelling_of, tables_of
+from .state import Keys, PageState, keyed, request_of, spelling_of, tables_of, text_spelling
 
 # Rounds of writing what still differs from the aim: the first writes the overrides, the second what follows from them
 # (masses after teeth, reasons of values that are not assumed any more); the commented writer stands behind.
@@ -61,15 +61,48 @@ def written_value(state: PageState, path: str) -> object:
     ------
     ModelError : the text is no TOML.
     """
+    if (override := overriding(state, path)) is not None:
+        return override[1]
     keys = split_path(path, path=path)
-    for other, value in reversed(list(state.overrides.items())):
-        above = split_path(other, path=other)
-        if keys[: len(above)] == above:
-            stated = value if above == keys else value_at(value, keys[len(above) :])
-            if stated is not None or value is None:
-                return stated
     stated = value_at(tables_of(state.base, state.name), keys)
     return stated if stated is not None else value_at(_plain_document(state.base, state.name), keys)
+
+
+def overriding(state: PageState, path: str) -> tuple[str, object] | None:
+    """The newest override of a path, above it or of its place in another spelling, and what it states there."""
+    keys = split_path(path, path=path)
+    for other, value in reversed(list(state.overrides.items())):
+        others = split_path(other, path=other)
+        if keys[: len(others)] == others:
+            stated = value if others == keys else value_at(value, keys[len(others) :])
+            if stated is not None or value is None:
+                return other, stated
+        elif others[0] == keys[0] and _places(state.base, state.name, other) == _places(state.base, state.name, path):
+            return other, value
+    return None
+
+
+def assumed_reason(state: PageState, path: str, assumed: Mapping[str, str]) -> str:
+    """Why a value is assumed, "" where it is not or was set.  assumed : reasons of the train, by full path."""
+    places = _places(state.base, state.name, path)
+    set_with_reason = any(
+        not places.isdisjoint(_places(state.base, state.name, ".".join(split_path(key, path=key)[1:])))
+        for key in state.overrides
+        if key.startswith("assumed.")
+    )
+    if overriding(state, path) is not None and not set_with_reason:
+        return ""
+    full = [".".join(place) + "." for place in places]
+    over = (
+        reason for at, reason in assumed.items() if any(f.startswith(f"{at}.") or f"{at}.".startswith(f) for f in full)
+    )
+    return next(over, "")
+
+
+@lru_cache(maxsize=4096)
+def _places(base: str, name: str, path: str) -> frozenset[Keys]:
+    """Places of the document that a number at a path of a model text gives."""
+    return text_spelling(base, name).places_of(split_path(path, path=path), 0.0)
 
 
 @lru_cache(maxsize=16)

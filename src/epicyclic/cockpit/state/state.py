@@ -89,6 +89,7 @@ _MOST_NAME = 80
 _MOST_OVERRIDES = 2000
 # Speeds per operating speed that a page shows: no sweep of the package goes beyond.
 _SPEEDS = (1e-3, 100.0)
+_REASON = "assumed."
 # Tables whose entries may name a file of force over deflection (`document.document`).
 _WITH_FORCES = ("stages", "bodies", "couplings")
 
@@ -107,6 +108,7 @@ class PageState:
     path : file of this machine, opened by the command line or written by save as; never from a link or an upload.
     trusted : whether the model may name files beside `path`.
     relative_speed : speed that is shown, per operating speed [1]; the model stays as it is.
+    opening : number of the opening of the model, which edits of it keep: two files of one name are two models.
     """
 
     name: str
@@ -116,6 +118,7 @@ class PageState:
     path: Path | None = None
     trusted: bool = False
     relative_speed: float = 1.0
+    opening: int = field(default=0, compare=False)
 
     @property
     def origin(self) -> Origin:
@@ -189,10 +192,14 @@ def with_values(state: PageState, values: Mapping[str, object]) -> PageState:
     ------
     ModelError : too many overrides; a value that no model file holds.
     """
-    overrides = dict(state.overrides)
+    overrides, spelling = dict(state.overrides), text_spelling(state.base, state.name)
     for path, value in values.items():
         keys = split_path(path, path=path)
-        _set(overrides, path, keys, value if value is None else clean(value, path), _spelling(state.base, state.name))
+        for other in [other for other in overrides if other.startswith(_REASON) and other not in values]:
+            of = split_path(other, path=other)[1:]  # what is set now is not assumed any more
+            if spelling.places_of(tuple(".".join(of).split(".")), value) == spelling.places_of(keys, value):
+                del overrides[other]
+        _set(overrides, path, keys, value if value is None else clean(value, path), spelling)
     if len(overrides) > _MOST_OVERRIDES:
         raise ModelError("too many", path="overrides", given=len(overrides), allowed=f"at most {_MOST_OVERRIDES}")
     return replace(state, overrides=overrides)
@@ -231,7 +238,7 @@ def _with(table: Mapping[str, object], keys: Keys, value: object) -> dict[str, o
 
 
 @lru_cache(maxsize=16)
-def _spelling(text: str, name: str) -> Spelling:
+def text_spelling(text: str, name: str) -> Spelling:
     return spelling_of(tables_of(text, name))
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from epicyclic.cockpit.computing import levers
 from epicyclic.cockpit.computing.levers import Lever, levers_of
-from epicyclic.cockpit.page.page import entry_of, with_entry
+from epicyclic.cockpit.page.page import entries_of, number_in, with_entry
 from epicyclic.cockpit.state.state import opened, request_of, with_value
 from epicyclic.document.document import drive_text, ready_drives
 from epicyclic.document.units import factor
@@ -148,16 +148,19 @@ def test_a_candidate_writes_its_entry() -> None:
 
 
 def test_an_entry_is_read_and_written_in_its_list() -> None:
-    assert [entry_of("[1, 2.5, 0] um", "um", place) for place in range(3)] == [1.0, 2.5, 0.0]
-    assert entry_of("[1, 2, 3] mm", "um", 1) == pytest.approx(2000)
-    assert entry_of(None, "um", 2) == 0.0
-    assert entry_of("4 um", "um", 2) == 4.0
-    assert entry_of("[1, 2] um", "um", 2) is None
-    assert entry_of("inf", "um", 0) is None
-    assert entry_of("1e999", "um", 0) is None
-    assert with_entry("[1, 2, 3] um", "um", 1, 3, 7.5) == "[1.0, 7.5, 3.0] um"
-    assert with_entry(None, "um", 0, 3, 20.0) == "[20.0, 0.0, 0.0] um"
-    assert with_entry("4 um", "um", 2, 3, 0.0) == "[4.0, 4.0, 0.0] um"
+    assert entries_of("[1, 2.5, 0] um", "um", 3) == (1.0, 2.5, 0.0)
+    assert entries_of("[1, 2, 3] mm", "um", 3) == (1000.0, 2000.0, 3000.0)
+    assert entries_of("[0.01 mm, 5 um, 0]", "um", 3) == (10.0, 5.0, 0.0)  # each with its own unit
+    assert entries_of(["2e-6 m", 0, 1e-6], "um", 3) == (2.0, 0.0, 1.0)  # a bare number is SI
+    assert entries_of(None, "um", 2) == (0.0, 0.0)
+    assert entries_of("4 um", "um", 2) == (4.0, 4.0)
+    assert entries_of("[12.3456789012345, 0] um", "um", 2) == (12.3456789012345, 0.0)
+    for wrong in ("[1, 2] um", "inf", "1e999", "[1, x, 3] um", "[1, 2, 3] kg", "[] um", True):
+        assert entries_of(wrong, "um", 3) is None, wrong
+    assert number_in("0.04 mm", "um") == number_in("4e-5 m", "um") == number_in("40um", "um") == 40.0
+    assert number_in("[1] um", "um") is None
+    assert number_in("1 t", "kg") == 1000.0
+    assert with_entry((1.0, 2.0, 3.0), "um", 1, 7.5) == "[1.0, 7.5, 3.0] um"
 
 
 def test_without_trials_the_levers_are_those_of_each_kind(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -33,6 +33,7 @@ export class Hub {
     this.parts = {};
     this.pinned = {};
     this.missing = {};
+    this.instead = ""; // words in the place of what was taken away
     this.resonance = null; // {speed, mark, level} of the answer on resonances, on the axis of the sweep
     this.previewed = null; // {speed, label, result, sweep} of a change that the pointer rests on
     this.rev = -1;
@@ -52,6 +53,7 @@ export class Hub {
     if (drawing?.front) this.drawing = drawing;
     else if (drawing) frame.head.train.drawing = this.drawing;
     const changed = this.forget(frame);
+    if (frame.kind === "live") this.instead = "";
     for (const [name, part] of Object.entries(partsOf(frame))) {
       if (this.parts[name] && this.parts[name].rev > part.rev) {
         this.dropped += 1;
@@ -94,6 +96,12 @@ export class Hub {
     const names = Object.keys(this.parts).filter((name) => this.parts[name].rev < frame.rev);
     for (const name of names) delete this.parts[name];
     return names;
+  }
+
+  /** Nothing that is shown is of the present model: a text stands in its place. */
+  clear(text) {
+    Object.assign(this, { parts: {}, missing: {}, resonance: null, mode: null, title: undefined, instead: text });
+    this.tell(["mode"]);
   }
 
   /** Add the parts of a packed frame to the ghost; null takes it away. */

@@ -95,7 +95,7 @@ export class Pane {
     this.root.dataset.stale = String(Boolean(stale && part));
     this.empty.hidden = Boolean(part);
     if (!part) {
-      this.empty.textContent = this.emptyText();
+      this.empty.textContent = this.hub.instead || this.emptyText();
       this.clear();
       return;
     }

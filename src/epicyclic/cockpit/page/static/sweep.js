@@ -43,6 +43,7 @@ export class SweepPane extends Pane {
     this.plot = null;
     this.keys.replaceChildren();
     this.note.textContent = "";
+    this.raised.hidden = true;
     this.peaks.replaceChildren();
   }
 
