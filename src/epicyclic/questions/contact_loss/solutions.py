@@ -550,13 +550,14 @@ def harmonics_for(harmonics: int) -> int:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class PeriodicMotion:
-    """A periodic motion.
+class Solution:
+    """A periodic motion with the balance that it solves.
 
     state : with so many harmonics.  residual : with twice as many.  kind : what sort of motion.
     stability : None where not asked for.  backward : whether its branch goes back in speed there.
     """
 
+    balance: Problem
     harmonics: int
     state: State
     residual: float
@@ -568,13 +569,6 @@ class PeriodicMotion:
     def stable(self) -> bool:
         """Whether it is known to be stable."""
         return self.stability is not None and self.stability.stable
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Solution(PeriodicMotion):
-    """A periodic motion with the balance that it solves."""
-
-    balance: Problem
 
 
 def solution(

@@ -10,13 +10,12 @@ one of two mesh cycles.  Each search is a few solutions of the same balance, and
 Where none is found, the attractor of a start is found by integration in time, and the balance polishes what it
 approaches.
 
-A direction that was stopped goes on from a motion that stands for all that was before: the motion itself and the part
-of the branch set it lies on.
+A direction that was stopped goes on from what it reached last, which stands for all that was before.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -32,7 +31,6 @@ from .continuation import linear_start, solve
 from .problem import Problem, dynamic_size, gap_rows, prolonged
 from .solutions import (
     Kind,
-    PeriodicMotion,
     ProblemSize,
     Refinement,
     Solution,
@@ -105,12 +103,20 @@ class Reached:
 
 
 def sweep_direction(
-    refinement: Refinement, branches: BranchSet, *, upward: bool, unstable: Unstable = "replace"
+    refinement: Refinement,
+    branches: BranchSet,
+    indices: Sequence[int] | None = None,
+    before: Reached | None = None,
+    *,
+    upward: bool,
+    unstable: Unstable = "replace",
 ) -> Iterator[tuple[int, Reached]]:
-    """The speeds of a branch set in turn, rising or falling, by index, and what is reached at each."""
-    rising = range(len(branches.crossings))
-    reached = Reached(motion=None, part=None)
-    for index in rising if upward else reversed(rising):
+    """The speeds of a branch set in turn, rising or falling, by index, and what is reached at each.
+
+    indices : of the speeds that are left, None for all.  before : what was reached before them.
+    """
+    reached = before or Reached(motion=None, part=None)
+    for index in range(len(branches.crossings))[:: 1 if upward else -1] if indices is None else indices:
         speed, choices = float(branches.speeds[index]), branches.crossings[index]
         reached = _reached_at(refinement, speed, reached, choices if upward else choices[::-1], unstable)
         at = reached.motion
@@ -503,46 +509,29 @@ def _two_tone_solution(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Begin:
-    """A speed of a sweep direction from which it goes on, by its index.
+    """A speed of a sweep direction behind which it goes on, by its index.
 
-    motion : reached there.  size : of its balance.  part : of the branch set, on which it stands.
+    reached : there; of a motion of the balance the fields stand in `motion`, with its balance by its size.
     """
 
     index: int
-    motion: PeriodicMotion
-    size: ProblemSize
-    part: int
+    reached: Reached
+    motion: dict[str, Any] | None = None
+    size: ProblemSize | None = None
 
 
-def begin_of(refinement: Refinement, index: int, reached: Reached, unstable: Unstable) -> Begin | None:
-    """Where a direction goes on after what was reached, None where that takes more than a motion and its part.
-
-    A motion that was integrated in time, and one on no part of the branch set, follow from the speeds before.
-    """
-    motion, part = reached.motion, reached.part
-    if not isinstance(motion, Solution) or part is None or (unstable == "replace" and not motion.stable):
-        return None
+def begin_of(refinement: Refinement, index: int, reached: Reached) -> Begin:
+    """Where a direction goes on behind what was reached, without the balance, which every process has."""
+    motion = reached.motion
+    if not isinstance(motion, Solution):
+        return Begin(index=index, reached=reached)
+    known = {field.name: getattr(motion, field.name) for field in fields(Solution) if field.name != "balance"}
     size = refinement.size_of(motion.balance)
-    return None if size is None else Begin(index=index, motion=PeriodicMotion(**_known(motion)), size=size, part=part)
+    return Begin(index=index, reached=replace(reached, motion=None), motion=known, size=size)
 
 
-def _known(motion: PeriodicMotion) -> dict[str, Any]:
-    """What is known of a motion, its balance left out."""
-    return {field.name: getattr(motion, field.name) for field in fields(PeriodicMotion)}
-
-
-def continued_branches(
-    refinement: Refinement, branches: BranchSet, begin: Begin, *, upward: bool
-) -> tuple[BranchSet, int]:
-    """The branch set from a speed on, with the motion reached there alone at it, and its first index.
-
-    A direction begins with the motion at its first speed where that is stable or may stay: it then stands as it stood.
-    """
-    index = begin.index
-    motion = Solution(balance=refinement.lattice(*begin.size), **_known(begin.motion))
-    alone = [Crossing(solution=motion, part=begin.part)]
-    if upward:
-        crossings, speeds = [alone, *branches.crossings[index + 1 :]], branches.speeds[index:]
-    else:
-        crossings, speeds = [*branches.crossings[:index], alone], branches.speeds[: index + 1]
-    return replace(branches, speeds=speeds, crossings=crossings), index if upward else 0
+def resumed(refinement: Refinement, begin: Begin) -> Reached:
+    """What was reached where a direction goes on."""
+    if begin.motion is None or begin.size is None:
+        return begin.reached
+    return replace(begin.reached, motion=Solution(balance=refinement.lattice(*begin.size), **begin.motion))
