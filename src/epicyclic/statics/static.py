@@ -35,7 +35,6 @@ from .record import (
     idle_warnings,
     loaded_meshes,
     parallel_meshes,
-    positive_count,
     record_of,
 )
 
@@ -310,7 +309,7 @@ def static(system: System, options: StaticOptions, *, progress: Callable[[float]
     ModelError : an option out of range, or a load that nothing balances or holds.
     ConvergenceError : the equilibrium was not found.
     """
-    samples, of = positive_count("samples", options.samples, 32), options.of
+    samples, of = options.samples or 32, options.of
     most = _CYCLES * (samples if of is None else 32)
     record = record_of(system, cycles=options.cycles, turns=options.turns, of=of, samples=samples, most=most)
     train = held_train(system)

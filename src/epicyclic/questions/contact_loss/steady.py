@@ -69,8 +69,6 @@ def contact_steady(system: System, options: SteadyOptions) -> xr.Dataset:
     relative_speed, shaft_orders, shaft_tones = options.relative_speed, options.shaft_orders, options.shaft_tones
     if not (math.isfinite(relative_speed) and relative_speed > 0):
         raise ModelError("out of range", path="relative_speed", given=relative_speed, allowed="a number above zero")
-    if shaft_tones is not None and not 0 <= shaft_tones <= 3:
-        raise ModelError("out of range", path="shaft_tones", given=shaft_tones, allowed="0 to 3")
     torus = torus_of(response(system, asks_laws=True), shaft_orders=shaft_orders, most=shaft_tones)
     require_fast_enough(torus.ready, float(relative_speed), "relative_speed")
     if gap_rows_of(torus.ready).links is None:  # a body that the mean system loses may be held by the stop of its link
