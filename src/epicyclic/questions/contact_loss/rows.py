@@ -56,6 +56,8 @@ Index = NDArray[np.int64]
 PlacedLine = tuple[Point, bool, Line]
 """A line at a lattice point, and whether its conjugate counts there."""
 
+# Phases in one product with the lattice points: bounds the memory of a (phases, 2 J) matrix.
+_BATCH = 2048
 # Half the support of the spline B, in widths.
 _REACH = 1.5
 
@@ -152,6 +154,18 @@ class Grid:
         projected[1, 0] = 0
         return projected.reshape(-1, columns)
 
+    def at(self, phases: Array, rows: Array) -> Array:
+        """Values (T, c) of rows (2 J, c) at any phases (T, D) [cycles]."""
+        batches = list[Array]()
+        for part in np.array_split(phases, -(-len(phases) // _BATCH)):
+            wave = np.ones((len(part), len(self.points)), complex)
+            for phase, orders in zip(part.T, self.points.T, strict=True):
+                # one exponential an order of a tone, not one a lattice point
+                of_tone, place = np.unique(orders, return_inverse=True)
+                wave *= np.exp(2j * np.pi * np.outer(phase, of_tone))[:, place]
+            batches.append(np.concatenate([wave.real, -wave.imag], axis=1) @ rows)
+        return np.concatenate(batches)
+
 
 def grid(points: Index, counts: tuple[int, ...]) -> Grid:
     """Transforms of lattice points (J, D) on a grid of (D,) samples."""
@@ -176,7 +190,8 @@ def grid(points: Index, counts: tuple[int, ...]) -> Grid:
 
 def phases_of(counts: tuple[int, ...]) -> Array:
     """Phases (N, D) of the samples of a grid [cycles], the last one fastest."""
-    return np.indices(counts).reshape(len(counts), math.prod(counts)).T / np.array(counts)
+    phases: Array = np.indices(counts).reshape(len(counts), math.prod(counts)).T / np.array(counts)
+    return phases
 
 
 def contiguous(places: Index) -> slice | Index:
@@ -259,18 +274,20 @@ def edges(closed: Array, counts: tuple[int, ...], axis: Index) -> Edges | None:
     """
     flat_before, flat_after = _beside(counts, tuple(axis.tolist()))
     fall, rise = closed - closed.take(flat_before), closed.take(flat_after) - closed
-    at = np.nonzero(fall * fall + rise * rise > 2 / _REACH**2 * closed * closed)
-    if not at[0].size:
+    flat = np.flatnonzero(fall * fall + rise * rise > 2 / _REACH**2 * closed * closed)
+    if not flat.size:
         return None
-    middle, fall, rise, before, after = (values[at] for values in (closed, fall, rise, flat_before, flat_after))
+    sample, column = np.divmod(flat, closed.shape[1])
+    middle, fall, rise = (values.take(flat) for values in (closed, fall, rise))
+    before, after = flat_before.take(flat), flat_after.take(flat)
     width = np.sqrt((fall * fall + rise * rise) / 2)
     fall, rise = fall / (2 * width), rise / (2 * width)
     place = middle / width
     inside = np.abs(place) < 0.5
     outer = np.abs(place) - _REACH
     return Edges(
-        at=at,
-        samples=np.stack([before // closed.shape[1], at[0], after // closed.shape[1]]),
+        at=(sample, column),
+        samples=np.stack([before // closed.shape[1], sample, after // closed.shape[1]]),
         width=width,
         place=place,
         share=np.clip(0.5 + place, 0.0, 1.0),

@@ -28,7 +28,7 @@ from ..transient.integrators import integrate, steps_for
 from ..transient.transient import flank_force
 from .branch_set import BranchSet, Crossing, Measures, record_measures
 from .continuation import linear_start, solve
-from .problem import Problem, dynamic_size, gap_rows, prolonged
+from .problem import Problem, gap_rows, prolonged
 from .solutions import (
     Kind,
     ProblemSize,
@@ -61,7 +61,7 @@ _STEP_RATE = 0.7
 # Part of the largest singular value below which amplitudes of a record are not told apart: points of two tones whose
 # frequencies nearly meet.
 _RANK = 1e-6
-# A motion found by the balance is the one that was run to when it is this near, per dynamic size.
+# A motion of the balance is the one that was run to when it is this near to the record, per what varies of that.
 _SAME_BRANCH = 0.1
 # Perturbation of every coordinate, per its own size, from which an unstable motion is left: one that grows 1 % a cycle
 # is left within the cycles run.
@@ -428,22 +428,13 @@ def attractor(
         if not np.isfinite(record).all():
             break
         state = record[-1]
-        if two_tones:
-            at = _two_tone_solution(refinement, record[1:, 0], speed, begin, count, harmonics)
+        times = begin + cycle * np.arange(len(record)) / samples
+        for cycles in (1,) if two_tones else (1, 2):
+            # all of the record where no period holds both tones, else the last two periods
+            some = slice(1 if two_tones else -2 * cycles * samples, None)
+            at = _solution_beside(refinement, record[some, 0], times[some], speed, cycles, harmonics)
             if at is not None:
                 return at
-            continue
-        for cycles in (1, 2):
-            period = cycles * samples
-            # what turns freely and drifts is brought back
-            y = record[-1 - 2 * period :, 0] @ np.linalg.inv(ready.modal.shapes).T
-            drift = np.where(ready.modal.rigid, y[-1] - y[0], 0.0)
-            y = (y - np.outer(np.linspace(0, 1, len(y)), drift))[:-1]
-            first, second = y[:period], y[period:]
-            if np.linalg.norm(first - second) < _SAME_BRANCH * np.linalg.norm(second - second.mean(axis=0)):
-                at = _periodic_solution(refinement, second, speed, cycles, harmonics)
-                if at is not None:
-                    return at
     times = begin + cycle * np.arange(len(record)) / samples
     force = flank_force(moving, times, record).T
     return IntegratedMotion(
@@ -454,39 +445,16 @@ def attractor(
     )
 
 
-def _periodic_solution(
-    refinement: Refinement, record: Array, speed: float, cycles: int, harmonics: int
+def _solution_beside(
+    refinement: Refinement, q: Array, times: Array, speed: float, cycles: int, harmonics: int
 ) -> Solution | None:
-    """The stable solution next to the last cycles (N, n) of a motion, None where there is none."""
-    balance = refinement.problem(harmonics, cycles=cycles)
-    amplitude = 2 * np.fft.rfft(record, axis=0)[: len(balance.omega)] / len(record)
-    amplitude[0] /= 2
-    y = np.stack([amplitude.real, amplitude.imag])
-    y[1, 0] = 0.0
-    y[:, 0, balance.modal.rigid] = 0.0
-    kind: Kind = "period 2" if cycles == 2 else "periodic"
-    at = solution(refinement, y, speed, balance=balance, harmonics=harmonics, kind=kind)
-    if at is None or np.linalg.norm(prolonged(at.balance, balance, at.state.y) - y) > _SAME_BRANCH * dynamic_size(y):
-        return None
-    at = with_stability(refinement, at)
-    return at if at.stable else None
+    """The stable solution of so many mesh cycles next to a record q (N, n) [m] at times (N,) [s], None without one.
 
-
-def _two_tone_solution(
-    refinement: Refinement, q: Array, speed: float, begin: float, cycles: int, harmonics: int
-) -> Solution | None:
-    """The stable solution of two mesh tones next to a record q (N, n) of whole cycles [m], None where there is none.
-
-    Amplitudes at the lattice points are those of least squares over the record: no period holds both tones.
-
-    Parameters
-    ----------
-    begin : time of the record's beginning [s]; its samples stand at the ends of N equal intervals.
+    Amplitudes at the lattice points are those of least squares over the record.
     """
-    balance = refinement.problem(harmonics)
-    y = q @ np.linalg.inv(balance.modal.shapes).T
-    y[:, balance.modal.rigid] = 0.0
-    times = begin + cycles * np.arange(1, len(y) + 1) / (len(y) * speed * float(refinement.ready.lines.tone))
+    balance = refinement.problem(harmonics, cycles=cycles)
+    y, rigid = q @ np.linalg.inv(balance.modal.shapes).T, balance.modal.rigid
+    y[:, rigid] = 0.0  # what turns freely drifts
     angle = speed * np.outer(times, balance.omega)
     wave = np.concatenate([np.cos(angle), -np.sin(angle)], axis=1)
     start = np.linalg.lstsq(wave, y, rcond=_RANK)[0].reshape(2, len(balance.omega), -1)
@@ -494,10 +462,12 @@ def _two_tone_solution(
     size = _SAME_BRANCH * float(np.linalg.norm(y - y.mean(axis=0)))
     if np.linalg.norm(y - wave @ start.reshape(-1, y.shape[1])) > size:
         return None
-    at = solution(refinement, start, speed, balance=balance, harmonics=harmonics)
+    kind: Kind = "period 2" if cycles == 2 else "periodic"
+    at = solution(refinement, start, speed, balance=balance, harmonics=harmonics, kind=kind)
     if at is None:
         return None
     solved = prolonged(at.balance, balance, at.state.y)
+    solved[:, :, rigid] = 0.0
     if np.linalg.norm(y - wave @ solved.reshape(-1, y.shape[1])) > size:
         return None
     at = with_stability(refinement, at)
