@@ -65,7 +65,7 @@ def exudyn_rms(
     import exudyn.itemInterface as item
 
     N, n = moving.numbers, moving.numbers.squared.size
-    s = float(N.speed[0])
+    s = float(N.program.speed[0])
     damping = np.diag(N.rate) + (N.damp[0] + s * N.damp[1]).T
     stiffness = np.diag(N.squared) + (s * s * N.stiff[0] + s * N.stiff[1]).T
     begin = mean_start(moving) if start is None else to_modal(moving, start)

@@ -128,18 +128,7 @@ class SamplingPlan:
 
 
 def sampling_plan(samples: int, *, seed: int = 1, sampler: Sampler = "sobol") -> SamplingPlan:
-    """Plan of at least so many samples, rounded up to a power of two.
-
-    Raises
-    ------
-    ModelError : fewer than 1 sample, a seed below 0, another sampler.
-    """
-    if samples < 1 or samples > 2**53:
-        raise ModelError("out of range", path="samples", given=samples, allowed="1 to 2^53")
-    if seed < 0:
-        raise ModelError("below zero", path="seed", given=seed, allowed="0 or more")
-    if sampler not in ("sobol", "random"):
-        raise ModelError("no such sampler", path="sampler", given=sampler, allowed="sobol, random")
+    """Plan of at least so many samples, rounded up to a power of two."""
     rounded = max(_SCRAMBLES * _ROWS, 1 << (samples - 1).bit_length())
     scrambles = max(_SCRAMBLES, rounded // PIECE)
     return SamplingPlan(samples=rounded, scrambles=scrambles, rows=rounded // scrambles, seed=seed, sampler=sampler)

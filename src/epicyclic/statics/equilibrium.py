@@ -199,7 +199,7 @@ class Equilibrium:
     far_force : (T, c) of the far flanks, c = 0 where they are left out [N], >= 0.
     iterations : (T,) Newton steps.
     group_stretch, group_force : (T, R) of the rows of groups [m], [N].
-    approach : (T, m + R) B'q of the loaded flanks and the rows of groups [m].
+    approach : (T, M) B'q of all flanks and the rows of groups [m].
     """
 
     displacement: Array
@@ -617,5 +617,5 @@ def _result(
         iterations=iterations,
         group_stretch=(approach - rows.gap)[:, F:],
         group_force=contact[:, F:],
-        approach=approach if F == m else np.hstack([approach[:, :m], approach[:, F:]]),
+        approach=approach,
     )

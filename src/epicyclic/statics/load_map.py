@@ -101,17 +101,7 @@ def _orders(frequency: Sequence[Fraction]) -> tuple[int, ...]:
 
 def largest_sum(phases: SlowPhases, amplitude: ComplexArray) -> Array:
     """Largest Re sum a exp(j theta) (...) over the phases, of amplitudes a (G, ...)."""
-    largest = np.zeros(amplitude.shape[1:])
-    for waves in phases:
-        places = [place for place, _ in waves]
-        if len(waves) == 1:
-            largest += np.abs(amplitude[places[0]])
-        else:
-            orders = np.array([order for _, order in waves])
-            a = amplitude[places].reshape(len(waves), -1)
-            unit = np.exp(1j * np.multiply.outer(orders, _common_phase(a, orders)))
-            largest += (a * unit).real.sum(axis=0).reshape(largest.shape)
-    return largest
+    return _summed(amplitude, units_of_largest(phases, amplitude))
 
 
 def units_of_largest(phases: SlowPhases, amplitude: ComplexArray) -> ComplexArray:
@@ -269,8 +259,8 @@ def _closed_shares(still: Array, turning: ComplexArray, phases: SlowPhases) -> t
 
 
 def _summed(wave: ComplexArray, unit: ComplexArray) -> Array:
-    """Re sum a u over the G waves of (G, S, N), (S, N)."""
-    result: Array = np.einsum("gsn,gsn->sn", wave.real, unit.real) - np.einsum("gsn,gsn->sn", wave.imag, unit.imag)
+    """Re sum a u over the G waves of (G, ...), (...)."""
+    result: Array = np.einsum("g...,g...", wave.real, unit.real) - np.einsum("g...,g...", wave.imag, unit.imag)
     return result
 
 
@@ -458,7 +448,7 @@ def _flexible(system: System, links: NDArray[np.int64]) -> Compliance:
     """The train seen from its flanks and the links that vary, which are then rows and no part of K."""
     meshes, far = system.meshes, system.far_flanks
     train = held_train(system)
-    k_far = (train.both or train.loaded).stiffness[len(meshes.name) : len(meshes.name) + far.mesh.size]
+    k_far = train.whole.stiffness[len(meshes.name) : len(meshes.name) + far.mesh.size]
     rows = np.hstack([meshes.B, far.B, system.links.B[:, links]])
     stiffness = np.concatenate([meshes.stiffness, k_far, system.links.stiffness[links]])
     return compliance(elastic_rows(system, links), rows, stiffness)

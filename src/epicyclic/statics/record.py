@@ -250,20 +250,6 @@ def period_name(system: System, mesh_cycles: bool = True) -> str:
     return "hunting period" if mesh_cycles else "common period"
 
 
-def positive_count(name: str, value: int | None, default: int) -> int:
-    """A count of at least one, or the default where it is None.
-
-    Raises
-    ------
-    ModelError : not a whole number of at least 1.
-    """
-    if value is None:
-        return default
-    if isinstance(value, bool) or int(value) != value or value < 1:
-        raise ModelError("must be a whole number of at least 1", path=name, given=value, allowed=">= 1")
-    return int(value)
-
-
 def reference_tone(system: System) -> Fraction:
     """Frequency the record is counted in: of the first mesh [Hz]; 1 Hz (time in cycles) where no speed is given."""
     if not system.tones or not len(system.meshes.tone):
@@ -291,8 +277,7 @@ def record_of(
 
     Raises
     ------
-    ModelError : a length that is no positive whole number, both lengths, a body that does not turn, more instants than
-        memory may hold.
+    ModelError : both lengths, a body that does not turn, more instants than memory may hold.
     """
     if cycles is not None and (turns is not None or of is not None):
         raise ModelError("a record has one length", path="cycles, turns", allowed="cycles, or turns of a body")
@@ -308,7 +293,7 @@ def record_of(
     period = hunting_cycles([f / unit for f in (*(line.frequency for line in system.lines), *tones)])
     length = cycles if turns is None else turns
     path = "cycles" if turns is None else "turns"
-    count = positive_count(path, length, min(period, max(1, most // samples)))
+    count = length or min(period, max(1, most // samples))
     width = len(system.meshes.name) + len(system.force) + len(system.links.name)
     require_memory(
         float(count) * samples * width,

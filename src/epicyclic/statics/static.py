@@ -2,9 +2,8 @@
 
 Quasi-static states of a train whose teeth have two flanks, over a record, in consecutive pieces.
 
-The loaded flanks are tried alone first.  Where no far flank would press, theirs is the equilibrium: the energy is
-convex and a flank that does not press adds nothing to it.  The other instants, and those that nothing holds without
-far flanks, are solved with both.  Laws with a memory follow their history.
+Loaded and far flanks are solved together: the energy is convex, and a flank that does not press adds nothing to it.
+Laws with a memory follow their history.
 
 Quasi-static equilibrium over the record, meshes carrying pressure only, as a labelled Dataset.
 """
@@ -14,13 +13,13 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable, Hashable, Iterator, Sequence
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import ConvergenceError, ModelError
+from ..errors import ConvergenceError
 from ..system.flank_laws import LinearAt
 from ..system.gaps import FlanksAt, flanks, groups_past_the_end, net_force, past_the_end
 from ..system.link_laws import STATES, Laws
@@ -35,7 +34,6 @@ from .record import (
     idle_warnings,
     loaded_meshes,
     parallel_meshes,
-    positive_count,
     record_of,
 )
 
@@ -65,6 +63,11 @@ class HeldTrain:
     both: Compliance | None
     laws: Laws
     system: System
+
+    @property
+    def whole(self) -> Compliance:
+        """Seen from all flanks that there are."""
+        return self.loaded if self.both is None else self.both
 
     def net_force(self, state: Equilibrium) -> Array:
         """Forces of the mesh rows (T, m) [N], negative on far flanks."""
@@ -106,7 +109,7 @@ def balanced(held: HeldTrain, force: Array) -> None:
     ------
     ModelError : one does.
     """
-    require_balance((held.loaded if held.both is None else held.both).free, force, held.system)
+    require_balance(held.whole.free, force, held.system)
 
 
 def settled(
@@ -116,58 +119,29 @@ def settled(
 
     Parameters
     ----------
-    anchor : (T, R) sliders before this step [m].  start : (T, m + R) approach to start from [m].
+    anchor : (T, R) sliders before this step [m].  start : (T, M) approach to start from [m].
 
     Raises
     ------
     ModelError : the load drives bodies apart and nothing holds them.  ConvergenceError : no equilibrium.
     """
-    both, far, m = held.both, held.system.far_flanks, here.stiffness.shape[1]
+    m = here.stiffness.shape[1]
     if held.system.meshes.laws:
         contact = flanks(held.system).at(here.phases)
     else:
-        linear, count = LinearAt(stiffness=np.hstack([here.stiffness, here.far_stiffness])), m + far.mesh.size
+        linear = LinearAt(stiffness=np.hstack([here.stiffness, here.far_stiffness]))
+        count = linear.stiffness.shape[1]
         contact = FlanksAt(parts=((linear, slice(0, count)),), count=count)
-
-    def on_both(train: Compliance, at: NDArray[np.int64] | slice) -> Equilibrium:
-        """Equilibrium on loaded and far flanks at some of the instants."""
-        some = here.at(at)
-        return equilibrium(
-            train,
-            stiffness=some.stiffness,
-            gap=np.hstack([some.gap[:, :m], some.far_gap, some.gap[:, m:]]),
-            force=some.force,
-            flanks=contact.instants(at),
-            laws=held.laws,
-            anchor=None if anchor is None else anchor[at],
-        )
-
-    try:
-        if both is not None:
-            require_balance(held.loaded.free, here.force, held.system)
-        state = equilibrium(
-            held.loaded,
-            stiffness=here.stiffness,
-            gap=here.gap,
-            force=here.force,
-            flanks=contact.rows(slice(0, m)),
-            laws=held.laws,
-            anchor=anchor,
-            start=start,
-        )
-    except (ModelError, ConvergenceError):
-        if both is None:
-            raise
-        return on_both(both, slice(None))
-    if both is None:
-        return state
-    pressing = np.any(state.displacement @ far.B - here.far_gap > contact.touch[:, m:], axis=1)
-    state = replace(state, far_force=np.zeros_like(here.far_gap))
-    if pressing.any():
-        again = on_both(both, np.flatnonzero(pressing))
-        for field in fields(Equilibrium):
-            getattr(state, field.name)[pressing] = getattr(again, field.name)
-    return state
+    return equilibrium(
+        held.whole,
+        stiffness=here.stiffness,
+        gap=np.hstack([here.gap[:, :m], here.far_gap, here.gap[:, m:]]),
+        force=here.force,
+        flanks=contact,
+        laws=held.laws,
+        anchor=anchor,
+        start=start,
+    )
 
 
 def quasi_static(
@@ -218,7 +192,7 @@ def _slider_history(held: HeldTrain, record: Record) -> tuple[Array, Array]:
     parts = min(_PARTS, 2 * total)
     length = -(-2 * total // parts)
     anchors = np.zeros((2 * total, laws.rows.owner.size))
-    approach = np.zeros((2 * total, len(held.loaded.stiffness)))
+    approach = np.zeros((2 * total, len(held.whole.stiffness)))
     begin = np.zeros((parts, laws.rows.owner.size))
     todo = np.arange(parts)
     tolerance = _SLIDER_TOLERANCE * float(np.min(laws.slip_start[laws.memory]))
@@ -310,7 +284,7 @@ def static(system: System, options: StaticOptions, *, progress: Callable[[float]
     ModelError : an option out of range, or a load that nothing balances or holds.
     ConvergenceError : the equilibrium was not found.
     """
-    samples, of = positive_count("samples", options.samples, 32), options.of
+    samples, of = options.samples or 32, options.of
     most = _CYCLES * (samples if of is None else 32)
     record = record_of(system, cycles=options.cycles, turns=options.turns, of=of, samples=samples, most=most)
     train = held_train(system)

@@ -225,9 +225,9 @@ def test_bad_loads_are_refused(build: Any) -> None:
     with pytest.raises(ModelError, match="nothing holds"):
         static(floating_sun(build, n, np.zeros(n), torque=-TORQUE), StaticOptions())
     with pytest.raises(ModelError, match="samples"):
-        static(floating_sun(build, n, np.zeros(n)), StaticOptions(samples=0))
+        epicyclic.static(floating_sun(build, n, np.zeros(n)), samples=0)
     with pytest.raises(ModelError, match="cycles"):
-        static(floating_sun(build, n, np.zeros(n)), StaticOptions(cycles=-3))
+        epicyclic.static(floating_sun(build, n, np.zeros(n)), cycles=-3)
 
 
 def test_giving_up_is_an_error(build: Any) -> None:

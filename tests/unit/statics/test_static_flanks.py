@@ -241,7 +241,7 @@ def test_what_far_flanks_change_is_an_equilibrium_of_all_forces(build: Any) -> N
         np.testing.assert_array_equal(record[name], again[name])
 
 
-def test_far_flanks_that_never_press_change_no_digit(build: Any) -> None:
+def test_far_flanks_that_never_press_change_nothing_but_rounding(build: Any) -> None:
     system = with_backlash(build, variation=0.1)
     without = replace(system, far=None)
     pairs = [
@@ -250,7 +250,12 @@ def test_far_flanks_that_never_press_change_no_digit(build: Any) -> None:
     ]
     for ours, plain in zip(*pairs, strict=True):
         for name in plain.variables:
-            np.testing.assert_array_equal(ours[name].values, plain[name].values)
+            values = plain[name].values
+            if values.dtype.kind == "f":
+                size = 1e-12 * np.abs(values).max(initial=0.0)
+                np.testing.assert_allclose(ours[name].values, values, rtol=0, atol=size)
+            else:
+                np.testing.assert_array_equal(ours[name].values, values)
     assert static(system, StaticOptions(samples=8)).far_share.values.max() == 0
     assert "far_share" not in static(without, StaticOptions(samples=8))
 
@@ -502,7 +507,7 @@ def test_laws_of_links_and_far_flanks_together(build: Any) -> None:
     np.testing.assert_allclose(
         state.group_force, stacked((group,)).force(state.displacement @ B), atol=1e-6 * np.abs(state.group_force).max()
     )
-    assert state.approach.shape == (21, 10)
+    np.testing.assert_allclose(state.approach[:, :-2], state.displacement @ given.B, atol=1e-12)
 
 
 @pytest.mark.parametrize("backlash", ["9.2 um", None])

@@ -330,11 +330,11 @@ def test_record_in_turns_of_a_body(build: Any) -> None:
 )
 def test_bad_records(build: Any, options: dict[str, Any], word: str) -> None:
     with pytest.raises(ModelError, match=word):
-        static(turning(build, {}), StaticOptions(**options))
+        epicyclic.static(turning(build, {}), **options)
     with pytest.raises(ModelError, match=word):
-        sharing(turning(build, {}), SharingOptions(method="static", **options))
-    with pytest.raises(ModelError, match="static"):
-        sharing(replace(turning(build, {}), zeta=0.03), SharingOptions(**options))
+        epicyclic.sharing(turning(build, {}), method="static", **options)
+    with pytest.raises(ModelError, match=word if options["turns"] == 0 else "static"):
+        epicyclic.sharing(replace(turning(build, {}), zeta=0.03), **options)
 
 
 def sharing_of_record(system: System, record: Record, stored: int | None = None) -> xr.Dataset:

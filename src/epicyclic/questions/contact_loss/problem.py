@@ -20,7 +20,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,9 +32,9 @@ from ..response.lattice import kept_points
 from ..response.response import FrameSpeed, Response
 from .rows import (
     GapRows,
+    Grid,
     GridLaws,
     PlacedLine,
-    Transforms,
     WidthTangents,
     contiguous,
     edges,
@@ -46,7 +46,6 @@ from .rows import (
 )
 
 Index = NDArray[np.int64]
-_T = TypeVar("_T", bound=np.generic)
 # Samples of a mesh cycle per harmonic where the caller names no number: contact that opens and closes has slow series,
 # so the 2 per harmonic of the sampling theorem would alias the force.
 _SAMPLES = 8
@@ -74,7 +73,7 @@ class Problem:
     modal: Modal
     rows: GapRows
     face: Faces
-    grid: Transforms
+    grid: Grid
     omega: Array
     error: Array
     force: Array
@@ -407,19 +406,17 @@ def _forces(balance: Problem, opened: Array, speed: float) -> tuple[Array, _Cont
 
     Samples at an edge of contact as of `edges`.
     """
-    rows = balance.rows
-    F = rows.count
-    # delta cannot rise above its mean and all amplitudes
-    J = len(opened) // 2
-    reach = opened[0, :F] + np.hypot(opened[1:J, :F], opened[J + 1 :, :F]).sum(axis=0)
-    reaching = reach > balance.laws.least_touch - _ROUNDING
-    near, columns = np.flatnonzero(reaching), _columns(reaching)
-    laws, damping = balance.laws.of(near), rows.damping[near]
-    delta = balance.grid.values(opened[:, columns])
+    rows, laws = balance.rows, balance.laws
+    F, last = rows.count, rows.count + (0 if rows.links is None else rows.links.rows.size)
+    delta = balance.grid.values(opened[:, :last])
+    force, tangent = np.zeros((2, len(delta), len(rows.linear)))
+    if rows.links is not None:
+        force[:, F:last], tangent[:, F:] = rows.links.evaluate(delta[:, F:])
+    delta = delta[:, :F]
     closed = laws.opening(delta)
     idle = lift_idle(delta, closed)
     pressed = closed > 0
-    edge = edges(closed, balance.grid.counts, rows.axis[near])
+    edge = edges(closed, balance.grid.counts, rows.axis)
     if edge is not None:
         edge.enter_penetration(delta, closed)
     flank, slope = laws.evaluate(delta)
@@ -428,23 +425,19 @@ def _forces(balance: Problem, opened: Array, speed: float) -> tuple[Array, _Cont
     unchanging = edge is None and bool(np.all(pressed == pressed[:1]))
     if unchanging and not rows.parametric:
         unchanging = laws.constant(delta.min(axis=0), delta.max(axis=0))
-    acting, opens = None, None
-    if damping.any():
-        rate = balance.grid.values(rate_rows(opened[:, columns], speed * balance.omega))
-        part, rise = pressed.astype(float), np.zeros_like(rate)
+    change_of_links = np.ptp(tangent[:, F:], axis=0)
+    unchanging &= bool(np.all(change_of_links <= _CONSTANT * np.abs(rows.linear).max(initial=0.0)))
+    acting, rise = None, None
+    if rows.damping.any():
+        rate = balance.grid.values(rate_rows(opened[:, :F], speed * balance.omega))
+        acting, rise = pressed.astype(float), np.zeros_like(rate)
         if edge is not None and change is not None:
-            part[edge.at], rise[edge.at] = edge.share, np.where(edge.inside, rate[edge.at] / edge.width, 0.0)
-            change -= damping[edge.at[1]] * rise[edge.at] * (edge.share - 0.5)
-        flank += damping * rate * part
-        acting, opens = _spread(part, columns, F), _spread(rise, columns, F)
-    force, tangent = _spread(flank, columns, len(rows.linear)), _spread(slope, columns, len(rows.linear))
-    if rows.links is not None:
-        last = F + rows.links.rows.size
-        force[:, F:last], tangent[:, F:] = rows.links.evaluate(balance.grid.values(opened[:, F:last]))
-        change_of_links = np.ptp(tangent[:, F:], axis=0)
-        unchanging &= bool(np.all(change_of_links <= _CONSTANT * np.abs(rows.linear).max(initial=0.0)))
-    width = None if edge is None or change is None else edge.tangents(change, near)
-    return force, _Contact(tangent, _spread(pressed, columns, F), unchanging, acting, opens, width)
+            acting[edge.at], rise[edge.at] = edge.share, np.where(edge.inside, rate[edge.at] / edge.width, 0.0)
+            change -= rows.damping[edge.at[1]] * rise[edge.at] * (edge.share - 0.5)
+        flank += rows.damping * rate * acting
+    force[:, :F], tangent[:, :F] = flank, slope
+    width = None if edge is None or change is None else edge.tangents(change)
+    return force, _Contact(tangent, pressed, unchanging, acting, rise, width)
 
 
 def lift_idle(delta: Array, closed: Array) -> NDArray[np.bool_]:
@@ -459,15 +452,6 @@ def lift_idle(delta: Array, closed: Array) -> NDArray[np.bool_]:
         delta[idle] += _ROUNDING - closed[idle]
         closed[idle] = _ROUNDING
     return idle
-
-
-def _spread(values: NDArray[_T], columns: slice | Index, count: int) -> NDArray[_T]:
-    """Values (N, c) in some of so many columns, the rest 0."""
-    if values.shape[1] == count:
-        return values
-    result = np.zeros((len(values), count), values.dtype)
-    result[:, columns] = values
-    return result
 
 
 def _assumed(balance: Problem, opened: Array, speed: float, pattern: NDArray[np.bool_]) -> tuple[Array, _Contact]:

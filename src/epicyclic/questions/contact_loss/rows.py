@@ -34,8 +34,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
 from itertools import product
 from typing import NamedTuple
 
@@ -56,6 +56,8 @@ Index = NDArray[np.int64]
 PlacedLine = tuple[Point, bool, Line]
 """A line at a lattice point, and whether its conjugate counts there."""
 
+# Phases in one product with the lattice points: bounds the memory of a (phases, 2 J) matrix.
+_BATCH = 2048
 # Half the support of the spline B, in widths.
 _REACH = 1.5
 
@@ -109,35 +111,13 @@ def placed_line(point: Point, line: Line) -> PlacedLine:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Grid:
-    """Transforms of one phase, as two matrices.
+    """Transforms of phases: one matrix along the first phase, one along all others together.
 
-    points : (J, 1) orders, the origin first.  counts : (1,) samples, more than twice the highest order.
-    wave : (N, 2 J) from rows to values.  back : (2 J, N) from values to rows.
-    """
-
-    points: Index
-    counts: tuple[int, ...]
-    wave: Array
-    back: Array
-
-    def values(self, rows: Array) -> Array:
-        """Values (N, c) of rows (2 J, c)."""
-        sampled: Array = self.wave @ rows
-        return sampled
-
-    def rows(self, values: Array) -> Array:
-        """Rows (2 J, c) of values (N, c); orders that are no lattice points are dropped."""
-        projected: Array = self.back @ values
-        return projected
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Separable:
-    """Transforms of several phases: one matrix along the first phase, one along all others together.
-
-    points : (J, D) orders, the first one never below 0, the origin first.  counts : (D,) samples of each phase.
+    points : (J, D) orders, the first one never below 0, the origin first.  counts : (D,) samples of each phase, more
+    than twice the highest order.
     take : (J,) place of each point in a box of S rests (orders of the other phases) times H + 1 first orders.
-    turn : (2 Ns, 2 S), unturn : (2 S, 2 Ns) between rests and the Ns samples of the other phases, re and im apart.
+    turn : (2 Ns, 2 S), unturn : (2 S, 2 Ns) between rests and the Ns samples of the other phases, re and im apart; of
+    one phase there is one rest and one such sample.
     wave : (N_1, 2 H + 2), back : (2 H + 2, N_1) along the first phase.
     """
 
@@ -174,25 +154,21 @@ class Separable:
         projected[1, 0] = 0
         return projected.reshape(-1, columns)
 
+    def at(self, phases: Array, rows: Array) -> Array:
+        """Values (T, c) of rows (2 J, c) at any phases (T, D) [cycles]."""
+        batches = list[Array]()
+        for part in np.array_split(phases, -(-len(phases) // _BATCH)):
+            wave = np.ones((len(part), len(self.points)), complex)
+            for phase, orders in zip(part.T, self.points.T, strict=True):
+                # one exponential an order of a tone, not one a lattice point
+                of_tone, place = np.unique(orders, return_inverse=True)
+                wave *= np.exp(2j * np.pi * np.outer(phase, of_tone))[:, place]
+            batches.append(np.concatenate([wave.real, -wave.imag], axis=1) @ rows)
+        return np.concatenate(batches)
 
-Transforms = Grid | Separable
-"""Transforms of one phase, or of several."""
 
-
-def grid(points: Index, counts: tuple[int, ...]) -> Transforms:
+def grid(points: Index, counts: tuple[int, ...]) -> Grid:
     """Transforms of lattice points (J, D) on a grid of (D,) samples."""
-    if len(counts) > 1:
-        return _separable(points, counts)
-    angle = 2 * np.pi * np.outer(np.arange(counts[0]) / counts[0], points[:, 0])
-    wave = np.concatenate([np.cos(angle), -np.sin(angle)], axis=1)
-    back = np.ascontiguousarray(wave.T) * (2 / counts[0])
-    back[0] /= 2
-    back[len(points)] = 0
-    return Grid(points=points, counts=counts, wave=wave, back=back)
-
-
-def _separable(points: Index, counts: tuple[int, ...]) -> Separable:
-    """Transforms of lattice points (J, D), D > 1, on a grid of (D,) samples."""
     rests, which = np.unique(points[:, 1:], axis=0, return_inverse=True)
     highest = int(points[:, 0].max(initial=0))
     angle = 2 * np.pi * phases_of(counts[1:]) @ rests.T
@@ -201,7 +177,7 @@ def _separable(points: Index, counts: tuple[int, ...]) -> Separable:
     fast = 2 * np.pi * np.outer(np.arange(counts[0]) / counts[0], np.arange(highest + 1))
     wave = np.concatenate([np.cos(fast), -np.sin(fast)], axis=1)
     total = counts[0] * len(angle)
-    return Separable(
+    return Grid(
         points=points,
         counts=counts,
         take=which.ravel() * (highest + 1) + points[:, 0],
@@ -214,8 +190,8 @@ def _separable(points: Index, counts: tuple[int, ...]) -> Separable:
 
 def phases_of(counts: tuple[int, ...]) -> Array:
     """Phases (N, D) of the samples of a grid [cycles], the last one fastest."""
-    axes = np.meshgrid(*(np.arange(count) / count for count in counts), indexing="ij")
-    return np.stack([axis.ravel() for axis in axes], axis=1)
+    phases: Array = np.indices(counts).reshape(len(counts), math.prod(counts)).T / np.array(counts)
+    return phases
 
 
 def contiguous(places: Index) -> slice | Index:
@@ -284,9 +260,9 @@ class Edges:
         change: Array = by_width - excess * (self.spline - self.place * self.slope)
         return change
 
-    def tangents(self, change: Array, columns: Index) -> WidthTangents:
-        """Tangents by the width, from the change of forces with it (E,) [N/m]; columns : (c,) row of each column."""
-        return WidthTangents(at=(self.at[0], columns[self.at[1]]), samples=self.samples, tangent=change * self.turn)
+    def tangents(self, change: Array) -> WidthTangents:
+        """Tangents by the width, from the change of forces with it (E,) [N/m]."""
+        return WidthTangents(at=self.at, samples=self.samples, tangent=change * self.turn)
 
 
 def edges(closed: Array, counts: tuple[int, ...], axis: Index) -> Edges | None:
@@ -296,24 +272,22 @@ def edges(closed: Array, counts: tuple[int, ...], axis: Index) -> Edges | None:
     ----------
     counts : (D,) samples of each phase.  axis : (c,) phase that each column follows.
     """
-    far = closed * closed
-    far *= 2 / _REACH**2
-    flat, c = np.flatnonzero(_squared_run(closed, counts, axis) > far), closed.shape[1]
+    flat_before, flat_after = _beside(counts, tuple(axis.tolist()))
+    fall, rise = closed - closed.take(flat_before), closed.take(flat_after) - closed
+    flat = np.flatnonzero(fall * fall + rise * rise > 2 / _REACH**2 * closed * closed)
     if not flat.size:
         return None
-    sample, column = np.divmod(flat, c)
-    at = sample, column
-    before, after = (side[at] for side in _beside(counts, tuple(axis.tolist())))
-    middle = closed[at]
-    fall, rise = middle - closed.take(before), closed.take(after) - middle
+    sample, column = np.divmod(flat, closed.shape[1])
+    middle, fall, rise = (values.take(flat) for values in (closed, fall, rise))
+    before, after = flat_before.take(flat), flat_after.take(flat)
     width = np.sqrt((fall * fall + rise * rise) / 2)
     fall, rise = fall / (2 * width), rise / (2 * width)
     place = middle / width
     inside = np.abs(place) < 0.5
     outer = np.abs(place) - _REACH
     return Edges(
-        at=at,
-        samples=np.stack([before // c, sample, after // c]),
+        at=(sample, column),
+        samples=np.stack([before // closed.shape[1], sample, after // closed.shape[1]]),
         width=width,
         place=place,
         share=np.clip(0.5 + place, 0.0, 1.0),
@@ -322,26 +296,6 @@ def edges(closed: Array, counts: tuple[int, ...], axis: Index) -> Edges | None:
         spline=np.where(inside, 0.75 - place * place, outer * outer / 2),
         slope=np.where(inside, -2 * place, np.sign(place) * outer),
     )
-
-
-def _squared_run(closed: Array, counts: tuple[int, ...], axis: Index) -> Array:
-    """d-^2 + d+^2 (N, c) [m^2] along the phase of each column."""
-    box = closed.reshape(*counts, -1)
-    if np.all(axis == axis[:1]):
-        return _squared_run_along(box, int(axis[0]) if axis.size else 0).reshape(closed.shape)
-    result = np.empty_like(box)
-    for phase in range(len(counts)):
-        result[..., axis == phase] = _squared_run_along(box[..., axis == phase], phase)
-    return result.reshape(closed.shape)
-
-
-def _squared_run_along(box: Array, phase: int) -> Array:
-    """The same of (..., c) along one of its axes."""
-    square = np.roll(box, -1, axis=phase)
-    square -= box
-    square *= square
-    square += np.roll(square, 1, axis=phase)
-    return square
 
 
 @lru_cache(maxsize=64)
@@ -528,123 +482,56 @@ def line_gaps(ready: Response, rows: GapRows, line: Line) -> ComplexArray:
 # --- laws over a grid -------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _AxisLaws:
-    """Laws of some flanks that follow one phase, at its samples.
-
-    columns : (c,) which of the F.  axis : the phase.  touch : (P, c) first touch [m]; None where all are zero.
-    """
-
-    laws: FlanksAt
-    columns: Index
-    axis: int
-    touch: Array | None
-
-    def chosen(self, columns: Index) -> _AxisLaws:
-        """The same of some of the F columns."""
-        places = np.flatnonzero(np.isin(self.columns, columns))
-        if places.size == self.columns.size:
-            return self
-        pick = contiguous(places)
-        return _AxisLaws(
-            laws=self.laws.rows(pick),
-            columns=self.columns[places],
-            axis=self.axis,
-            touch=None if self.touch is None else self.touch[:, pick],
-        )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class GridLaws:
     """Laws of F flanks over N samples of a grid, the last phase fastest; none is spread over the other phases.
 
-    counts : (D,) samples of each phase.  chosen : laws of some flanks, by their numbers, made on first use.
-    made : `first_tangent`, made on first use.
+    parts : of each phase that flanks follow the laws at its samples, which of the F columns they are, and the phase.
+    counts : (D,) samples of each phase.  count : F.
     """
 
-    parts: tuple[_AxisLaws, ...]
+    parts: tuple[tuple[FlanksAt, slice | Index, int], ...]
     counts: tuple[int, ...]
     count: int
-    chosen: dict[bytes, GridLaws] = field(default_factory=dict)
-    made: list[Array] = field(default_factory=list)
 
-    @property
+    @cached_property
     def first_tangent(self) -> Array:
         """Tangent of each flank where it has just touched (N, F) [N/m]."""
-        if not self.made:
-            touched = _JUST - self.opening(np.zeros((math.prod(self.counts), self.count)))
-            self.made.append(self.evaluate(touched)[1])
-        return self.made[0]
-
-    @property
-    def least_touch(self) -> Array:
-        """Least gap at which each flank touches (F,) [m]."""
-        result = np.zeros(self.count)
-        for part in self.parts:
-            if part.touch is not None:
-                result[part.columns] = part.touch.min(axis=0)
-        return result
-
-    def of(self, columns: Index) -> GridLaws:
-        """The laws of some flanks (c,), rising numbers, which become the columns."""
-        if columns.size == self.count:
-            return self
-        key = columns.tobytes()
-        if key not in self.chosen:
-            place = np.full(self.count, -1)
-            place[columns] = np.arange(columns.size)
-            kept = [part.chosen(columns) for part in self.parts]
-            parts = tuple(replace(p, columns=place[p.columns]) for p in kept if p.columns.size)
-            self.chosen[key] = GridLaws(parts=parts, counts=self.counts, count=columns.size)
-        return self.chosen[key]
+        return self.evaluate(_JUST - self.opening(np.zeros((math.prod(self.counts), self.count))))[1]
 
     def evaluate(self, delta: Array) -> tuple[Array, Array]:
         """Force [N] and tangent [N/m] of all flanks at gaps (N, F) [m], each (N, F)."""
-        if len(self.parts) == 1 and self.parts[0].columns.size == self.count:
-            force, tangent = self.parts[0].laws.evaluate(self._own(delta, self.parts[0].axis))
-            return self._back(force, self.parts[0].axis), self._back(tangent, self.parts[0].axis)
-        force, tangent = np.zeros_like(delta), np.zeros_like(delta)
-        for part in self.parts:
-            of_part = part.laws.evaluate(self._own(delta[:, part.columns], part.axis))
-            for values, along in zip((force, tangent), of_part, strict=True):
-                values[:, part.columns] = self._back(along, part.axis)
+        force, tangent = np.empty_like(delta), np.empty_like(delta)
+        for laws, columns, axis in self.parts:
+            of_part = laws.evaluate(self._own(delta[:, columns], axis))
+            force[:, columns], tangent[:, columns] = (self._back(values, axis) for values in of_part)
         return force, tangent
 
     def opening(self, delta: Array) -> Array:
         """delta less first touch (N, F) [m]: a flank presses where it is above zero."""
-        if all(part.touch is None for part in self.parts):
-            return delta
-        result = delta.copy()
-        for part in self.parts:
-            if part.touch is not None:
-                opened = self._own(delta[:, part.columns], part.axis) - part.touch
-                result[:, part.columns] = self._back(opened, part.axis)
+        result = np.empty_like(delta)
+        for laws, columns, axis in self.parts:
+            result[:, columns] = self._back(self._own(delta[:, columns], axis) - laws.touch, axis)
         return result
 
     def constant(self, low: Array, high: Array) -> bool:
         """Whether every tangent keeps one value at each phase over the gaps low .. high (F,) [m]."""
-        return all(bool(p.laws.constant(low[p.columns], high[p.columns]).all()) for p in self.parts)
+        return all(bool(laws.constant(low[columns], high[columns]).all()) for laws, columns, _ in self.parts)
 
     def eased(self, mean: Array, part: float) -> GridLaws:
         """The laws with a part of their variation and curvature, the rest linear with the mean stiffness (F,) [N/m]."""
         parts = []
-        for p in self.parts:
-            stiffness = mean[p.columns]
-            laws = tuple((eased(law, stiffness[rows], part), rows) for law, rows in p.laws.parts)
-            touch = None if p.touch is None else np.minimum(p.touch, 0.0)
-            parts.append(replace(p, laws=replace(p.laws, parts=laws), touch=touch))
-        return replace(self, parts=tuple(parts), chosen={}, made=[])
+        for laws, columns, axis in self.parts:
+            own = tuple((eased(law, mean[columns][rows], part), rows) for law, rows in laws.parts)
+            parts.append((replace(laws, parts=own), columns, axis))
+        return replace(self, parts=tuple(parts))
 
     def _own(self, values: Array, axis: int) -> Array:
         """Values (N, c) with the own phase next to the last axis, (..., P, c)."""
-        if len(self.counts) == 1:
-            return values
         return np.moveaxis(values.reshape(*self.counts, -1), axis, -2)
 
     def _back(self, values: Array, axis: int) -> Array:
         """Values (..., P, c) as (N, c) again."""
-        if len(self.counts) == 1:
-            return values
         return np.moveaxis(values, -2, axis).reshape(-1, values.shape[-1])
 
 
@@ -652,11 +539,8 @@ def grid_laws(rows: GapRows, counts: tuple[int, ...], *, cycles: int) -> GridLaw
     """Laws of the flanks at the samples of a grid; cycles : mesh cycles in a period of its phases."""
     parts = []
     for axis in np.unique(rows.axis).tolist():
-        columns = np.flatnonzero(rows.axis == axis)
+        columns = contiguous(np.flatnonzero(rows.axis == axis))
         phases = np.zeros((counts[axis], len(counts)))
         phases[:, axis] = cycles * np.arange(counts[axis]) / counts[axis]
-        every = columns.size == rows.count
-        laws = rows.at(phases) if every else rows.at(phases).rows(columns)
-        touch = laws.touch if laws.touch.any() else None
-        parts.append(_AxisLaws(laws=laws, columns=columns, axis=axis, touch=touch))
+        parts.append((rows.at(phases).rows(columns), columns, axis))
     return GridLaws(parts=tuple(parts), counts=counts, count=rows.count)

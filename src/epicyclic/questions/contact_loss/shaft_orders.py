@@ -72,8 +72,6 @@ _MOST = 2**27
 
 # Instants of a super-period that are looked at one by one, at most; a longer one fills the torus evenly enough.
 _INSTANTS = 8192
-# Phases in one product with the lattice points: bounds the memory of a (phases, 2 J) matrix.
-_BATCH = 2048
 
 # --- superposed lines -------------------------------------------------------------------------------------------------
 
@@ -463,18 +461,13 @@ def _over_phases(amplitude: ComplexArray, orders: np.ndarray, counts: tuple[int,
 
 def flank_force_at(balance: Problem, at: State, phases: Array) -> Array:
     """Force of every flank at phases (T, D) of the tones [cycles], (T, F) [N]."""
-    rows, points, w = balance.rows, balance.grid.points, at.speed * balance.omega
+    rows, grid = balance.rows, balance.grid
     gap = (gap_rows(balance, at.y) - balance.error)[:, : rows.count]
-    rate, batches = rate_rows(gap, w), list[Array]()
-    for part in np.array_split(phases, -(-len(phases) // _BATCH)):
-        angle = 2 * np.pi * part @ points.T
-        wave = np.concatenate([np.cos(angle), -np.sin(angle)], axis=1)
-        delta, laws = wave @ gap, rows.at(balance.cycles * part)
-        force = laws.evaluate(delta)[0]
-        if rows.damping.any():
-            force = force + rows.damping * (wave @ rate)
-        batches.append(np.where(delta > laws.touch, force, 0.0))
-    return np.concatenate(batches)
+    delta, laws = grid.at(phases, gap), rows.at(balance.cycles * phases)
+    force = laws.evaluate(delta)[0]
+    if rows.damping.any():
+        force = force + rows.damping * grid.at(phases, rate_rows(gap, at.speed * balance.omega))
+    return np.where(delta > laws.touch, force, 0.0)
 
 
 def super_period_phases(tones: tuple[Fraction, ...], samples: int) -> Array | None:

@@ -84,8 +84,6 @@ _BLOCK = 8
 _WINDOWS, _NEAR_UNIT_GROWTH, _ERROR = 12, 0.03, 5e-4
 # Doubles of a matrix over the samples of some cycles and all rows, of which ten are alive at a time.
 _VALUES = 4_000_000
-# Samples in one product with the lattice points: bounds the memory of a (samples, 2 J) matrix.
-_BATCH = 2048
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -427,7 +425,7 @@ def tangents_along(balance: Problem, state: State, start: float, cycles: int, st
     first = start + np.arange(count + 1) / (steps * _TORUS_SAMPLES)
     phases = np.stack([first, turns * first], axis=1)
     rows, time = balance.rows, 2 * np.pi / (float(balance.tones[0]) * state.speed * steps * _TORUS_SAMPLES)
-    F, delta = rows.count, _gaps_at(balance, state, phases)
+    F, delta = rows.count, balance.grid.at(phases, gap_rows(balance, state.y) - balance.error)
     tangent, acting, edge = _flanks(balance, phases, delta[:, :F], time)
     stiffness = np.zeros_like(delta)
     stiffness[:, :F] = tangent
@@ -443,19 +441,6 @@ def tangents_along(balance: Problem, state: State, start: float, cycles: int, st
     whole[:, :F] += rows.damping * edge[:-1]
     damping[:, :F] += rows.damping * acting[:-1] - rows.drag
     return Tangents(_means(whole, cycles * steps), _means(damping, cycles * steps))
-
-
-def _gaps_at(balance: Problem, state: State, phases: Array) -> Array:
-    """Gaps delta (T, R) [m] of a motion at phases (T, D) of the tones [cycles]."""
-    opened, batches = gap_rows(balance, state.y) - balance.error, list[Array]()
-    for part in np.array_split(phases, -(-len(phases) // _BATCH)):
-        wave = np.ones((len(part), len(balance.grid.points)), complex)
-        for phase, orders in zip(part.T, balance.grid.points.T, strict=True):
-            # one exponential an order of a tone, not one a lattice point
-            of_tone, place = np.unique(orders, return_inverse=True)
-            wave *= np.exp(2j * np.pi * np.outer(phase, of_tone))[:, place]
-        batches.append(np.concatenate([wave.real, -wave.imag], axis=1) @ opened)
-    return np.concatenate(batches)
 
 
 def _flanks(balance: Problem, phases: Array, delta: Array, time: float) -> tuple[Array, Array, Array]:
@@ -550,13 +535,14 @@ def harmonics_for(harmonics: int) -> int:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class PeriodicMotion:
-    """A periodic motion.
+class Solution:
+    """A periodic motion with the balance that it solves.
 
     state : with so many harmonics.  residual : with twice as many.  kind : what sort of motion.
     stability : None where not asked for.  backward : whether its branch goes back in speed there.
     """
 
+    balance: Problem
     harmonics: int
     state: State
     residual: float
@@ -568,13 +554,6 @@ class PeriodicMotion:
     def stable(self) -> bool:
         """Whether it is known to be stable."""
         return self.stability is not None and self.stability.stable
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Solution(PeriodicMotion):
-    """A periodic motion with the balance that it solves."""
-
-    balance: Problem
 
 
 def solution(

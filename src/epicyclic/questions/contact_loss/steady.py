@@ -69,8 +69,6 @@ def contact_steady(system: System, options: SteadyOptions) -> xr.Dataset:
     relative_speed, shaft_orders, shaft_tones = options.relative_speed, options.shaft_orders, options.shaft_tones
     if not (math.isfinite(relative_speed) and relative_speed > 0):
         raise ModelError("out of range", path="relative_speed", given=relative_speed, allowed="a number above zero")
-    if shaft_tones is not None and not 0 <= shaft_tones <= 3:
-        raise ModelError("out of range", path="shaft_tones", given=shaft_tones, allowed="0 to 3")
     torus = torus_of(response(system, asks_laws=True), shaft_orders=shaft_orders, most=shaft_tones)
     require_fast_enough(torus.ready, float(relative_speed), "relative_speed")
     if gap_rows_of(torus.ready).links is None:  # a body that the mean system loses may be held by the stop of its link
@@ -121,35 +119,27 @@ def mesh_order_stability(torus: Torus, point: TorusPoint) -> Stability | None:
     return None if at is None else with_stability(refinement, at).stability
 
 
-def steady_motion(
-    torus: Torus, speed: float, *, start: tuple[NDArray[np.int64], Array] | None = None
-) -> tuple[Torus, TorusPoint, list[SuperposedLine]]:
+def steady_motion(torus: Torus, speed: float) -> tuple[Torus, TorusPoint, list[SuperposedLine]]:
     """The torus used, the motion at one relative speed, and the lines superposed on it.
 
-    Where flanks touch whatever the phases of the shaft lines, mesh orders and superposed lines are the whole solution;
-    the torus is for speeds at which they part.  One that is not found is tried with one shaft tone less, down to none.
-
-    Parameters
-    ----------
-    start : lattice points (J, D) and a motion (2, J, n), as of `respond_torus`; None: mesh orders first, reached along
-        the branch set where they are not found from the linear motion.
+    Mesh orders come first, reached along the branch set where they are not found from the linear motion.  Where flanks
+    touch whatever the phases of the shaft lines, mesh orders and superposed lines are the whole solution; the torus is
+    for speeds at which they part.  One that is not found is tried with one shaft tone less, down to none.
     """
-    if start is None:
-        mesh_point = respond_torus(torus.mesh_orders_only, speed)
-        if not mesh_point.converged:
-            # on the branch set, a stable one if there is
-            refinement = Refinement(ready=torus.ready)
-            crossings = branch_set(refinement, np.array([speed])).crossings[0]
-            judged = [with_stability(refinement, crossing.solution) for crossing in crossings]
-            if not judged:
-                return torus.mesh_orders_only, mesh_point, []
-            at = next((motion for motion in judged if motion.stable), judged[0])
-            start = at.balance.grid.points, at.state.y
-            mesh_point = respond_torus(torus.mesh_orders_only, speed, start=start)
-        lines = superposed_lines(torus.mesh_orders_only, mesh_point) if mesh_point.converged else []
-        if not mesh_point.converged or (mesh_point.status == "ok" and superposition_is_exact(mesh_point, lines)):
-            return torus.mesh_orders_only, mesh_point, lines
-        start = mesh_point.problem.grid.points, mesh_point.state.y
+    mesh_point = respond_torus(torus.mesh_orders_only, speed)
+    if not mesh_point.converged:
+        # on the branch set, a stable one if there is
+        refinement = Refinement(ready=torus.ready)
+        crossings = branch_set(refinement, np.array([speed])).crossings[0]
+        judged = [with_stability(refinement, crossing.solution) for crossing in crossings]
+        if not judged:
+            return torus.mesh_orders_only, mesh_point, []
+        at = next((motion for motion in judged if motion.stable), judged[0])
+        mesh_point = respond_torus(torus.mesh_orders_only, speed, start=(at.balance.grid.points, at.state.y))
+    lines = superposed_lines(torus.mesh_orders_only, mesh_point) if mesh_point.converged else []
+    if not mesh_point.converged or (mesh_point.status == "ok" and superposition_is_exact(mesh_point, lines)):
+        return torus.mesh_orders_only, mesh_point, lines
+    start = mesh_point.problem.grid.points, mesh_point.state.y
     while torus.shaft_tones.tones and memory(torus, speed)[1]:
         torus = torus.with_fewer_tones
     point = respond_torus(torus, speed, start=start)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple, get_args
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,13 +24,13 @@ from .branch_set import BranchSet, Crossing, Measures, branch_set, force_level, 
 from .continuation import folds_of_speed
 from .rows import gap_rows_of, law_warnings
 from .shaft_orders import MeshOrders, ShaftResponse, mesh_orders, shaft_response
-from .solutions import HARMONICS, Refinement, Solution, Stability, distinct, require_fast_enough, with_stability
+from .solutions import Refinement, Solution, Stability, distinct, require_fast_enough, with_stability
 from .sweep_direction import (
     Begin,
     IntegratedMotion,
     Reached,
     begin_of,
-    continued_branches,
+    resumed,
     sweep_direction,
 )
 from .torus import TRUNCATION_NOTED, Torus, torus_of
@@ -43,8 +43,10 @@ _NO_SPEED = "speed is not a number above zero"
 # States of a point that holds numbers, or had lost them before shaft orders came.
 _KNOWN = ("ok", "coarse", "not converged", _NO_SPEED)
 
+_Values = dict[str, Any]
+"""Values at one speed of a direction by the names of their variables: arrays (w,) or (n,), numbers, texts."""
 _Curves = dict[str, NDArray[Any]]
-"""Curves (.., P) of one direction over P speeds, by the names of their variables."""
+"""Curves (directions, .., P) over P speeds, by the names of their variables."""
 
 
 def contact_sweep(
@@ -75,12 +77,6 @@ def contact_sweep(
     """
     harmonics, unstable, kept = options.harmonics, options.unstable, kept or RunFolder()
     shaft_tones = 1 if options.shaft_tones is None else options.shaft_tones
-    if harmonics is not None and not 1 <= harmonics <= 4 * HARMONICS[-1]:
-        raise ModelError("out of range", path="harmonics", given=harmonics, allowed=f"1 to {4 * HARMONICS[-1]}")
-    if unstable not in get_args(Unstable):
-        raise ModelError("unknown choice", path="unstable", given=unstable, allowed=", ".join(get_args(Unstable)))
-    if not 0 <= shaft_tones <= 3:
-        raise ModelError("out of range", path="shaft_tones", given=shaft_tones, allowed="0 to 3")
     ready = response(system, frame_speed=options.frame_speed, asks_laws=True)
     if len(ready.lines.tones) > 2:
         raise ModelError(
@@ -101,21 +97,24 @@ def contact_sweep(
         require_fast_enough(ready, float(speed[usable].min()), "mesh_frequency")
     refinement, (rising, index) = Refinement(ready=ready), np.unique(speed[usable], return_inverse=True)
     shaft = torus_of(ready, most=shaft_tones) if options.shaft_orders and ready.lines.shaft else None
-    curves = [_empty_curves(ready.system, rising.size, shaft is not None) for _ in _DIRECTIONS]
+    nothing = _nothing(ready.system, shaft is not None)
+    points = [[nothing] * rising.size for _ in _DIRECTIONS]
     branches = BranchSet(speeds=rising, segments=[], crossings=[], ended=[])
     largest: list[Array] = []
     if rising.size:
         branches = _branch_set(refinement, rising, harmonics, kept)
         if unstable != "ignore":
             _judge(refinement, branches, kept)
-        largest = _fill_directions(refinement, branches, curves, unstable, shaft, progress, kept)
-    several = [] if unstable == "ignore" else _several_motions(refinement, branches, curves)
-    # on the speeds asked for, nan where those are none
-    spread = [_empty_curves(ready.system, speed.size, shaft is not None) for _ in _DIRECTIONS]
-    for values, rising_values in zip(spread, curves, strict=True):
-        for name in values:
-            values[name][..., usable] = rising_values[name][..., index]
-        values["status"][whirling] = MEAN_UNSTABLE
+        largest = _fill_directions(refinement, branches, points, unstable, shaft, progress, kept)
+    told = unstable != "ignore" and rising.size
+    several = _several_motions(refinement, branches, _stacked(points)) if told else []
+    # on the speeds asked for, nothing where those are none
+    reached_at = np.full(speed.size, -1)
+    reached_at[usable] = index
+    lost = [nothing | ({"status": MEAN_UNSTABLE} if whirls else {}) for whirls in whirling]
+    curves = _stacked(
+        [[row[i] if i >= 0 else none for i, none in zip(reached_at.tolist(), lost, strict=True)] for row in points]
+    )
     recorded = {
         "frame_speed": options.frame_speed,
         "contact_loss": True,
@@ -126,13 +125,12 @@ def contact_sweep(
         **options.range_taken,
     }
     path = _path_curves(refinement, branches, unstable != "ignore")
-    warnings = [*instability_warnings(ready, speed[whirling]), *_warnings(ready, spread, branches, largest), *several]
+    warnings = [*instability_warnings(ready, speed[whirling]), *_warnings(ready, curves, branches, largest), *several]
     variables = dict[str, tuple[tuple[str, ...], Any]]()
     of_mesh, of_dof = ("direction", "mesh", "speed"), ("direction", "dof", "speed")
-    for name in spread[0]:
-        stacked = np.stack([values[name] for values in spread])
+    for name, values in curves.items():
         shape = of_dof if name == "amplitude" else of_mesh
-        variables[name] = (shape if stacked.ndim == 3 else ("direction", "speed"), stacked)
+        variables[name] = (shape if values.ndim == 3 else ("direction", "speed"), values)
     for name, values_along in path.items():
         along = "fold" if name == "fold_frequency" else "path"
         variables[name] = (("mesh", along) if values_along.ndim == 2 else (along,), values_along)
@@ -190,13 +188,13 @@ def _stability(refinement: Refinement, solutions: list[Solution], index: int) ->
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Point:
-    """What is reached at one speed: its index, the values (.., 1) of all curves, and forces (F,) as of `Measures`.
+    """What is reached at one speed: its index, the values of all curves, and forces (F,) as of `Measures`.
 
     motion : on which shaft orders are still to come, else None.  begin : from where a direction can go on, else None.
     """
 
     index: int
-    values: _Curves
+    values: _Values
     flank: Array | None
     motion: MeshOrders | None
     begin: Begin | None = None
@@ -205,13 +203,13 @@ class _Point:
 def _fill_directions(
     refinement: Refinement,
     branches: BranchSet,
-    curves: list[_Curves],
+    points: list[list[_Values]],
     unstable: Unstable,
     shaft: Torus | None,
     progress: Callable[[int, int], None] | None,
     kept: RunFolder,
 ) -> list[Array]:
-    """Fill the curves (.., P) of both sweep directions; largest forces (F,) of the flanks of every motion [N].
+    """Fill in the points (P) of both sweep directions; largest forces (F,) of the flanks of every motion [N].
 
     A motion that both directions reach is given its shaft orders once.
     """
@@ -227,8 +225,7 @@ def _fill_directions(
 
     def enter(direction: int, point: _Point) -> None:
         """Enter what a direction has reached at one speed."""
-        for name, values in point.values.items():
-            curves[direction][name][..., point.index] = values[..., 0]
+        points[direction][point.index] = point.values
         largest.extend([] if point.flank is None else [point.flank])
         if point.motion is not None:
             waiting.setdefault(point.motion.key, (point.motion, []))[1].append((direction, point.index))
@@ -237,7 +234,7 @@ def _fill_directions(
     def enter_shaft_orders(number: int, solved: ShaftResponse) -> None:
         """Enter a motion with its shaft orders wherever it is reached."""
         for direction, index in reached[number]:
-            _enter_shaft_orders(curves[direction], index, solved)
+            points[direction][index] = points[direction][index] | _of_shaft_response(solved)
         largest.extend([] if solved.measures is None else [solved.measures.flank])
         step(len(reached[number]))
 
@@ -294,101 +291,99 @@ def _direction(
 ) -> Iterator[_Point]:
     """The points left of one sweep direction in turn; shaft : whether shaft orders come on top."""
     upward = left.direction == 0
-    rest, first = branches, 0
-    if left.begin is not None:
-        rest, first = continued_branches(refinement, branches, left.begin, upward=upward)
-    for number, reached in sweep_direction(refinement, rest, upward=upward, unstable=unstable):
-        index = number + first
-        if left.begin is not None and index == left.begin.index:
-            continue
-        values = _empty_curves(refinement.ready.system, 1, shaft)
-        flank, motion = _fill(refinement.ready.system, values, reached, shaft)
-        begin = begin_of(refinement, index, reached, unstable)
+    before = None if left.begin is None else resumed(refinement, left.begin)
+    for index, reached in sweep_direction(refinement, branches, left.indices, before, upward=upward, unstable=unstable):
+        values, flank, motion = _fill(refinement.ready.system, reached, shaft)
+        begin = begin_of(refinement, index, reached)
         yield _Point(index=index, values=values, flank=flank, motion=motion, begin=begin)
 
 
 # --- curves -----------------------------------------------------------------------------------------------------------
 
 
-def _empty_curves(system: System, count: int, shaft: bool) -> _Curves:
-    """Curves (.., P) of one direction before anything is reached.
-
-    shaft : whether shaft orders come on top.
-    """
+def _nothing(system: System, shaft: bool) -> _Values:
+    """Values at a speed before anything is reached; shaft : whether shaft orders come on top."""
     m, n = len(faces(system.meshes).name), system.force.size
     return {
-        "mesh_force_rms": np.full((m, count), np.nan),
-        "mesh_force_peak": np.full((m, count), np.nan),
-        "mesh_force_minimum": np.full((m, count), np.nan),
-        "contact_open": np.full((m, count), np.nan),
-        "amplitude": np.full((n, count), np.nan),
-        "status": np.full(count, _NO_SPEED, dtype=object),
-        "motion": np.full(count, "", dtype=object),
-        "branch_instability": np.full(count, "", dtype=object),
-        "stable": np.zeros(count, bool),
-        "jumped": np.zeros(count, bool),
-        "largest_multiplier": np.full(count, np.nan),
-        "multiplier_error": np.full(count, np.nan),
-        "harmonics": np.zeros(count, np.int64),
-        "residual": np.full(count, np.nan),
-        **({"residual_dropped": np.full(count, np.nan), "superposed_error": np.full(count, np.nan)} if shaft else {}),
+        "mesh_force_rms": np.full(m, np.nan),
+        "mesh_force_peak": np.full(m, np.nan),
+        "mesh_force_minimum": np.full(m, np.nan),
+        "contact_open": np.full(m, np.nan),
+        "amplitude": np.full(n, np.nan),
+        "status": _NO_SPEED,
+        "motion": "",
+        "branch_instability": "",
+        "stable": False,
+        "jumped": False,
+        "largest_multiplier": np.nan,
+        "multiplier_error": np.nan,
+        "harmonics": 0,
+        "residual": np.nan,
+        **({"residual_dropped": np.nan, "superposed_error": np.nan} if shaft else {}),
     }
 
 
-def _fill(system: System, values: _Curves, reached: Reached, shaft: bool) -> tuple[Array | None, MeshOrders | None]:
-    """Enter what is reached at one speed into curves (.., 1).
+def _stacked(points: list[list[_Values]]) -> _Curves:
+    """Curves of the points of each direction."""
+    curves = _Curves()
+    for name, value in points[0][0].items():
+        every = [[point[name] for point in row] for row in points]
+        curves[name] = np.moveaxis(np.array(every, dtype=object if isinstance(value, str) else None), 1, -1)
+    return curves
 
-    Returns the largest forces (F,) [N] where they are known, and the motion where shaft orders are still to come.
+
+def _fill(system: System, reached: Reached, shaft: bool) -> tuple[_Values, Array | None, MeshOrders | None]:
+    """Values of what is reached at one speed.
+
+    With them the largest forces (F,) [N] where they are known, and the motion where shaft orders are still to come.
     """
-    motion = reached.motion
-    values["branch_instability"][0], values["jumped"][0] = reached.instability, reached.jumped
+    motion, values = reached.motion, _nothing(system, shaft)
+    values |= {"branch_instability": reached.instability, "jumped": reached.jumped, "status": "ok"}
     if motion is None:
-        values["status"][0] = "not converged"
-        return None, None
-    values["status"][0] = "ok"
+        return values | {"status": "not converged"}, None, None
     if isinstance(motion, IntegratedMotion):
         measures = motion.measures
-        values["motion"][0] = "integrated"
-        if not np.isfinite(measures.rms).all():
-            values["status"][0] = "not finite"
+        finite = bool(np.isfinite(measures.rms).all())
+        values |= {"motion": "integrated", "status": "ok" if finite else "not finite"}
         if shaft:
             unknown = "shaft orders are not known of a motion that is integrated"
-            _enter_shaft_orders(values, 0, ShaftResponse(measures=None, status=unknown))
-            return None, None
+            return values | _of_shaft_response(ShaftResponse(measures=None, status=unknown)), None, None
     else:
-        values["motion"][0] = motion.kind
-        values["harmonics"][0], values["residual"][0] = motion.harmonics, motion.residual
-        values["stable"][0] = motion.stable
+        values |= {"motion": motion.kind, "harmonics": motion.harmonics, "residual": motion.residual}
+        values["stable"] = motion.stable
         if motion.stability is not None:
-            values["largest_multiplier"][0] = abs(motion.stability.multiplier)
-            values["multiplier_error"][0] = motion.stability.error
+            values["largest_multiplier"] = abs(motion.stability.multiplier)
+            values["multiplier_error"] = motion.stability.error
         if shaft:
-            return None, mesh_orders(motion)
+            return values, None, mesh_orders(motion)
         measures = periodic_measures(system, motion.balance, motion.state)
-    _enter(values, 0, measures)
-    return measures.flank, None
+    return values | _of_measures(measures), measures.flank, None
 
 
-def _enter_shaft_orders(values: _Curves, index: int, solved: ShaftResponse) -> None:
-    """Enter a motion with shaft orders at one speed."""
-    values["status"][index] = solved.status
-    values["harmonics"][index], values["residual"][index] = solved.harmonics, solved.residual
-    values["residual_dropped"][index] = solved.truncation_residual
-    values["superposed_error"][index] = solved.superposed_error
-    if solved.measures is not None:
-        _enter(values, index, solved.measures)
+def _of_shaft_response(solved: ShaftResponse) -> _Values:
+    """Values of a motion with shaft orders."""
+    return {
+        "status": solved.status,
+        "harmonics": solved.harmonics,
+        "residual": solved.residual,
+        "residual_dropped": solved.truncation_residual,
+        "superposed_error": solved.superposed_error,
+        **({} if solved.measures is None else _of_measures(solved.measures)),
+    }
 
 
-def _enter(values: _Curves, index: int, measures: Measures) -> None:
-    """Enter the measures at one speed."""
-    values["mesh_force_rms"][:, index] = measures.rms
-    values["mesh_force_peak"][:, index] = measures.highest
-    values["mesh_force_minimum"][:, index] = measures.lowest
-    values["contact_open"][:, index] = measures.open
-    values["amplitude"][:, index] = measures.amplitude
+def _of_measures(measures: Measures) -> _Values:
+    """Values of measures."""
+    return {
+        "mesh_force_rms": measures.rms,
+        "mesh_force_peak": measures.highest,
+        "mesh_force_minimum": measures.lowest,
+        "contact_open": measures.open,
+        "amplitude": measures.amplitude,
+    }
 
 
-def _path_curves(refinement: Refinement, branches: BranchSet, judge: bool) -> _Curves:
+def _path_curves(refinement: Refinement, branches: BranchSet, judge: bool) -> dict[str, NDArray[Any]]:
     """The whole branch set as curves over its K solutions, (K,) or (w, K)."""
     system, tone = refinement.ready.system, float(refinement.ready.lines.tone)
     path, parts, folds = list[Solution](), list[int](), list[float]()
@@ -414,24 +409,23 @@ def _path_curves(refinement: Refinement, branches: BranchSet, judge: bool) -> _C
 # --- the Dataset and its warnings -------------------------------------------------------------------------------------
 
 
-def _warnings(ready: Response, curves: list[_Curves], branches: BranchSet, largest: list[Array]) -> list[CodedText]:
-    """What the reader must know of the curves (.., P), of the branch set, and of the largest forces (F,) [N]."""
+def _warnings(ready: Response, curves: _Curves, branches: BranchSet, largest: list[Array]) -> list[CodedText]:
+    """What the reader must know of the curves, of the branch set, and of the largest forces (F,) [N]."""
     rows, tone = gap_rows_of(ready), float(ready.lines.tone)
     notes = law_warnings(ready, rows)
     if largest:
         notes += past_the_end(ready.system, rows.flanks, np.fmax.reduce(largest))
     # the largest part of the cycle in which each whole mesh is open (w,)
-    opened = np.max([np.nanmax(values["contact_open"], axis=1, initial=0.0) for values in curves], axis=0)
+    opened = np.nanmax(curves["contact_open"], axis=(0, 2), initial=0.0)
     parted = [name for name, share in zip(faces(ready.system.meshes).name, opened, strict=True) if share > 0]
     if parted:
         listed = ", ".join(parted[:4]) + (f" and {len(parted) - 4} more" if len(parted) > 4 else "")
         notes.append(coded("contact-lost", f"contact is lost for a part of the mesh cycle: {listed}"))
-    size, error = (np.array([values[name] for values in curves]) for name in ("largest_multiplier", "multiplier_error"))
-    doubtful = int(np.count_nonzero(np.abs(size - 1) <= error))
+    doubtful = int(np.count_nonzero(np.abs(curves["largest_multiplier"] - 1) <= curves["multiplier_error"]))
     if doubtful:
         text = f"growth is not told from none at {doubtful} points: the largest multiplier is within its error of 1"
         notes.append(coded("stability-unknown", text))
-    lost = int(sum(np.count_nonzero(values["status"] == "not converged") for values in curves))
+    lost = int(np.count_nonzero(curves["status"] == "not converged"))
     if lost:
         notes.append(coded("no-motion-found", f"no motion was found at {lost} points"))
     if branches.ended:
@@ -442,24 +436,24 @@ def _warnings(ready: Response, curves: list[_Curves], branches: BranchSet, large
         at = ", ".join(f"{speed * tone:.4g} Hz" for speed in branches.cut[:4])
         text = f"a branch that winds through unstable motions was cut near {at}: unstable motions may be missing"
         notes.append(coded("branch-cut", text))
-    if ready.lines.shaft and "superposed_error" not in curves[0]:
+    if ready.lines.shaft and "superposed_error" not in curves:
         notes.append(coded("shaft-orders-left-out", "run-outs and other shaft orders are left out"))
     elif ready.lines.shaft:
         notes += _of_shaft_orders(curves)
     return notes
 
 
-def _several_motions(refinement: Refinement, branches: BranchSet, curves: list[_Curves]) -> list[CodedText]:
+def _several_motions(refinement: Refinement, branches: BranchSet, curves: _Curves) -> list[CodedText]:
     """A warning of each direction that has fallen from the end of a branch to where several motions are stable.
 
-    Known are the stable motions of the branch set, and of others one a word of ``motion`` in the curves (.., P).
+    Known are the stable motions of the branch set, and of others one a word of ``motion`` in the curves.
     """
     notes, tone = list[CodedText](), float(refinement.ready.lines.tone)
     known = np.array([_stable_motions(refinement, crossings) for crossings in branches.crossings], dtype=int)
     for kind in ("symmetry broken", "period 2", "integrated"):
-        known += np.any([values["motion"] == kind for values in curves], axis=0)
-    for name, values, turn in zip(_DIRECTIONS, curves, (1, -1), strict=True):
-        fallen = np.maximum.accumulate(values["jumped"][::turn])[::turn]
+        known += np.any(curves["motion"] == kind, axis=0)
+    for name, jumped, turn in zip(_DIRECTIONS, curves["jumped"], (1, -1), strict=True):
+        fallen = np.maximum.accumulate(jumped[::turn])[::turn]
         at = np.flatnonzero(fallen & (known > 1))
         if at.size:
             low, high = branches.speeds[at[0]] * tone, branches.speeds[at[-1]] * tone
@@ -482,13 +476,13 @@ def _stable_motions(refinement: Refinement, crossings: list[Crossing]) -> int:
     return len(motions)
 
 
-def _of_shaft_orders(curves: list[_Curves]) -> list[CodedText]:
-    """Points of the curves (.., P) that shaft orders have cost, and the error of lines superposed."""
+def _of_shaft_orders(curves: _Curves) -> list[CodedText]:
+    """Points of the curves that shaft orders have cost, and the error of lines superposed."""
     notes = []
-    lost = sum(np.count_nonzero([str(text) not in _KNOWN for text in values["status"]]) for values in curves)
+    lost = sum(str(text) not in _KNOWN for text in curves["status"].ravel())
     if lost:
         notes.append(coded("shaft-orders-failed", f"with shaft orders nothing is known at {lost} points: see status"))
-    dropped = np.nan_to_num(np.concatenate([values["residual_dropped"] for values in curves]))
+    dropped = np.nan_to_num(curves["residual_dropped"])
     many = np.count_nonzero(dropped > TRUNCATION_NOTED)
     if many:
         text = (
@@ -496,7 +490,7 @@ def _of_shaft_orders(curves: list[_Curves]) -> list[CodedText]:
             f"{many} points: forces at an instant have about that error"
         )
         notes.append(coded("rows-dropped", text))
-    off = max(float(np.nanmax(values["superposed_error"], initial=0.0)) for values in curves)
+    off = float(np.nanmax(curves["superposed_error"], initial=0.0))
     if off > 0:
         text = f"shaft lines superposed on flanks that part are off by up to {off:.2g} of their own force (RMS)"
         notes.append(coded("lines-superposed", text))

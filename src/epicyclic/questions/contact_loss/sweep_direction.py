@@ -10,13 +10,12 @@ one of two mesh cycles.  Each search is a few solutions of the same balance, and
 Where none is found, the attractor of a start is found by integration in time, and the balance polishes what it
 approaches.
 
-A direction that was stopped goes on from a motion that stands for all that was before: the motion itself and the part
-of the branch set it lies on.
+A direction that was stopped goes on from what it reached last, which stands for all that was before.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -29,10 +28,9 @@ from ..transient.integrators import integrate, steps_for
 from ..transient.transient import flank_force
 from .branch_set import BranchSet, Crossing, Measures, record_measures
 from .continuation import linear_start, solve
-from .problem import Problem, dynamic_size, gap_rows, prolonged
+from .problem import Problem, gap_rows, prolonged
 from .solutions import (
     Kind,
-    PeriodicMotion,
     ProblemSize,
     Refinement,
     Solution,
@@ -63,7 +61,7 @@ _STEP_RATE = 0.7
 # Part of the largest singular value below which amplitudes of a record are not told apart: points of two tones whose
 # frequencies nearly meet.
 _RANK = 1e-6
-# A motion found by the balance is the one that was run to when it is this near, per dynamic size.
+# A motion of the balance is the one that was run to when it is this near to the record, per what varies of that.
 _SAME_BRANCH = 0.1
 # Perturbation of every coordinate, per its own size, from which an unstable motion is left: one that grows 1 % a cycle
 # is left within the cycles run.
@@ -105,12 +103,20 @@ class Reached:
 
 
 def sweep_direction(
-    refinement: Refinement, branches: BranchSet, *, upward: bool, unstable: Unstable = "replace"
+    refinement: Refinement,
+    branches: BranchSet,
+    indices: Sequence[int] | None = None,
+    before: Reached | None = None,
+    *,
+    upward: bool,
+    unstable: Unstable = "replace",
 ) -> Iterator[tuple[int, Reached]]:
-    """The speeds of a branch set in turn, rising or falling, by index, and what is reached at each."""
-    rising = range(len(branches.crossings))
-    reached = Reached(motion=None, part=None)
-    for index in rising if upward else reversed(rising):
+    """The speeds of a branch set in turn, rising or falling, by index, and what is reached at each.
+
+    indices : of the speeds that are left, None for all.  before : what was reached before them.
+    """
+    reached = before or Reached(motion=None, part=None)
+    for index in range(len(branches.crossings))[:: 1 if upward else -1] if indices is None else indices:
         speed, choices = float(branches.speeds[index]), branches.crossings[index]
         reached = _reached_at(refinement, speed, reached, choices if upward else choices[::-1], unstable)
         at = reached.motion
@@ -422,22 +428,13 @@ def attractor(
         if not np.isfinite(record).all():
             break
         state = record[-1]
-        if two_tones:
-            at = _two_tone_solution(refinement, record[1:, 0], speed, begin, count, harmonics)
+        times = begin + cycle * np.arange(len(record)) / samples
+        for cycles in (1,) if two_tones else (1, 2):
+            # all of the record where no period holds both tones, else the last two periods
+            some = slice(1 if two_tones else -2 * cycles * samples, None)
+            at = _solution_beside(refinement, record[some, 0], times[some], speed, cycles, harmonics)
             if at is not None:
                 return at
-            continue
-        for cycles in (1, 2):
-            period = cycles * samples
-            # what turns freely and drifts is brought back
-            y = record[-1 - 2 * period :, 0] @ np.linalg.inv(ready.modal.shapes).T
-            drift = np.where(ready.modal.rigid, y[-1] - y[0], 0.0)
-            y = (y - np.outer(np.linspace(0, 1, len(y)), drift))[:-1]
-            first, second = y[:period], y[period:]
-            if np.linalg.norm(first - second) < _SAME_BRANCH * np.linalg.norm(second - second.mean(axis=0)):
-                at = _periodic_solution(refinement, second, speed, cycles, harmonics)
-                if at is not None:
-                    return at
     times = begin + cycle * np.arange(len(record)) / samples
     force = flank_force(moving, times, record).T
     return IntegratedMotion(
@@ -448,39 +445,16 @@ def attractor(
     )
 
 
-def _periodic_solution(
-    refinement: Refinement, record: Array, speed: float, cycles: int, harmonics: int
+def _solution_beside(
+    refinement: Refinement, q: Array, times: Array, speed: float, cycles: int, harmonics: int
 ) -> Solution | None:
-    """The stable solution next to the last cycles (N, n) of a motion, None where there is none."""
-    balance = refinement.problem(harmonics, cycles=cycles)
-    amplitude = 2 * np.fft.rfft(record, axis=0)[: len(balance.omega)] / len(record)
-    amplitude[0] /= 2
-    y = np.stack([amplitude.real, amplitude.imag])
-    y[1, 0] = 0.0
-    y[:, 0, balance.modal.rigid] = 0.0
-    kind: Kind = "period 2" if cycles == 2 else "periodic"
-    at = solution(refinement, y, speed, balance=balance, harmonics=harmonics, kind=kind)
-    if at is None or np.linalg.norm(prolonged(at.balance, balance, at.state.y) - y) > _SAME_BRANCH * dynamic_size(y):
-        return None
-    at = with_stability(refinement, at)
-    return at if at.stable else None
+    """The stable solution of so many mesh cycles next to a record q (N, n) [m] at times (N,) [s], None without one.
 
-
-def _two_tone_solution(
-    refinement: Refinement, q: Array, speed: float, begin: float, cycles: int, harmonics: int
-) -> Solution | None:
-    """The stable solution of two mesh tones next to a record q (N, n) of whole cycles [m], None where there is none.
-
-    Amplitudes at the lattice points are those of least squares over the record: no period holds both tones.
-
-    Parameters
-    ----------
-    begin : time of the record's beginning [s]; its samples stand at the ends of N equal intervals.
+    Amplitudes at the lattice points are those of least squares over the record.
     """
-    balance = refinement.problem(harmonics)
-    y = q @ np.linalg.inv(balance.modal.shapes).T
-    y[:, balance.modal.rigid] = 0.0
-    times = begin + cycles * np.arange(1, len(y) + 1) / (len(y) * speed * float(refinement.ready.lines.tone))
+    balance = refinement.problem(harmonics, cycles=cycles)
+    y, rigid = q @ np.linalg.inv(balance.modal.shapes).T, balance.modal.rigid
+    y[:, rigid] = 0.0  # what turns freely drifts
     angle = speed * np.outer(times, balance.omega)
     wave = np.concatenate([np.cos(angle), -np.sin(angle)], axis=1)
     start = np.linalg.lstsq(wave, y, rcond=_RANK)[0].reshape(2, len(balance.omega), -1)
@@ -488,10 +462,12 @@ def _two_tone_solution(
     size = _SAME_BRANCH * float(np.linalg.norm(y - y.mean(axis=0)))
     if np.linalg.norm(y - wave @ start.reshape(-1, y.shape[1])) > size:
         return None
-    at = solution(refinement, start, speed, balance=balance, harmonics=harmonics)
+    kind: Kind = "period 2" if cycles == 2 else "periodic"
+    at = solution(refinement, start, speed, balance=balance, harmonics=harmonics, kind=kind)
     if at is None:
         return None
     solved = prolonged(at.balance, balance, at.state.y)
+    solved[:, :, rigid] = 0.0
     if np.linalg.norm(y - wave @ solved.reshape(-1, y.shape[1])) > size:
         return None
     at = with_stability(refinement, at)
@@ -503,46 +479,29 @@ def _two_tone_solution(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Begin:
-    """A speed of a sweep direction from which it goes on, by its index.
+    """A speed of a sweep direction behind which it goes on, by its index.
 
-    motion : reached there.  size : of its balance.  part : of the branch set, on which it stands.
+    reached : there; of a motion of the balance the fields stand in `motion`, with its balance by its size.
     """
 
     index: int
-    motion: PeriodicMotion
-    size: ProblemSize
-    part: int
+    reached: Reached
+    motion: dict[str, Any] | None = None
+    size: ProblemSize | None = None
 
 
-def begin_of(refinement: Refinement, index: int, reached: Reached, unstable: Unstable) -> Begin | None:
-    """Where a direction goes on after what was reached, None where that takes more than a motion and its part.
-
-    A motion that was integrated in time, and one on no part of the branch set, follow from the speeds before.
-    """
-    motion, part = reached.motion, reached.part
-    if not isinstance(motion, Solution) or part is None or (unstable == "replace" and not motion.stable):
-        return None
+def begin_of(refinement: Refinement, index: int, reached: Reached) -> Begin:
+    """Where a direction goes on behind what was reached, without the balance, which every process has."""
+    motion = reached.motion
+    if not isinstance(motion, Solution):
+        return Begin(index=index, reached=reached)
+    known = {field.name: getattr(motion, field.name) for field in fields(Solution) if field.name != "balance"}
     size = refinement.size_of(motion.balance)
-    return None if size is None else Begin(index=index, motion=PeriodicMotion(**_known(motion)), size=size, part=part)
+    return Begin(index=index, reached=replace(reached, motion=None), motion=known, size=size)
 
 
-def _known(motion: PeriodicMotion) -> dict[str, Any]:
-    """What is known of a motion, its balance left out."""
-    return {field.name: getattr(motion, field.name) for field in fields(PeriodicMotion)}
-
-
-def continued_branches(
-    refinement: Refinement, branches: BranchSet, begin: Begin, *, upward: bool
-) -> tuple[BranchSet, int]:
-    """The branch set from a speed on, with the motion reached there alone at it, and its first index.
-
-    A direction begins with the motion at its first speed where that is stable or may stay: it then stands as it stood.
-    """
-    index = begin.index
-    motion = Solution(balance=refinement.lattice(*begin.size), **_known(begin.motion))
-    alone = [Crossing(solution=motion, part=begin.part)]
-    if upward:
-        crossings, speeds = [alone, *branches.crossings[index + 1 :]], branches.speeds[index:]
-    else:
-        crossings, speeds = [*branches.crossings[:index], alone], branches.speeds[: index + 1]
-    return replace(branches, speeds=speeds, crossings=crossings), index if upward else 0
+def resumed(refinement: Refinement, begin: Begin) -> Reached:
+    """What was reached where a direction goes on."""
+    if begin.motion is None or begin.size is None:
+        return begin.reached
+    return replace(begin.reached, motion=Solution(balance=refinement.lattice(*begin.size), **begin.motion))

@@ -27,7 +27,6 @@ from ...statics.record import (
     idle_warnings,
     loaded_meshes,
     parallel_meshes,
-    positive_count,
     record_of,
     reference_tone,
     turn_fraction,
@@ -238,8 +237,7 @@ def _resolved(train: Train, options: ContactOptions) -> _Cut:
     ------
     ModelError : instants or slices out of range.
     """
-    samples = None if options.samples is None else positive_count("samples", options.samples, 1)
-    slices = None if options.slices is None else positive_count("slices", options.slices, 1)
+    samples, slices = options.samples, options.slices
     if samples is not None and slices is not None:
         return _Cut(samples=samples, slices=slices)
     one_cycle = replace(options, cycles=1, turns=None, of=None)

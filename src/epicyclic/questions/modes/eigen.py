@@ -24,20 +24,16 @@ from itertools import pairwise
 import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dsygvd
 
 from ...errors import ModelError
 from ...statics.tangent import linear
-from ...system.system import REST, Array, ComplexArray, Symmetry, System, free_motions, stiffness_rows
+from ...system.system import Array, ComplexArray, Symmetry, System, free_motions, stiffness_rows
 from ...warning_codes import CodedText, coded
 
 # Rounding of omega^2 from the eigenproblem, per largest one.
 NOISE = 1e-11
 # Below this part of the largest omega^2 the eigenproblem has an elastic mode right to 1e-6 at best.
 SOFT = 1e-8
-# Strain of a motion per unit row that rounding of the eigenproblem may leave: n eps over the gap to the elastic modes,
-# `SOFT` or more.  A mode that a row holds strains it by 1e-3 and more.
-_STRAIN = 1e-6
 # Relative error of a natural frequency that is worth a warning.
 _COARSE = 1e-6
 # Squared frequencies above are of no train [rad^2/s^2]; products of shapes with so little mass are no numbers.
@@ -95,9 +91,7 @@ def mean_modes(system: System) -> tuple[Array, Array]:
         raise ModelError("the mean stiffness has a negative eigenvalue: the train is statically unstable")
     small, soft = (int(squared.searchsorted(share * largest, side="right")) for share in (NOISE, SOFT))
     squared[:small] = 0.0
-    if not soft or (soft == small and _all_free(system, shapes[:, :small])):
-        return squared, shapes
-    rows = stiffness_rows(system)
+    rows = stiffness_rows(system) if soft else None
     if rows is None:
         return squared, shapes
     root = np.linalg.cholesky((system.M + system.M.T) / 2)
@@ -112,9 +106,7 @@ def mean_modes(system: System) -> tuple[Array, Array]:
 
 
 def _eigenpairs(system: System) -> tuple[Array, Array]:
-    """Squares (n,) [rad^2/s^2], rising, and mass-normalised shapes (n, n), by the LAPACK driver of `scipy.linalg.eigh`.
-
-    For the few coordinates of a stage the checks of `eigh`, made here on sums, take as long as the solution.
+    """Squares (n,) [rad^2/s^2], rising, and mass-normalised shapes (n, n).
 
     Raises
     ------
@@ -123,14 +115,13 @@ def _eigenpairs(system: System) -> tuple[Array, Array]:
     stiffness, mass = system.mean_stiffness, system.M
     if not mass.size:
         return np.zeros(0), np.zeros((0, 0))
-    if not math.isfinite(stiffness.sum() + mass.sum()):
-        raise ModelError("the mass or stiffness matrix holds a number that is not finite")
-    # transposed, which changes nothing in a symmetric matrix, they are in the order of LAPACK
-    squared, shapes, info = dsygvd(
-        (stiffness + stiffness.T).T / 2, ((mass + mass.T) / 2).T, overwrite_a=1, overwrite_b=1
-    )
-    if not info:
+    try:
+        squared, shapes = scipy.linalg.eigh((stiffness + stiffness.T) / 2, (mass + mass.T) / 2)
         return squared, shapes
+    except np.linalg.LinAlgError:
+        pass
+    except ValueError as error:
+        raise ModelError("the mass or stiffness matrix holds a number that is not finite") from error
     massless = [i for i, mass in enumerate(np.diag(system.M).tolist()) if not mass > 0]
     if not massless:
         raise ModelError("the mass matrix is not positive definite")
@@ -141,30 +132,6 @@ def _eigenpairs(system: System) -> tuple[Array, Array]:
     names = ", ".join(system.dofs.names[i] for i in massless)
     problem = f"the mass matrix is not positive definite, no mass or inertia on {names}"
     raise ModelError(problem, path=f"{member}.{key}", allowed="above zero")
-
-
-def _all_free(system: System, shapes: Array) -> bool:
-    """Whether mass-normalised shapes (n, r) strain no row, where that shows without a decomposition of the rows.
-
-    False also where M is not diagonal, or what K holds beside links strains: `free_motions` has the answer.
-    """
-    mass, links, meshes = system.M.diagonal(), system.links, system.meshes
-    if np.count_nonzero(system.M) > mass.size:
-        return False
-    held, stiffness, driven = links.B, links.stiffness, meshes.B
-    # columns are chosen only where some are left out: the copy takes as long as the products
-    if np.count_nonzero(stiffness) < stiffness.size or not math.isfinite(stiffness @ stiffness):
-        linear = np.isfinite(stiffness) & (stiffness != 0)
-        held, stiffness = held[:, linear], stiffness[linear]
-    if np.count_nonzero(meshes.stiffness) < meshes.stiffness.size:
-        driven = driven[:, meshes.stiffness != 0]
-    rows = np.concatenate([driven, held], axis=1)
-    strain = rows.T @ shapes
-    rest = system.K @ shapes - held @ (stiffness[:, None] * strain[driven.shape[1] :])
-    size = system.K.diagonal()
-    if np.count_nonzero(rest * rest > (REST**2 * size)[:, None] * (size @ (shapes * shapes))):
-        return False
-    return not np.count_nonzero(strain * strain > (_STRAIN**2 / mass @ (rows * rows))[:, None])
 
 
 def spread_warnings(squared: Array) -> list[CodedText]:

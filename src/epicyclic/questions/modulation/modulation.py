@@ -31,7 +31,6 @@ from ..response.steady import tension_warnings
 from . import ModulationOptions
 from .spectrum import (
     ACCELERATION,
-    DIRECTIONS,
     LineSource,
     SensorLines,
     SensorPosition,
@@ -259,7 +258,7 @@ def modulation(system: System, options: ModulationOptions) -> xr.Dataset:
         radius=options.radius,
         mean_load=options.mean_load,
     )
-    _check(settings, floor=floor, turns=turns)
+    _check(settings, floor=floor)
     ready, block = solve_speed(system, relative_speed, TOLERANCE)
     at_sensor = _sensor_signal(ready, block, settings)
     healthy = _fault_free(system, relative_speed, settings)
@@ -292,21 +291,17 @@ def modulation(system: System, options: ModulationOptions) -> xr.Dataset:
     )
 
 
-def _check(settings: _Settings, *, floor: float, turns: int) -> None:
+def _check(settings: _Settings, *, floor: float) -> None:
     """Refuse options out of range.
 
     Raises
     ------
-    ModelError : direction, radius, floor or turns.
+    ModelError : radius or floor.
     """
-    if settings.direction not in DIRECTIONS:
-        raise ModelError("no such direction", path="direction", given=settings.direction, allowed=", ".join(DIRECTIONS))
     if settings.radius is not None and not (math.isfinite(settings.radius) and settings.radius > 0):
         raise ModelError("out of range", path="radius", given=settings.radius, allowed="above zero")
     if not 0 <= floor < 1:
         raise ModelError("out of range", path="floor", given=floor, allowed="0 or more, below 1")
-    if turns < 1:
-        raise ModelError("out of range", path="turns", given=turns, allowed="1 or more")
 
 
 def _sensor_signal(ready: Response, block: Block, settings: _Settings) -> _SensorSignal:

@@ -86,12 +86,8 @@ def sensor_position(
 
     Raises
     ------
-    ModelError : no speeds; no such stage or body; no ring; a body that turns; a number out of range.
+    ModelError : no speeds; no such stage or body; no ring; a body that turns.
     """
-    if not math.isfinite(angle):
-        raise ModelError("not a finite angle", path="sensor", given=angle)
-    if not (math.isfinite(through_planet) and through_planet >= 0):
-        raise ModelError("out of range", path="through_planet", given=through_planet, allowed="0 or more")
     if not system.body_turns or not system.meshes.ends:
         raise ModelError(
             "what passes a sensor needs a speed", path="operation.speed", allowed="the speed of one member"
@@ -394,7 +390,6 @@ def tabulated_transfer(frequency: ArrayLike, gain: ArrayLike, phase: ArrayLike =
     return Transfer(frequency=f, gain=size, phase=np.unwrap(angle), unit=unit)
 
 
-DIRECTIONS = ("radial", "tangential", "axial")
 Index = NDArray[np.int64]
 # A contribution below this share of the largest of its line is not reported among its origins.
 _REPORTED = 1e-2
@@ -514,17 +509,15 @@ def sensor_motion(
 
     Raises
     ------
-    ModelError : no such direction; a body that turns or tilts there, and no radius.
+    ModelError : a body that turns or tilts there, and no radius.
     """
     x, y, z, rx, ry, rz = spectrum.motion
     if direction == "radial":
         c, s, still = x, y, np.zeros_like(x)
     elif direction == "tangential":
         c, s, still = y, -x, _arm(radius, rz)
-    elif direction == "axial":
-        c, s, still = _arm(radius, -ry), _arm(radius, rx), z
     else:
-        raise ModelError("no such direction", path="direction", given=direction, allowed=", ".join(DIRECTIONS))
+        c, s, still = _arm(radius, -ry), _arm(radius, rx), z
     turn = np.exp(1j * position.angle)
     # c cos b + s sin b with b = beta - W t
     amplitude = np.stack([(c - 1j * s) / 2 * turn, still, (c + 1j * s) / 2 / turn], axis=1)

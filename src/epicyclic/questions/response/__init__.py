@@ -90,7 +90,8 @@ class SweepOptions:
         Unstable, Option("With --contact-loss: replace motions that are not stable, or report them.", default="replace")
     ] = "replace"
     harmonics: Annotated[
-        int | None, Option("With --contact-loss: harmonics where teeth part.", least=1, default="as each point needs")
+        int | None,
+        Option("With --contact-loss: harmonics where teeth part.", least=1, most=192, default="as each point needs"),
     ] = None
     shaft_tones: ShaftTones = None
     folder: Folder = None

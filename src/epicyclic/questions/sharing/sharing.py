@@ -21,7 +21,6 @@ from ...statics.record import (
     Record,
     parallel_meshes,
     period_name,
-    positive_count,
     record_of,
     samples_per_cycle,
     shares,
@@ -93,7 +92,7 @@ def sharing(system: System, options: SharingOptions, *, progress: Callable[[floa
     method, turns, of, relative_speed = options.method, options.turns, options.of, options.relative_speed
     if method == "static" and (turns is not None or of is not None or not solved_by_tone(system)):
         require_speed(relative_speed)
-        count = positive_count("samples", options.samples, record_samples(system))
+        count = options.samples or record_samples(system)
         window = record_of(system, cycles=options.cycles, turns=turns, of=of, samples=count, most=_SOLVED, slow=True)
         solved, forces = system, forces_of_equilibria(system, window, options.stored_cycles, progress)
     elif turns is not None or of is not None:
@@ -120,8 +119,8 @@ def _forces_by_tone(system: System, options: SharingOptions, progress: Callable[
         mean[part.meshes], bound[part.meshes], unknown[part.meshes] = part.mean, part.bound, part.unknown
     loaded = meshes_with_load(mean, parallel_meshes(system.meshes), most=bound, rounding=rounding_of(system))
     share = max(1, reference.affordable // len(by_tone)) if len(by_tone) > 1 else reference.affordable
-    cycles = positive_count("cycles", options.cycles, min(reference.period, share))
-    stored = min(positive_count("stored_cycles", options.stored_cycles, _STORED), cycles)
+    cycles = options.cycles or min(reference.period, share)
+    stored = min(options.stored_cycles or _STORED, cycles)
     numbers = reference.samples * w
     longest = f"at most {int(_LONGEST * _RATE / numbers)}, and {reference.period} are the hunting period"
     require_time(cycles * numbers / _RATE, _LONGEST, path="cycles", given=cycles, allowed=longest)

@@ -23,7 +23,6 @@ from ...statics.record import (
     excitation_at,
     hunting_cycles,
     parallel_meshes,
-    positive_count,
     reference_tone,
     samples_per_cycle,
     standing_excitation,
@@ -174,7 +173,7 @@ def tone_forces(
     for tone in tones or (reference_tone(system),):
         build = _static_by_lines if len(tones) < 2 or varying <= {tone} else _static_by_instants
         fitting = samples_per_cycle(system.meshes, _members(system, tone)[0], 64)
-        by_tone.append(build(system, train, tone, positive_count("samples", samples, fitting)))
+        by_tone.append(build(system, train, tone, samples or fitting))
     return tuple(by_tone), free_position_warnings(system, train.loaded.free)
 
 
@@ -323,7 +322,7 @@ def forces_of_equilibria(
     ------
     ModelError : no load, or a load that nothing balances or holds.  ConvergenceError : no equilibrium.
     """
-    kept = positive_count("stored_cycles", stored, max(1, min(record.count, _STORED // record.samples)))
+    kept = stored or max(1, min(record.count, _STORED // record.samples))
     train = held_train(system)
     forces: list[tuple[Array, Array]] = []
     pieces: list[RecordPiece] = []

@@ -447,11 +447,12 @@ def monodromy(
         springs = (stiffness.T[part] @ pairs).reshape(-1, r, r)
         dampers = None if damping is None else (damping.T[part] @ pairs).reshape(-1, r, r)
         maps = kick_maps(springs, dampers, mass, step)
-        left = len(maps) % size
-        if len(maps) > left:
-            whole = _group_product(group, maps[: len(maps) - left]) @ whole
-        if left:
-            whole = _group_product(_shorter(group, flow, left), maps[len(maps) - left :]) @ whole
+        grouped = len(maps) - len(maps) % size
+        if grouped:
+            whole = _group_product(group, maps[:grouped]) @ whole
+        for impulses in maps[grouped:]:
+            whole[-rows.shape[1] :] -= rows.T @ (impulses @ (sensed @ whole))
+            whole = flow @ whole
     return whole
 
 
@@ -501,17 +502,6 @@ def _group(flow: Array, sensed: Array, rows: Array, size: int) -> _Group:
         later=sensed @ pushes[:, len(rows) :],
         flow=np.linalg.matrix_power(flow, size),
         pushes=pushes,
-    )
-
-
-def _shorter(group: _Group, flow: Array, size: int) -> _Group:
-    """Tables of the first `size` steps of a group; flow (N, N) of one step."""
-    r = group.pushes.shape[1] // len(group.first)
-    return _Group(
-        first=group.first[:size],
-        later=group.later[:, group.later.shape[1] - (size - 1) * r :],
-        flow=np.linalg.matrix_power(flow, size),
-        pushes=group.pushes[:, group.pushes.shape[1] - size * r :],
     )
 
 

@@ -436,8 +436,6 @@ def parametric_system(
     ------
     ModelError : no mesh frequency, a mass that is missing, or an option out of range.
     """
-    if frame_speed not in ("kinematic", "operating"):
-        raise ModelError("unknown choice", path="frame_speed", given=frame_speed, allowed="kinematic, operating")
     for name, factor in (("variation", variation), ("damping", damping)):
         if not 0 <= factor <= _MOST_FACTOR:
             raise ModelError("out of range", path=name, given=factor, allowed=f"a factor of 0 to {_MOST_FACTOR}")

@@ -34,8 +34,9 @@ _PART, _FIRST = 0.1, 1000
 @_jit
 def _phase(N: Numbers, f: int, tau: float) -> tuple[float, int]:
     """Place [cycles] in its phase cell of a row with a table, and the first of the cubics there."""
-    first, phases, loads = N.tables[N.table[f], 0], N.tables[N.table[f], 1], N.tables[N.table[f], 2]
-    sigma = N.sense[f] * (N.tones[N.tone[f]] * tau + N.lead[f])
+    table = N.flank.tables[N.flank.table[f]]
+    first, phases, loads = table[0], table[1], table[2]
+    sigma = N.flank.sense[f] * (N.tones[N.tone[f]] * tau + N.flank.lead[f])
     sigma -= np.floor(sigma)
     cell = min(int(sigma * phases), phases - 1)
     return sigma - cell / phases, first + 2 * loads * cell
@@ -44,14 +45,15 @@ def _phase(N: Numbers, f: int, tau: float) -> tuple[float, int]:
 @_jit
 def _cubic(N: Numbers, row: int, x: float) -> float:
     """One of the cubics at a place x [cycles] of its cell."""
-    value: float = ((N.cubics[row, 0] * x + N.cubics[row, 1]) * x + N.cubics[row, 2]) * x + N.cubics[row, 3]
+    cubic = N.flank.cubics[row]
+    value: float = ((cubic[0] * x + cubic[1]) * x + cubic[2]) * x + cubic[3]
     return value
 
 
 @_jit
 def _tabulated(N: Numbers, f: int, x: float, row: int, gap: float) -> tuple[float, bool]:
     """Force [N] of a row with a table, and whether it presses; the gaps of rising forces are summed up to `gap` [m]."""
-    loads, force = N.tables[N.table[f], 2], N.tables[N.table[f], 3]
+    loads, force = N.flank.tables[N.flank.table[f], 2], N.flank.tables[N.flank.table[f], 3]
     low = _cubic(N, row, x)
     if gap <= low:
         return 0.0, False
@@ -60,11 +62,11 @@ def _tabulated(N: Numbers, f: int, x: float, row: int, gap: float) -> tuple[floa
         if gap < low + h:
             t = (gap - low) / h
             k0, k1 = _cubic(N, row + loads + j - 1, x), _cubic(N, row + loads + j, x)
-            f0, f1 = N.forces[force + j - 1], N.forces[force + j]
+            f0, f1 = N.flank.forces[force + j - 1], N.flank.forces[force + j]
             value = f0 * (1 + 2 * t) * (1 - t) ** 2 + f1 * t**2 * (3 - 2 * t)
             return value + h * (k0 * t * (1 - t) ** 2 + k1 * t**2 * (t - 1)), True
         low += h
-    return N.forces[force + loads - 1] + (gap - low) * _cubic(N, row + 2 * loads - 1, x), True
+    return N.flank.forces[force + loads - 1] + (gap - low) * _cubic(N, row + 2 * loads - 1, x), True
 
 
 @_inlined
@@ -85,44 +87,9 @@ def _add_products(A: Array, x: Array, out: Array) -> None:
 
 
 @_inlined
-def _less_products(A: Array, x: Array, B: Array, y: Array, out: Array) -> None:
-    """Take x (m,) times A (m, c) and y (m,) times B (m, c) from out (c,), as `_add_products`."""
-    m, c = A.shape
-    whole = m - m % 4
-    for j in range(0, whole, 4):
-        x0, x1, x2, x3 = x[j], x[j + 1], x[j + 2], x[j + 3]
-        y0, y1, y2, y3 = y[j], y[j + 1], y[j + 2], y[j + 3]
-        for i in range(c):
-            left = out[i] - (A[j, i] * x0 + B[j, i] * y0)
-            left -= A[j + 1, i] * x1 + B[j + 1, i] * y1
-            left -= A[j + 2, i] * x2 + B[j + 2, i] * y2
-            out[i] = left - (A[j + 3, i] * x3 + B[j + 3, i] * y3)
-    for j in range(whole, m):
-        for i in range(c):
-            out[i] -= A[j, i] * x[j] + B[j, i] * y[j]
-
-
-@_inlined
-def _less_product(A: Array, x: Array, out: Array) -> None:
-    """Take x (m,) times A (m, c) from out (c,), as `_add_products`."""
-    m, c = A.shape
-    whole = m - m % 4
-    for j in range(0, whole, 4):
-        x0, x1, x2, x3 = x[j], x[j + 1], x[j + 2], x[j + 3]
-        for i in range(c):
-            left = out[i] - A[j, i] * x0
-            left -= A[j + 1, i] * x1
-            left -= A[j + 2, i] * x2
-            out[i] = left - A[j + 3, i] * x3
-    for j in range(whole, m):
-        for i in range(c):
-            out[i] -= A[j, i] * x[j]
-
-
-@_inlined
 def _interval(N: Numbers, t: float) -> int:
     """Number of the interval of the program that holds a time [s]."""
-    return min(max(int(np.searchsorted(N.time, t, side="right")) - 1, 0), N.time.size - 2)
+    return min(max(int(np.searchsorted(N.program.time, t, side="right")) - 1, 0), N.program.time.size - 2)
 
 
 @_inlined
@@ -138,13 +105,13 @@ def _stiffness(N: Numbers, tau: float, turns: Array, k: Array) -> None:
             angle = TURN * tau * N.tones[tone]
             c1, s1 = np.cos(angle), np.sin(angle)
         turns[0, f], turns[1, f], turns[2, f], turns[3, f], k[f] = c1, s1, c1, s1, 1.0
-    for order in range(N.wave.shape[1]):
+    for order in range(N.flank.wave.shape[1]):
         for f in range(F):
             c, w = turns[2, f], turns[3, f]
-            k[f] += N.wave[0, order, f] * c - N.wave[1, order, f] * w
+            k[f] += N.flank.wave[0, order, f] * c - N.flank.wave[1, order, f] * w
             turns[2, f], turns[3, f] = c * turns[0, f] - w * turns[1, f], c * turns[1, f] + w * turns[0, f]
     for f in range(F):
-        k[f] = N.mean[f] * max(k[f], N.least)
+        k[f] = N.flank.mean[f] * max(k[f], N.least)
 
 
 @_inlined
@@ -156,15 +123,15 @@ def _instant_terms(
     t is in the interval `low` of the program.  Of a row with a table cell (F,) is the first of its cubics and k the
     place in them [cycles].
     """
-    span, since = N.time[low + 1] - N.time[low], t - N.time[low]
-    rise = (N.speed[low + 1] - N.speed[low]) / span
-    s = N.speed[low] + rise * since
-    tau = N.phase[low] + since * (N.speed[low] + rise * since / 2)
-    n, F = push.size, N.mean.size
+    span, since = N.program.time[low + 1] - N.program.time[low], t - N.program.time[low]
+    rise = (N.program.speed[low + 1] - N.program.speed[low]) / span
+    s = N.program.speed[low] + rise * since
+    tau = N.program.phase[low] + since * (N.program.speed[low] + rise * since / 2)
+    n, F = push.size, N.flank.mean.size
     _stiffness(N, tau, turns, k)
-    if N.tables.shape[0]:
+    if N.flank.tables.shape[0]:
         for f in range(F):
-            if N.table[f] >= 0:
+            if N.flank.table[f] >= 0:
                 k[f], cell[f] = _phase(N, f, tau)
     e[:] = 0.0
     de[:] = 0.0
@@ -180,7 +147,7 @@ def _instant_terms(
     for i in range(n):
         push[i] = N.steady[i] + rise * N.spin[i]
     for j in range(N.load.shape[0]):
-        level = N.level[low, j] + (N.level[low + 1, j] - N.level[low, j]) * (since / span)
+        level = N.program.level[low, j] + (N.program.level[low + 1, j] - N.program.level[low, j]) * (since / span)
         for i in range(n):
             push[i] += level * N.load[j, i]
     for j in range(N.force_at.size):
@@ -198,14 +165,15 @@ def _instant_terms(
 
 
 @_jit
-def _operators(N: Numbers, s: float, rise: float, stiff: Array, damp: Array) -> None:
-    """Fill in the speed-dependent operators (n, n) of position, unless it is empty, and of rate, transposed."""
-    n, bent = N.squared.size, stiff.size > 0
+def _operators(N: Numbers, s: float, rise: float, operators: Array) -> None:
+    """Fill in the operators of rate, then of position (n or 2 n, n) that depend on the speed, transposed, negative."""
+    n = N.squared.size
     for i in range(n):
         for j in range(n):
-            if bent:
-                stiff[i, j] = s * s * N.stiff[0, i, j] + s * N.stiff[1, i, j] + rise * N.stiff[2, i, j]
-            damp[i, j] = N.damp[0, i, j] + s * N.damp[1, i, j]
+            operators[i, j] = -N.damp[0, i, j] - s * N.damp[1, i, j]
+    for i in range(operators.shape[0] - n):
+        for j in range(n):
+            operators[n + i, j] = -s * s * N.stiff[0, i, j] - s * N.stiff[1, i, j] - rise * N.stiff[2, i, j]
 
 
 @_jit
@@ -291,16 +259,16 @@ def _held(
 @_jit
 def _groups(N: Numbers, x: Array, u: Array, e: Array, de: Array, slider: Array, force: Array) -> None:
     """Fill in the forces (R,) [N] of the groups; stretch x [m] and rate u [m/s], (M,), slider (R,) [m]."""
-    F = N.mean.size
-    for g in range(N.laws.shape[0]):
-        first, count = int(N.laws[g, 0]), int(N.laws[g, 1])
-        k, friction, lag = N.laws[g, 2], N.laws[g, 3], N.laws[g, 8]
+    F = N.flank.mean.size
+    for g in range(N.link.numbers.shape[0]):
+        first, count = int(N.link.numbers[g, 0]), int(N.link.numbers[g, 1])
+        k, friction, lag = N.link.numbers[g, 2], N.link.numbers[g, 3], N.link.numbers[g, 8]
         if friction < 0.0:
             i, j = F + first, F + first + count - 1
             pair = count == 2
             dy, vy = (x[j] - e[j], u[j] - de[j]) if pair else (0.0, 0.0)
             sy = slider[first + 1] if pair else 0.0
-            fx, fy = _held(N.laws[g], x[i] - e[i], dy, u[i] - de[i], vy, slider[first], sy, pair)
+            fx, fy = _held(N.link.numbers[g], x[i] - e[i], dy, u[i] - de[i], vy, slider[first], sy, pair)
             force[first] = fx
             if pair:
                 force[first + 1] = fy
@@ -310,11 +278,11 @@ def _groups(N: Numbers, x: Array, u: Array, e: Array, de: Array, slider: Array, 
             rho += (x[i] - e[i]) ** 2
             radial += (x[i] - e[i]) * (u[i] - de[i])
         rho = np.sqrt(rho)
-        value, slope = min(k * rho, friction), k if rho < N.laws[g, 4] else 0.0
-        beyond = rho - N.laws[g, 5]
+        value, slope = min(k * rho, friction), k if rho < N.link.numbers[g, 4] else 0.0
+        beyond = rho - N.link.numbers[g, 5]
         if beyond >= 0.0:
-            value += N.laws[g, 6] * beyond ** N.laws[g, 7]
-            slope += N.laws[g, 6] * N.laws[g, 7] * beyond ** (N.laws[g, 7] - 1.0)
+            value += N.link.numbers[g, 6] * beyond ** N.link.numbers[g, 7]
+            slope += N.link.numbers[g, 6] * N.link.numbers[g, 7] * beyond ** (N.link.numbers[g, 7] - 1.0)
         secant = value / rho if rho > 0.0 else slope
         for i in range(F + first, F + first + count):
             gap, speed = x[i] - e[i], u[i] - de[i]
@@ -325,16 +293,16 @@ def _groups(N: Numbers, x: Array, u: Array, e: Array, de: Array, slider: Array, 
 @_jit
 def _move_sliders(N: Numbers, y: Array, e: Array, slider: Array) -> None:
     """Move the sliders (R,) [m] at the end of a step, in place."""
-    F = N.mean.size
-    for g in range(N.laws.shape[0]):
-        if N.laws[g, 3] < 0.0:
-            first, pair = int(N.laws[g, 0]), int(N.laws[g, 1]) == 2
+    F = N.flank.mean.size
+    for g in range(N.link.numbers.shape[0]):
+        if N.link.numbers[g, 3] < 0.0:
+            first, pair = int(N.link.numbers[g, 0]), int(N.link.numbers[g, 1]) == 2
             dx, dy = -e[F + first], -e[F + first + 1] if pair else 0.0
             for i in range(y.size):
                 dx += N.gaps[i, F + first] * y[i]
                 if pair:
                     dy += N.gaps[i, F + first + 1] * y[i]
-            sx, sy, _ = _slid(N.laws[g], dx, dy, slider[first], slider[first + 1] if pair else 0.0, pair)
+            sx, sy, _ = _slid(N.link.numbers[g], dx, dy, slider[first], slider[first + 1] if pair else 0.0, pair)
             slider[first] = sx
             if pair:
                 slider[first + 1] = sy
@@ -342,14 +310,14 @@ def _move_sliders(N: Numbers, y: Array, e: Array, slider: Array) -> None:
 
 @_inlined
 def _slope(
-    N: Numbers, k: Array, cell: Index, e: Array, de: Array, push: Array, stiff: Array, damp: Array, turning: bool,
-    y: Array, v: Array, slider: Array, x: Array, u: Array, r: Array, g: Array, press: Array, a: Array,
+    N: Numbers, k: Array, cell: Index, e: Array, de: Array, push: Array, operators: Array, y: Array, v: Array,
+    slider: Array, x: Array, u: Array, r: Array, g: Array, z: Array, press: Array, a: Array,
 ) -> None:  # fmt: skip
     """Fill in y'' a (n,) of the state y, v (n,) and slider (R,), and the forces of the flanks press (F,) [N].
 
-    x, u, r (M,) and g (R,) are work space.
+    x, u, r (M,), g (R,) and z, as long as the operators, are work space.
     """
-    n, M, F = y.size, e.size, N.mean.size
+    n, M, F = y.size, e.size, N.flank.mean.size
     x[:] = 0.0
     u[:] = 0.0
     _add_products(N.gaps, y, x)
@@ -362,9 +330,9 @@ def _slope(
             force = k[i] * gap + N.drag[i] * (u[i] - de[i])
         press[i] = force
         r[i] = N.linear[i] * x[i] - force
-    if N.tables.shape[0]:  # a loop of its own: that of linear rows is short and straight
+    if N.flank.tables.shape[0]:  # a loop of its own: that of linear rows is short and straight
         for i in range(F):
-            if N.table[i] >= 0:
+            if N.flank.table[i] >= 0:
                 force, pressed = _tabulated(N, i, k[i], cell[i], x[i] - e[i])
                 if pressed:
                     force += N.drag[i] * (u[i] - de[i])
@@ -375,15 +343,14 @@ def _slope(
         for i in range(M - F):
             total = 0.0
             for j in range(M - F):
-                total += N.block[i, j] * x[F + j]
+                total += N.link.tangent[i, j] * x[F + j]
             r[F + i] = total - g[i]
     for i in range(n):
         a[i] = push[i] - N.squared[i] * y[i] - N.rate[i] * v[i]
     _add_products(N.pulls, r, a)
-    if turning and stiff.size:
-        _less_products(damp, v, stiff, y, a)
-    elif turning:
-        _less_product(damp, v, a)
+    for i in range(z.size):
+        z[i] = v[i] if i < n else y[i - n]
+    _add_products(operators, z, a)
 
 
 @_inlined
@@ -432,19 +399,17 @@ def _run(
     Every `keep`-th state is entered in out (samples, 2, n) and sliders (samples, R), the first one after `keep` steps
     from `first`.  Returns the number of finite samples where one is not, else -1.
     """
-    n, M, F = y.size, N.gaps.shape[1], N.mean.size
+    n, M, F = y.size, N.gaps.shape[1], N.flank.mean.size
     k, e, de, push, press = np.empty(F), np.empty(M), np.empty(M), np.empty(n), np.empty(F)
     x, u, r, g = np.empty(M), np.empty(M), np.empty(M), np.empty(M - F)
     cell, whole = np.zeros(F, np.int64), np.empty((mesh.shape[0], 3))
-    bent = n if np.any(N.stiff) else 0
-    stiff, damp = np.zeros((bent, bent)), np.zeros((n, n))
     y1, v1, a = np.empty(n), np.empty(n), np.empty(n)
     dy, dv = np.empty(n), np.empty(n)
     turning = bool(np.any(N.stiff) or np.any(N.damp))
-    varying = bool(np.any(N.speed != N.speed[0]))
+    operators = np.zeros(((2 * n if np.any(N.stiff) else n) if turning else 0, n))
+    z, varying = np.empty(operators.shape[0]), turning and bool(np.any(N.program.speed != N.program.speed[0]))
     if turning:
-        _operators(N, N.speed[0], 0.0, stiff, damp)
-    varying = varying and turning
+        _operators(N, N.program.speed[0], 0.0, operators)
     turns = np.empty((4, F))
     low = -1
     for number in range(done, done + count):
@@ -458,7 +423,7 @@ def _run(
                 at = t if stage == 0 else (middle if stage == 1 else end)
                 s, rise = _instant_terms(N, at, low, turns, k, cell, e, de, push)
                 if varying:
-                    _operators(N, s, rise, stiff, damp)
+                    _operators(N, s, rise, operators)
             if stage == 0:
                 for i in range(n):
                     y1[i], v1[i] = y[i], v[i]
@@ -470,7 +435,7 @@ def _run(
                     # the slope of y at a stage is the v of the stage before
                     vi = v1[i]
                     y1[i], v1[i] = y[i] + reach * vi, v[i] + reach * a[i]
-            _slope(N, k, cell, e, de, push, stiff, damp, turning, y1, v1, slider, x, u, r, g, press, a)
+            _slope(N, k, cell, e, de, push, operators, y1, v1, slider, x, u, r, g, z, press, a)
             if stage == 0:
                 _note(N, press, t, step, whole, mesh, flank)
             for i in range(n):

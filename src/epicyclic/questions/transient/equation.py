@@ -180,8 +180,7 @@ class Steps(NamedTuple):
     samples: int
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Program:
+class Program(NamedTuple):
     """Lines between knots; two knots at one time are a jump.
 
     time : (K,) [s], never falling.  speed : (K,) s, speed per operating speed.
@@ -269,16 +268,14 @@ class Numbers(NamedTuple):
     """All arrays of the equation.  n coordinates; F flanks (m loaded, then the far ones); R rows of groups; M = F + R.
 
     squared, rate : (n,) omega_r^2, d_r.  damp : (n, n) transposed C, G (P, ..).  stiff : transposed Kg, Cskew, E.
-    gaps : (n, M).  pulls : (M, n).  linear : (F,) k0 inside omega_r^2.  block : (R, R) tangents inside it.
+    gaps : (n, M).  pulls : (M, n).  linear : (F,) k0 inside omega_r^2; the tangents of `link` are inside it too.
+    flank, link : laws of flanks and groups.  program : of speed and loads.
     drag, opening : (F,) damper, backlash.  tone : (F,) index into tones : (D,) [Hz].
-    mean, wave, table, lead, sense, tables, cubics, forces : laws of the flanks, see `FlankNumbers`.
     least : least stiffness of a linear row per its mean.  pull : whether flanks are linear and pull too.
     gap_at : (J,) [Hz] and gap : (2, J, M) errors.  rated : whether e' counts.
     force_at : (Jf,) [Hz] and force : (2, 4, Jf, n) for s^0, s, s^2, s'.
     steady : (n,).  load : (C, n).  spin : (n,) per s'.
-    laws : (G, 10) and anchor : (R,) or (0,), see `LawNumbers`.
     whole : (F,) whole mesh of every flank.  loaded : number m of loaded flanks, which are the first ones.
-    time, speed, phase : (K,), level : (K, C) the program.
     """
 
     squared: Array
@@ -288,20 +285,14 @@ class Numbers(NamedTuple):
     gaps: Array
     pulls: Array
     linear: Array
-    block: Array
-    mean: Array
+    flank: FlankNumbers
+    link: LawNumbers
+    program: Program
     drag: Array
     opening: Array
-    wave: Array
     least: float
     tone: NDArray[np.int64]
     tones: Array
-    table: NDArray[np.int64]
-    lead: Array
-    sense: Array
-    tables: NDArray[np.int64]
-    cubics: Array
-    forces: Array
     pull: bool
     gap_at: Array
     gap: Array
@@ -311,14 +302,8 @@ class Numbers(NamedTuple):
     steady: Array
     load: Array
     spin: Array
-    laws: Array
-    anchor: Array
     whole: NDArray[np.int64]
     loaded: int
-    time: Array
-    speed: Array
-    phase: Array
-    level: Array
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -327,7 +312,7 @@ class Motion:
 
     system : with laws, or linear.  shapes : (n, n) Phi.  forces : (n, n) Phi^T.  momenta : (n, n) Phi^T M.
     rigid : (n,) which modes are rigid.  rows : (n, M) of all flanks and groups.
-    flanks : of all rows that press, without far ones where linear.  laws, law_numbers : of the groups.
+    flanks : of all rows that press, without far ones where linear.  laws : of the groups.
     numbers : the equation.  compiled : whether these hold all laws; else it is integrated with NumPy.
     program : what is prescribed.  warnings : what was simplified.
     """
@@ -340,7 +325,6 @@ class Motion:
     rows: Array
     flanks: Flanks
     laws: Laws
-    law_numbers: LawNumbers
     numbers: Numbers
     compiled: bool
     program: Program
@@ -370,8 +354,6 @@ def motion(
     ------
     ModelError : loads that do not balance along a rigid mode, a missing inertia, an unstable mean system.
     """
-    if contact not in ("unilateral", "linear"):
-        raise ModelError("no such contact", path="contact", given=contact, allowed="unilateral, linear")
     system.require_inertia()
     program, unilateral = program or constant(), contact == "unilateral"
     mean = linear(system, asks_laws=unilateral, floating=unilateral)
@@ -391,13 +373,14 @@ def motion(
     steady = shapes.T @ lawful.force
     # what the check has left on a rigid mode is rounding; left in, it would carry the train away
     steady[rigid] = -(shapes.T @ (still - lawful.force))[rigid]
-    equation = _unloaded(
-        lawful, (squared, shapes), (pressing, flank_rows, lawful_rows, rows), program, linear=not unilateral
-    )
-    numbers = equation._replace(
-        steady=steady,
-        load=np.array(modal[1:]).reshape(len(loads), squared.size),
-        spin=np.zeros_like(squared) if program.steady else _balanced_modal_force(accelerating, shapes, rigid, system),
+    turned = np.zeros_like(squared) if program.steady else _balanced_modal_force(accelerating, shapes, rigid, system)
+    numbers = _numbers(
+        lawful,
+        (squared, shapes),
+        (pressing, flank_rows, lawful_rows, rows),
+        (steady, np.array(modal[1:]).reshape(len(loads), squared.size), turned),
+        program,
+        linear=not unilateral,
     )
     slow = (*slow_pairs, *slow_groups)
     text = f"{', '.join(slow)}: a law without a compiled form: integrated with NumPy, some 30 times slower"
@@ -410,7 +393,6 @@ def motion(
         rows=rows,
         flanks=pressing,
         laws=laws,
-        law_numbers=lawful_rows,
         numbers=numbers,
         compiled=not slow,
         program=program,
@@ -424,7 +406,7 @@ def in_modes_of_its_speed(moving: Motion) -> Motion:
     Rigid modes stay.  The motion itself where its stiffness is not symmetric, or couples rigid modes, at that speed.
     """
     N, rigid = moving.numbers, moving.rigid
-    speed = float(N.speed[0])
+    speed = float(N.program.speed[0])
     if not moving.program.steady or N.stiff[1].any() or not N.stiff[0].any():
         return moving
     if N.stiff[0][rigid].any() or N.stiff[0][:, rigid].any():
@@ -479,9 +461,9 @@ def tangent_series(moving: Motion, tau: Array) -> Array:
     N = moving.numbers
     angle = 2 * np.pi * np.multiply.outer(tau, N.tones)[:, N.tone]
     k = np.ones(angle.shape)
-    for order, (cosine, sine) in enumerate(zip(*N.wave, strict=True), start=1):
+    for order, (cosine, sine) in enumerate(zip(*N.flank.wave, strict=True), start=1):
         k += cosine * np.cos(order * angle) - sine * np.sin(order * angle)
-    return N.mean * k
+    return N.flank.mean * k
 
 
 def _balanced_modal_force(force: Array, shapes: Array, rigid: NDArray[np.bool_], system: System) -> Array:
@@ -510,19 +492,20 @@ def _balanced_modal_force(force: Array, shapes: Array, rigid: NDArray[np.bool_],
     return np.where(rigid, 0.0, modal)
 
 
-def _unloaded(
+def _numbers(
     system: System,
     modes: tuple[Array, Array],
     laws: tuple[Flanks, FlankNumbers, LawNumbers, Array],
+    loads: tuple[Array, Array, Array],
     program: Program,
     *,
     linear: bool,
 ) -> Numbers:
-    """The equation without loads, from modes (n,) [rad^2/s^2] and shapes (n, n) of the mean system.
+    """The equation, from modes (n,) [rad^2/s^2] and shapes (n, n) of the mean system.
 
-    laws : flanks, these and groups as numbers, and the rows (n, M) of both.
+    laws : flanks, these and groups as numbers, and the rows (n, M) of both.  loads : steady, load and spin.
     """
-    (squared, shapes), (pressing, flank_rows, lawful_rows, rows) = modes, laws
+    (squared, shapes), (pressing, flank_rows, lawful_rows, rows), (steady, load, spin) = modes, laws, loads
     m, top = len(system.meshes.name), float(squared.max(initial=0.0))
     gaps, pulls = np.ascontiguousarray(shapes.T @ rows), np.ascontiguousarray((shapes.T @ rows).T)
     # a rigid mode strains nothing: what is left is rounding, which would make its own force
@@ -540,8 +523,9 @@ def _unloaded(
         gaps=gaps,
         pulls=pulls,
         linear=pressing.linear,
-        block=lawful_rows.tangent,
-        **flank_rows._asdict(),
+        flank=flank_rows,
+        link=lawful_rows,
+        program=program,
         drag=pressing.damping,
         opening=pressing.opening,
         least=-np.inf if linear else LEAST,
@@ -553,17 +537,11 @@ def _unloaded(
         rated=bool(pressing.damping.any() or any(group.lag for group in system.groups)),
         force_at=force_at,
         force=np.stack([force.real, force.imag]),
-        steady=np.zeros(0),
-        load=np.zeros((0, 0)),
-        spin=np.zeros(0),
-        laws=lawful_rows.numbers,
-        anchor=lawful_rows.anchor,
+        steady=steady,
+        load=load,
+        spin=spin,
         whole=faces(system.meshes).row[pressing.mesh],
         loaded=m,
-        time=program.time,
-        speed=program.speed,
-        phase=program.phase,
-        level=program.level,
     )
 
 
@@ -626,7 +604,7 @@ def highest_rate(moving: Motion) -> float:
     """Upper bound of what moves fastest, stiffest flanks and all dampers counted [rad/s]."""
     N = moving.numbers
     top = float(np.sqrt(np.max(scipy.linalg.eigvalsh(_stiffest(moving)), initial=0.0)))
-    speed = float(N.speed.max())
+    speed = float(N.program.speed.max())
     F = N.drag.size
     damping = np.diag(N.rate) + N.damp[0].T + speed * N.damp[1].T + (N.gaps[:, :F] * N.drag) @ N.pulls[:F]
     return top + float(np.linalg.norm(damping, 2))
@@ -651,7 +629,7 @@ def fastest_mode(moving: Motion) -> tuple[float, tuple[str, ...]]:
 def _stiffest(moving: Motion) -> Array:
     """Stiffness (n, n) of the modes with the stiffest flanks and links that can press [1/s^2]."""
     N = moving.numbers
-    extra = np.concatenate([moving.flanks.stiffest - N.linear, moving.law_numbers.stiffest])
+    extra = np.concatenate([moving.flanks.stiffest - N.linear, N.link.stiffest])
     stiff = np.diag(N.squared) + (N.gaps * np.maximum(extra, 0.0)) @ N.pulls
     symmetric: Array = (stiff + stiff.T) / 2
     return symmetric

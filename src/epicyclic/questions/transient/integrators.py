@@ -66,13 +66,13 @@ def instant_terms(moving: Motion, t: float, middle: float) -> InstantTerms:
 
     On the line of the program that holds at time `middle` (one side of a jump).
     """
-    N = moving.numbers
-    at = min(max(int(np.searchsorted(N.time, middle, side="right")) - 1, 0), N.time.size - 2)
-    span, since = N.time[at + 1] - N.time[at], t - N.time[at]
-    rise = float((N.speed[at + 1] - N.speed[at]) / span)
-    s = float(N.speed[at] + rise * since)
-    tau = N.phase[at] + since * (N.speed[at] + rise * since / 2)
-    level = N.level[at] + (N.level[at + 1] - N.level[at]) * (since / span)
+    N, program = moving.numbers, moving.numbers.program
+    at = min(max(int(np.searchsorted(program.time, middle, side="right")) - 1, 0), program.time.size - 2)
+    span, since = program.time[at + 1] - program.time[at], t - program.time[at]
+    rise = float((program.speed[at + 1] - program.speed[at]) / span)
+    s = float(program.speed[at] + rise * since)
+    tau = program.phase[at] + since * (program.speed[at] + rise * since / 2)
+    level = program.level[at] + (program.level[at + 1] - program.level[at]) * (since / span)
     c, w = np.cos(2 * np.pi * N.gap_at * tau), np.sin(2 * np.pi * N.gap_at * tau)
     turn = 2 * np.pi * s * N.gap_at
     error = times(c, N.gap[0]) - times(w, N.gap[1])
@@ -102,7 +102,7 @@ def row_force(moving: Motion, at: InstantTerms, stretch: Array, rate: Array, sli
         pressed = gap[:F] > at.flanks.touch[0]
         force[:F] = at.flanks.evaluate(gap[None, :F])[0][0] + np.where(pressed, N.drag * speed[:F], 0.0)
     if gap.size > F:
-        sliders = N.anchor if slider is None else slider
+        sliders = N.link.anchor if slider is None else slider
         anchor = sliders if sliders.size else None
         force[F:] = laws.force(gap[F:], anchor)
         lag = np.array([group.lag for group in moving.system.groups])
@@ -151,7 +151,7 @@ def acceleration_and_force(
     force = -row_force(moving, at, stretch, times(v, N.gaps), slider)
     press = -force[:F]
     force[:F] += N.linear * stretch[:F]
-    force[F:] += times(stretch[F:], N.block)
+    force[F:] += times(stretch[F:], N.link.tangent)
     s = at.speed
     result: Array = at.push - N.squared * y - N.rate * v + times(force, N.pulls)
     result -= times(v, N.damp[0] + s * N.damp[1])
@@ -183,7 +183,7 @@ def at_equilibrium(moving: Motion, *, start: float = 0.0, slider: Array | None =
     ModelError, ConvergenceError : there is no such state, or it was not found.
     """
     N, at = moving.numbers, instant_terms(moving, start, start)
-    before = N.anchor if slider is None else slider
+    before = N.link.anchor if slider is None else slider
     y = _first_guess(moving, at, start, before)
     still, left, scale = np.zeros_like(y), _residual(moving, at, y, before), _scale(moving)
     F = N.drag.size
@@ -254,7 +254,7 @@ def _newton_step(moving: Motion, at: InstantTerms, y: Array, left: Array, slider
         tangent[F:, F:] = moving.laws.tangent(group_gaps(moving, at, y), slider if slider.size else None)
     mean = np.zeros_like(tangent)
     mean[:F, :F] = np.diag(N.linear)
-    mean[F:, F:] = N.block
+    mean[F:, F:] = N.link.tangent
     stiff = np.diag(N.squared) + (N.gaps @ (tangent - mean) @ N.pulls).T
     stiff += (s * s * N.stiff[0] + s * N.stiff[1] + at.rise * N.stiff[2]).T
     scale = _scale(moving)
@@ -405,7 +405,7 @@ def starting_slider(moving: Motion, state: Array, *, slider: Array | None = None
     ----------
     slider : (R,) before it [m]; where the mean load has put them where None.  start : time [s].
     """
-    anchor = moving.numbers.anchor
+    anchor = moving.numbers.link.anchor
     if not anchor.size:
         return anchor
     before = anchor if slider is None else np.asarray(slider, dtype=float)
@@ -471,9 +471,9 @@ def _rk4_step(
 def _modal_scale(moving: Motion) -> Array:
     """Size of modal coordinates and rates, (2, n): what the load at the start gives the mode it moves most."""
     N = moving.numbers
-    at = instant_terms(moving, float(N.time[0]), float(N.time[0]))
+    at = instant_terms(moving, float(N.program.time[0]), float(N.program.time[0]))
     F = N.drag.size
-    k = moving.flanks.tangent.at(phases_at(moving, N.phase[:1])).stiffness[0]
+    k = moving.flanks.tangent.at(phases_at(moving, N.program.phase[:1])).stiffness[0]
     push = np.abs(at.push) + times(k * np.abs(at.error[:F]), np.abs(N.pulls[:F]))
     elastic = N.squared > 0
     lowest = np.min(N.squared[elastic]) if elastic.any() else 1.0
@@ -541,8 +541,8 @@ def adaptive_states(
     """
     tally = tally or empty_tally(moving)
     n, out, sliders = moving.numbers.squared.size, [], []
-    N = moving.numbers
-    jumps = N.time[:-1][np.diff(N.time) == 0]
+    knots = moving.program.time
+    jumps = knots[:-1][np.diff(knots) == 0]
     bounds = [times[0], *np.unique(jumps[(jumps > times[0]) & (jumps < times[-1])]), times[-1]]
     y = state.ravel()
     s = starting_slider(moving, state, start=float(times[0])) if slider is None else slider

@@ -292,7 +292,6 @@ def _require_balance(ports: Ports, units: Array, torque: Array, history: History
 
 
 Method = Literal["rk4", "dop853", "radau"]
-METHODS = ("rk4", "dop853", "radau")
 # Steps between two looks at Ctrl-C and the progress bar: a fraction of a second.
 _STEPS = 40_000
 # Numbers of a piece [8 bytes].

@@ -12,7 +12,7 @@ import numpy as np
 from ...engine.plan import MOST_NUMBERS, require_memory, require_time
 from ...errors import ModelError
 from ...machine_code import numba_available
-from ...statics.record import positive_count, reference_tone
+from ...statics.record import reference_tone
 from ...system.gaps import groups_past_the_end, net_force, past_the_end
 from ...system.system import Array, ComplexArray, System, faces
 from ...warning_codes import CodedText, coded
@@ -42,7 +42,7 @@ from .integrators import (
     starting_slider,
     steps_for,
 )
-from .scenario import METHODS, Method, RunPlan, RunRecord, Scenario, run, scenario_motion
+from .scenario import Method, RunPlan, RunRecord, Scenario, run, scenario_motion
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -184,8 +184,8 @@ def transient(
     )
     if sum(given is not None for given in (options.torque_ramp, options.torque_step, history)) > 1:
         raise ModelError("give one of torque_ramp, torque_step and history", path="torque")
-    fine = 1.0 / (positive_count("samples", samples, 32) * tone * max(speed))
-    moving, plan = _planned(system, scenario, contact, method, fine, positive_count("decimate", decimate, 1))
+    fine = 1.0 / (samples * tone * max(speed))
+    moving, plan = _planned(system, scenario, contact, method, fine, decimate)
     _check_time(moving, plan, most=_LONGEST if options.folder is None else _RESUMED)
     state = to_modal(moving, _state(moving, start))
     record = run(
@@ -260,8 +260,6 @@ def _planned(
     system: System, scenario: Scenario, contact: Contact, method: Method, fine: float, decimate: int
 ) -> tuple[Motion, RunPlan]:
     """The motion and the plan of its run; samples every `fine` seconds or less, every `decimate`-th kept."""
-    if method not in METHODS:
-        raise ModelError("no such method", path="method", given=method, allowed=", ".join(METHODS))
     width = len(faces(system.meshes).name) + 3 * len(system.force) + len(system.links.name) + 2
     # so many that the last one falls on the end
     instants = scenario.duration / fine
@@ -338,15 +336,15 @@ def _end_slider(moving: Motion, end: xr.Dataset) -> Array | None:
     ------
     ModelError : another number of them.
     """
-    if "end_slider" not in end or not moving.numbers.anchor.size:
+    if "end_slider" not in end or not moving.numbers.link.anchor.size:
         return None
     slider: Array = np.asarray(end["end_slider"].values, dtype=float)
-    if slider.shape != moving.numbers.anchor.shape:
+    if slider.shape != moving.numbers.link.anchor.shape:
         raise ModelError(
             "has sliders of other links than this train",
             path="initial",
             given=f"{slider.size} rows",
-            allowed=f"{moving.numbers.anchor.size} rows, or a start without them",
+            allowed=f"{moving.numbers.link.anchor.size} rows, or a start without them",
         )
     return slider
 

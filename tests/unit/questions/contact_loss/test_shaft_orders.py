@@ -114,7 +114,7 @@ def test_a_torus_that_fails_says_so(train: Train, monkeypatch: pytest.MonkeyPatc
 
 def test_wrong_shaft_tones_are_refused(train: Train) -> None:
     with pytest.raises(ModelError, match="shaft_tones"):
-        contact_sweep(train(slow=SLOW), SweepOptions(relative_speed=[SPEED], shaft_tones=4))
+        epicyclic.sweep(train(slow=SLOW), relative_speed=[SPEED], contact_loss=True, shaft_tones=4)
 
 
 def test_shaft_orders_are_prepared_for_a_system_that_has_them(train: Train) -> None:

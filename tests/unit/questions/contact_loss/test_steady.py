@@ -184,7 +184,7 @@ def test_contact_is_lost_where_a_superposed_line_pulls(train: Train) -> None:
 @pytest.mark.parametrize("options", [{"relative_speed": 0.0}, {"relative_speed": np.nan}, {"shaft_tones": 4}])
 def test_options_out_of_range(train: Train, options: dict[str, Any]) -> None:
     with pytest.raises(ModelError, match="out of range"):
-        contact_steady(train(), SteadyOptions(**options))
+        epicyclic.steady(train(), contact_loss=True, **options)
 
 
 def test_without_damping_it_is_refused(train: Train) -> None:

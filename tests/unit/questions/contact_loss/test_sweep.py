@@ -227,7 +227,7 @@ def test_no_backlash_on_the_far_side_is_fine(made: Any) -> None:
 )
 def test_wrong_input_is_refused(made: Any, system: dict[str, Any], options: dict[str, Any], path: str) -> None:
     with pytest.raises(ModelError) as caught:
-        contact_sweep(made.single(**system), SweepOptions(**options))
+        epicyclic.sweep(made.single(**system), contact_loss=True, **options)
     assert path in str(caught.value)
 
 
@@ -260,12 +260,12 @@ def test_a_speed_without_a_steady_motion_holds_nan_and_a_warning_says_so(made: A
 def test_a_direction_that_fell_among_several_stable_motions_says_so(made: Any) -> None:
     """A softening oscillator has two stable motions between its folds at 755 and 978 Hz, and one elsewhere."""
     system = made.single(variation=(0.045,), zeta=0.008, load=1130.0, backlash=5e-5)
-    curves: list[Any] = [{"motion": np.full(4, "periodic", object), "jumped": np.zeros(4, bool)} for _ in range(2)]
+    curves: dict[str, Any] = {"motion": np.full((2, 4), "periodic", object), "jumped": np.zeros((2, 4), bool)}
     refinement = Refinement(ready=response(system))
     branches = branch_set(refinement, np.array([0.7, 0.9, 0.94, 1.1]))
-    curves[1]["jumped"][3] = True
+    curves["jumped"][1, 3] = True
     (text,) = _several_motions(refinement, branches, curves)
     assert "direction down" in text
     assert "at 2 points from 900 to 940 Hz up to 2 stable motions" in text
-    curves[1]["jumped"][:] = [True, False, False, False]
+    curves["jumped"][1] = [True, False, False, False]
     assert not _several_motions(refinement, branches, curves)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import epicyclic
 from epicyclic.errors import ModelError
 from epicyclic.questions.modulation import ModulationOptions
 from epicyclic.questions.modulation.modulation import modulation
@@ -118,7 +119,7 @@ def test_the_sun_mesh_is_heard_through_the_planet(system_of: Make) -> None:
 )
 def test_bad_input_is_named(system_of: Make, options: dict[str, Any], path: str) -> None:
     with pytest.raises(ModelError, match=rf"^{path}\b"):
-        modulation(system_of("even, in phase"), ModulationOptions(**options))
+        epicyclic.modulation(system_of("even, in phase"), **options)
 
 
 def test_a_train_without_speeds_or_rings() -> None:

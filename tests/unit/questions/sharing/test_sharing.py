@@ -369,7 +369,7 @@ def test_bad_input(build: Any) -> None:
     with pytest.raises(ModelError, match="no such method"):
         sharing(system, SharingOptions(method="guess"))  # type: ignore[arg-type]
     with pytest.raises(ModelError, match="cycles"):
-        sharing(system, SharingOptions(method="static", cycles=0))
+        epicyclic.sharing(system, method="static", cycles=0)
     with pytest.raises(ModelError, match="relative_speed"):
         sharing(system, SharingOptions(method="static", relative_speed=-1.0))
     with pytest.raises(ModelError, match="needs a load"):

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import epicyclic
 from epicyclic import assemble, load
 from epicyclic.errors import ModelError
 from epicyclic.questions.sharing import SharingOptions
@@ -134,6 +135,6 @@ def test_what_cannot_be_shared_is_refused() -> None:
         spread_sharing(assemble(load("lin1999-n3")))
     system = assemble(load("wind-five"))
     with pytest.raises(ModelError, match="cycles = 0"):
-        spread_sharing(system, cycles=0)
+        epicyclic.sharing(system, cycles=0)
     with pytest.raises(ModelError, match="patience = 0"):
         spread_sharing(system, patience=0)

@@ -107,7 +107,7 @@ def test_what_is_refused(case: Any) -> None:
     with pytest.raises(ModelError, match="not both"):
         stability(system, mesh_frequency=[1.0], relative_speed=[1.0])
     with pytest.raises(ModelError, match="frame_speed"):
-        stability(system, frame_speed="fast")  # type: ignore[arg-type]
+        epicyclic.stability(system, frame_speed="fast")  # type: ignore[arg-type]
     for name in ("variation", "damping"):
         with pytest.raises(ModelError, match=name):
             stability(system, **{name: -1.0})  # type: ignore[arg-type]

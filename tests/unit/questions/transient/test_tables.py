@@ -72,7 +72,7 @@ def test_compiled_law_is_the_law(made: Any) -> None:
     phase: Any = compiled._phase
     law: Any = compiled._tabulated
     for f in (0, 1, 3):
-        assert N.table[f] >= 0
+        assert N.flank.table[f] >= 0
         for i, tau in enumerate(turned):
             x, row = phase(N, f, tau)
             found = [law(N, f, x, row, gap) for gap in gaps[:, i, f]]
@@ -202,7 +202,7 @@ def test_a_truncated_series_stays_above_its_floor(made: Any, monkeypatch: pytest
     np.testing.assert_allclose(fast, slow, rtol=1e-9, atol=1e-11 * np.abs(slow).max())
     assert (flank_force(moving, np.linspace(0, 0.01, 21), fast) >= 0).all() or system_damped(moving)
     k = moving.flanks.at(np.linspace(0, 1, 99)[:, None]).evaluate(np.full((99, 4), 1e-3))[1]
-    assert k.min() == pytest.approx(1e-6 * moving.numbers.mean.min(), rel=0.5)
+    assert k.min() == pytest.approx(1e-6 * moving.numbers.flank.mean.min(), rel=0.5)
 
 
 def system_damped(moving: Motion) -> bool:
