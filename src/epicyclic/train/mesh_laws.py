@@ -386,7 +386,7 @@ def mesh_law(at: MeshSide, *, teeth: ToothPair | None, lean: int) -> MeshLaw:
             shaped = mean if value == method else shaped
             narrow_series = series if form == method else narrow_series
     if isinstance(value, Quantity):
-        stiffness = per_branch(_normal(at, value, path), count, path)
+        stiffness = per_branch(_normal(at, value, path), count)
     elif shaped is not None:
         stiffness = (shaped,) * count
     elif loaded is not None:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ..document.schema import MemberTable, ModelFile
 from ..document.schema_fields import ForceTableOf, LinkTable
-from ..document.units import Quantity
+from ..document.units import PerPlanet, Quantity
 from ..errors import ModelError
 from ..teeth.mesh_stiffness import ToothPair, face_average
 from .centres import StageShape
@@ -37,6 +37,7 @@ from .train import (
     MeshSlice,
     Number,
     ResolutionLog,
+    of_branch,
     per_branch,
     turns_of,
 )
@@ -47,12 +48,12 @@ SLICES = 10
 _SPRINGS = {"rx": "y", "ry": "x"}  # tilt -> direction of the springs that hold it at a distance
 
 
-def held_by_distance(tables: Sequence[LinkTable], branch: int) -> set[str]:
+def held_by_distance(tables: Sequence[LinkTable], branch: int | None) -> set[str]:
     """Tilts (rx, ry) that the bearings of one site hold by their places: two or more with springs at different `at`.
 
     Springs k_i along y at the places z_i hold rx with sum k_i z_i^2 about z = 0, springs along x hold ry.
 
-    branch : of the site (0 ..), for stiffnesses per planet.
+    branch : of the site (1 ..), for stiffnesses per planet.
     """
     return {
         tilt
@@ -61,11 +62,9 @@ def held_by_distance(tables: Sequence[LinkTable], branch: int) -> set[str]:
     }
 
 
-def _presses(stated: float | tuple[float, ...] | ForceTableOf | None, branch: int) -> bool:
-    """Whether a stated stiffness [N/m], of one planet, is not 0; a list of a wrong length is refused elsewhere."""
-    if isinstance(stated, tuple):
-        return stated[min(branch, len(stated) - 1)] != 0.0
-    return stated is not None and stated != 0.0
+def _presses(stated: PerPlanet | ForceTableOf | None, branch: int | None) -> bool:
+    """Whether a stated stiffness [N/m], of one planet, is not 0."""
+    return isinstance(stated, ForceTableOf) or of_branch(stated, branch) != 0.0
 
 
 def tilt_groups(bodies: Sequence[Body], links: Sequence[Link], misaligned: Collection[str] = ()) -> dict[str, str]:
@@ -466,8 +465,7 @@ def _toothed(plan: Plan, shape: StageShape) -> list[ToothedGear]:
     """The gears of a stage as the phasing of the train takes them."""
     gears = []
     for name, member in plan.gears.items():
-        fit = member.clocking is None or isinstance(member.clocking, str)
-        angles = () if fit else per_branch(member.clocking, len(plan.angles), f"{plan.member_path(name)}.clocking")  # type: ignore[arg-type]
+        stated = None if isinstance(member.clocking, str) else member.clocking
         gears.append(
             ToothedGear(
                 name=name,
@@ -476,7 +474,7 @@ def _toothed(plan: Plan, shape: StageShape) -> list[ToothedGear]:
                 central=plan.central(name),
                 profile_shift=next(iter(shape.gears[name].values())).profile_shift,
                 on=gear_below(member),
-                clocking=None if fit else tuple(turns_of(angle) for angle in angles),
+                clocking=None if stated is None else tuple(map(turns_of, per_branch(stated, len(plan.angles)))),
             )
         )
     return gears
@@ -544,7 +542,7 @@ def _leads(
     if advance:
         leads = tuple((float(lead) + advance) % 1 for lead in leads)
     if given is not None:
-        values = per_branch(given.value, len(plan.angles), given.path)
+        values = per_branch(given.value, len(plan.angles))
         leads = tuple(_fraction(value) % 1 for value in values)
         log.note(given.path, [float(lead) for lead in leads], "cycles")
         if given.level == "side":

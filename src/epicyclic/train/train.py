@@ -17,7 +17,6 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import ModelError
 from ..teeth.mesh_stiffness import ContactTable, ForceCurve, ToothPair
 from ..warning_codes import CodedText, coded
 from .kinematics import Kinematics
@@ -226,8 +225,8 @@ class Link:
     centre: tuple[float, float] = (0.0, 0.0)
     station: float = 0.0
     angle: float = 0.0
-    stiffness: tuple[float, float, float, float, float, float]
-    damping: tuple[float, float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    stiffness: tuple[float, ...]
+    damping: tuple[float, ...] = (0.0,) * 6
     clearance: float = 0.0
     exponent: float = 1.0
     load: float = 0.0
@@ -568,21 +567,14 @@ class ResolutionLog:
             self.warnings.append(text)
 
 
-def per_branch(value: float | Sequence[float] | None, count: int, path: str) -> tuple[float, ...]:
-    """One value per branch, (count,); a single value holds for all, None is 0.
+def per_branch(value: float | tuple[float, ...], count: int) -> tuple[float, ...]:
+    """One value per branch, (count,); a single value holds for all, a list is that of the file, one per planet."""
+    return value if isinstance(value, tuple) else (value,) * count
 
-    Raises
-    ------
-    ModelError : a list of another length.
-    """
-    if value is None:
-        return (0.0,) * count
-    if isinstance(value, (int, float)):
-        return (float(value),) * count
-    if len(value) != count:
-        where = f"one value, or {count}, one per planet" if count > 1 else "one value: it is no planet"
-        raise ModelError(f"has {len(value)} values", path=path, given=list(value), allowed=where)
-    return tuple(float(entry) for entry in value)
+
+def of_branch(value: float | tuple[float, ...] | None, branch: int | None) -> float:
+    """Value of one branch (1 ..), or of what is on none; None is 0.  A list stands only where there are planets."""
+    return per_branch(0.0 if value is None else value, branch or 1)[(branch or 1) - 1]
 
 
 def same(a: float, b: float, tolerance: float = 1e-9) -> bool:
