@@ -110,8 +110,10 @@ def counts_of_ratio(
     least = least_gap(module)
     fitting = {
         counts: int(abs(abs(ratio_of(counts, held)) / abs(ratio) - 1) / RATIO_BAND)  # its band
-        for counts in _candidates(abs(ratio), held)
-        if assembles(counts, planets) and neighbour_gap(counts, planets, helix_angle) >= least
+        for counts in _sets(1)
+        if abs(abs(ratio_of(counts, held) / ratio) - 1) <= RATIO_LIMIT
+        and assembles(counts, planets)
+        and neighbour_gap(counts, planets, helix_angle) >= least
     }
     smallest: dict[int, int] = {}
     for counts, band in fitting.items():
@@ -157,24 +159,17 @@ def nearest_counts(
     return sorted(fitting, key=change)[:several]
 
 
-def _candidates(ratio: float, held: Held) -> Iterable[ToothCounts]:
-    """Sets without undercut whose ratio is near enough."""
-    for z_s in range(FEWEST, _MOST_SUN + 1):
-        for z_r in range(z_s + 2 * FEWEST, _MOST_RING + 1, 2):
-            counts = ToothCounts(sun=z_s, planet=(z_r - z_s) // 2, ring=z_r)
-            if abs(abs(ratio_of(counts, held)) / ratio - 1) <= RATIO_LIMIT:
-                yield counts
+def _sets(step: int) -> Iterable[ToothCounts]:
+    """Sets without undercut within the search, every `step` teeth of the sun."""
+    for z_s in range(FEWEST, _MOST_SUN + 1, step):
+        for z_r in range(z_s + 2 * FEWEST, _MOST_RING + 1, max(step, 2)):
+            yield ToothCounts(sun=z_s, planet=(z_r - z_s) // 2, ring=z_r)
 
 
 def _ratio_range(planets: int, held: Held, helix_angle: float, module: float | None) -> str:
     """Ratios that some set within the search has, in words."""
-    ratios = [
-        abs(ratio_of(counts, held))
-        for z_s in range(FEWEST, _MOST_SUN + 1, 4)
-        for z_r in range(z_s + 2 * FEWEST, _MOST_RING + 1, 4)
-        if neighbour_gap(counts := ToothCounts(sun=z_s, planet=(z_r - z_s) // 2, ring=z_r), planets, helix_angle)
-        >= least_gap(module)
-    ]
+    least = least_gap(module)
+    ratios = [abs(ratio_of(c, held)) for c in _sets(4) if neighbour_gap(c, planets, helix_angle) >= least]
     if not ratios:
         return "fewer planets"
     return f"about {min(ratios):.3g} to {max(ratios):.3g} with {planets} planets; else fewer planets or two stages"
