@@ -22,7 +22,6 @@ from ..document.deviations import (
     MemberDeviationsTable,
     MeshDeviationsTable,
     ProfileErrorTable,
-    TiltTable,
     TurningErrorTable,
     UnbalanceTable,
 )
@@ -32,7 +31,7 @@ from ..document.tables import value_at
 from ..errors import ModelError
 from ..teeth.geometry import pitch_lines, profile_amplitude, random_phases, tooth_phase
 from .kinematics import Kinematics
-from .stage_bodies import link_row
+from .stage_bodies import link_row, seated
 from .stages import Level, Levels, stated, subtables
 from .train import DIRECTIONS, Body, Displacement, GearData, Link, Load, Mesh, MeshError, ResolutionLog, of_branch
 
@@ -81,13 +80,8 @@ class DeviationScope:
 
     def seats(self, body: Body) -> list[Link]:
         """The supports or bearings that carry a body; of a gear that has none, the shaft it sits on."""
-        seats = [
-            link
-            for link in self.links
-            if (link.kind == "support" and link.first == body.name)
-            or (link.kind == "bearing" and (link.second or link.first) == body.name)
-        ]
-        return seats or [link for link in self.links if link.kind == "shaft" and link.second == body.name]
+        seats = [link for link in self.links if seated(link) == body.name]
+        return [link for link in seats if link.kind != "shaft"] or seats
 
     def pins(self, body: Body) -> list[Link]:
         """The bearings of what a body carries."""
@@ -189,11 +183,11 @@ def _run_out(scope: DeviationScope, body: Body, path: str, table: DisplacementTa
 
 def _seat_error(
     cause: Literal["bearing_run_out", "position", "tilt"],
-) -> Callable[[DeviationScope, Body, str, DisplacementTable | TiltTable], None]:
+) -> Callable[[DeviationScope, Body, str, DisplacementTable], None]:
     """Kind of a displaced seat: run-out turns with the body and enters the links that carry it; position and
     misalignment stand still in what carries the body."""
 
-    def resolve(scope: DeviationScope, body: Body, path: str, table: DisplacementTable | TiltTable) -> None:
+    def resolve(scope: DeviationScope, body: Body, path: str, table: DisplacementTable) -> None:
         seats = scope.seats(body)
         # a doubt where nothing holds the member (or the half that `path` names) in the direction of the displacement
         whole, same = f".{body.side}." not in path, (body.member, body.branch)
@@ -218,7 +212,7 @@ def _displace(
     scope: DeviationScope,
     body: Body,
     path: str,
-    table: DisplacementTable | TiltTable,
+    table: DisplacementTable,
     *,
     cause: str,
     rows: Literal["mesh", "own", "seat"],
@@ -258,7 +252,7 @@ def _held_rows(link: Link, body: Body) -> NDArray[np.bool_]:
     return held
 
 
-def _components(body: Body, table: DisplacementTable | TiltTable) -> tuple[complex, complex]:
+def _components(body: Body, table: DisplacementTable) -> tuple[complex, complex]:
     """Component across the axis, x + i y in the body's own axes at t = 0, and along it [m], of a tilt [rad]."""
     if table.amplitude is not None:
         phase = of_branch(table.phase, body.branch)

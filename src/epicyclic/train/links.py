@@ -20,7 +20,7 @@ from .centres import StageShape
 from .gears import gap_of, width_of
 from .stage_bodies import body_name, held_by_distance, member_bodies, member_centre
 from .stages import Plan, elastic_constants, file_material, gear_below, member_material, overlaid, sides_of
-from .train import DIRECTIONS, Body, Link, ResolutionLog, of_branch
+from .train import DIRECTIONS, Body, Link, ResolutionLog, bodies_named, of_branch
 
 
 def shaft_stiffness(
@@ -331,12 +331,7 @@ def body_of(reference: str, bodies: Mapping[str, Body], path: str, side: str | N
     ------
     ModelError : a planet, which there is several of, or a split member without a side.
     """
-    parts = reference.split(".")
-    named = [
-        body.name
-        for body in bodies.values()
-        if body.member == ".".join(parts[:2]) and (len(parts) < 3 or body.side == parts[2]) and body.branch is None
-    ]
+    named = [body.name for body in bodies_named(reference, bodies.values()) if body.branch is None]
     same_side = [name for name in named if bodies[name].side == side] if len(named) > 1 else named
     if len(same_side) != 1:
         split = len(named) > 1

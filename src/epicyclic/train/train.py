@@ -8,7 +8,7 @@ and every warning.  A notebook shows the front view of every stage by pitch circ
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from html import escape
@@ -17,6 +17,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ..teeth import geometry
 from ..teeth.mesh_stiffness import ContactTable, ForceCurve, ToothPair
 from ..warning_codes import CodedText, coded
 from .kinematics import Kinematics
@@ -40,16 +41,13 @@ class Frame:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class GearData:
-    """The toothed part of a body, as resolved; lengths [m], angles [rad].
+class Teeth:
+    """The teeth of one gear, before profile shifts are known; lengths [m], angles [rad].
 
     teeth : number of teeth (positive, also of a ring); internal : a ring's teeth.
     module, pressure_angle : normal module and normal pressure angle.
     helix_angle : magnitude; hand : +1 right, -1 left (of the left helix of a herringbone gear), 0 spur.
-    face_width : of one helix, None where not given; gap : between the helices of one body.
-    herringbone : this body carries both helices.
-    base_radius, tip_radius, root_radius, reference_radius : radii [m].
-    profile_shift, addendum, dedendum : coefficients [1].
+    nominal_base : base radius by teeth and module; base_radius : the one used, given or nominal.
     """
 
     teeth: int
@@ -58,16 +56,44 @@ class GearData:
     pressure_angle: float
     helix_angle: float
     hand: int
+    nominal_base: float
+    base_radius: float
+
+    @property
+    def nominal(self) -> bool:
+        """Whether the base radius is that of teeth and module."""
+        return same(self.base_radius, self.nominal_base)
+
+    @property
+    def transverse_angle(self) -> float:
+        """Transverse pressure angle of the tool [rad]."""
+        return geometry.transverse_pressure_angle(self.pressure_angle, self.helix_angle)
+
+    @property
+    def base_helix(self) -> float:
+        """Base helix angle, magnitude [rad]."""
+        return geometry.base_helix_angle(self.pressure_angle, self.helix_angle)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GearData(Teeth):
+    """The toothed part of a body, as resolved; lengths [m].
+
+    face_width : of one helix, None where not given; gap : between the helices of one body.
+    herringbone : this body carries both helices.
+    tip_radius, root_radius, reference_radius : radii [m].
+    profile_shift, addendum, dedendum : coefficients [1].
+    """
+
     face_width: float | None
     gap: float
     herringbone: bool
-    base_radius: float
     tip_radius: float
     root_radius: float
     reference_radius: float
-    profile_shift: float = 0.0
-    addendum: float = 1.0
-    dedendum: float = 1.25
+    profile_shift: float
+    addendum: float
+    dedendum: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -256,6 +282,12 @@ def stage_axis(stage: str, bodies: Sequence[Body]) -> tuple[float, float]:
     """Place (x, y) of the axis of a stage [m]: of sun, ring or carrier; of gears on fixed axes that of the first."""
     members = [body for body in bodies if body.frame == stage]
     return next((body.centre for body in members if body.kind in ("sun", "ring", "carrier")), members[0].centre)
+
+
+def bodies_named(reference: str, bodies: Iterable[Body]) -> list[Body]:
+    """Bodies of the member or half that a reference of the document names, ``main.sun``, ``main.sun.right``, ``g1``."""
+    parts = reference.split(".")
+    return [b for b in bodies if b.member == ".".join(parts[:2]) and (len(parts) < 3 or b.side == parts[2])]
 
 
 def train_html(train: Train) -> str:
