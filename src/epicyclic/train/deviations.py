@@ -228,8 +228,12 @@ def _displace(
     across, along = _components(body, table)
     if across and frequency is None:
         scope.left_out.append(path)
-    for size, axial, turns in ((across, False, frequency), (along, True, Fraction(0))):
-        if size and turns is not None:
+    # E(t) = Re(vector exp(i w t)) turns (x, y) by w t; at w = 0 it is (x, y) itself.  Derived here.
+    turned = np.array([across, -1j * across, 0.0])
+    for three, turns in ((turned if frequency else turned.real, frequency), (np.array([0.0, 0.0, along]), Fraction(0))):
+        if three.any() and turns is not None:
+            vector = np.zeros((2, 3), complex)  # x y z [m], rx ry rz [rad]
+            vector[int(cause == "tilt")] = three
             scope.displacements.append(
                 Displacement(
                     path=path,
@@ -237,7 +241,7 @@ def _displace(
                     body=body.name,
                     rows=rows,
                     links=tuple(link.name for link in links),
-                    vector=_six(size, along=axial, tilt=cause == "tilt", turning=turns != 0),
+                    vector=vector.ravel(),
                     frequency=turns,
                 )
             )
@@ -263,22 +267,6 @@ def _components(body: Body, table: DisplacementTable) -> tuple[complex, complex]
     if table.from_ == "stage":
         across *= cmath.exp(-1j * body.angle)
     return across, complex(of_branch(table.z, body.branch))
-
-
-def _six(size: complex, *, along: bool, tilt: bool, turning: bool) -> NDArray[np.complex128]:
-    """Amplitude (6,) of a displaced feature, x y z [m], rx ry rz [rad]: E(t) = Re(vector exp(i w t)).
-
-    It turns (x, y) by w t; at w = 0 it is (x, y) itself.  Derived here.
-    """
-    vector = np.zeros(6, complex)
-    first = 3 if tilt else 0
-    if along:
-        vector[first + 2] = size.real
-    elif turning:
-        vector[first : first + 2] = size, -1j * size
-    else:
-        vector[first : first + 2] = size.real, size.imag
-    return vector
 
 
 # forces --------------------------------------------------------------------------------------------------------------

@@ -8,8 +8,8 @@ One link of a model file at its site, and bolts on a pitch circle, each of which
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 from ..document.schema import ModelFile
 from ..document.schema_fields import BoltsTable, ForceTableOf, LinkTable, SolidTable, SupportTable
@@ -89,7 +89,7 @@ class LinkSite:
     """Where a link sits: path in the file, name in results, its bodies.
 
     station : axial place of the link [m] unless its table states `at`, which counts from `centre` [m].
-    radius : at which an rz in N/m acts [m].  plate : side of the carrier plate it sits in, where there are two.
+    radius : at which an rz in N/m acts [m].
     share : of the stiffness of the table that it has [1].
     """
 
@@ -102,7 +102,21 @@ class LinkSite:
     station: float
     radius: float = 1.0
     share: float = 1.0
-    plate: str | None = None
+
+    @classmethod
+    def between(cls, path: str, name: str, kind: str, first: Body, second: Body, radius: float) -> LinkSite:
+        """Site of a joint, in the middle between two bodies."""
+        at = (first.station + second.station) / 2
+        return cls(
+            path=path,
+            name=name,
+            kind=kind,
+            first=first,
+            second=second.name,
+            centre=at,
+            station=at,
+            radius=radius,
+        )
 
 
 def link_at(site: LinkSite, name: str, table: LinkTable, rest: Mapping[str, float], log: ResolutionLog) -> Link:
@@ -250,19 +264,8 @@ def links_of_bodies(model: ModelFile, bodies: Mapping[str, Body], log: Resolutio
     links: list[Link] = []
     for name, body in model.bodies.items():
         path = f"bodies.{name}.support"
-        held = name in model.operation.held
         second = _carrying(body.support, bodies, None, path)
-        station = bodies[name].station
-        site = LinkSite(
-            path=path,
-            name=f"{name}/support",
-            kind="support",
-            first=bodies[name],
-            second=second,
-            centre=station,
-            station=station,
-        )
-        links += _bearings_of_seat(site, body.support, STIFF if held else 0.0, log)
+        links += _bearings_of_seat(path, bodies[name], [second], body.support, model, log)
     return links
 
 
@@ -299,22 +302,7 @@ def _seat(
         raise ModelError(
             "holds a body on itself", path=f"{path}.to", given=table.to, allowed="housing, or another body"
         )
-    links: list[Link] = []
-    for second in seconds:
-        plate = second.rsplit("/", 1)[-1] if second is not None and len(seconds) > 1 else None
-        site = LinkSite(
-            path=path,
-            name=f"{body.name}/{key}",
-            kind=key,
-            first=body,
-            second=second,
-            centre=member_centre(body, model),
-            station=body.station,
-            radius=body.reference_radius,
-            plate=plate,
-        )
-        links += _bearings_of_seat(site, table, STIFF if f"{plan.name}.{name}" in held else 0.0, log)
-    return links
+    return _bearings_of_seat(path, body, seconds, table, model, log)
 
 
 def _carrying(table: SupportTable | None, bodies: Mapping[str, Body], side: str | None, path: str) -> str | None:
@@ -344,12 +332,21 @@ def body_of(reference: str, bodies: Mapping[str, Body], path: str, side: str | N
     return same_side[0]
 
 
-def _bearings_of_seat(site: LinkSite, support: SupportTable | None, rz: float, log: ResolutionLog) -> list[Link]:
-    """One link for every bearing of a seat; a direction that none names is rigid (rz: `rz` [N m/rad]) in the first one.
+def _bearings_of_seat(
+    path: str,
+    body: Body,
+    seconds: Sequence[str | None],
+    support: SupportTable | None,
+    model: ModelFile,
+    log: ResolutionLog,
+) -> list[Link]:
+    """One link for every bearing of a seat; a direction that none names is rigid (rz: where held) in the first one.
 
     Tilt that none names is rigid too, but where two bearings at a distance hold it by their own stiffness.
     Bolts hold in every direction, so that beside them no other direction is rigid unless named.  Of two carrier plates
     a bearing sits in the one on its side of the planet's centre, in the middle half in each.
+
+    seconds : names of the bodies that carry it, of two plates both; None = the frame.
     """
     listed: list[tuple[str, LinkTable]] = []
     if support is None or not support.bearings or support.directions():
@@ -359,17 +356,31 @@ def _bearings_of_seat(site: LinkSite, support: SupportTable | None, rz: float, l
     named = {d for _, link in listed for d in link.directions()}
     if any(link.bolts is not None for _, link in listed):
         named = set(DIRECTIONS)
-    named |= held_by_distance([link for _, link in listed], site.first.branch)
+    named |= held_by_distance([link for _, link in listed], body.branch)
+    free: dict[str, float] = dict.fromkeys(DIRECTIONS, 0.0)
+    unnamed: dict[str, float] = {d: 0.0 if d in named else STIFF for d in DIRECTIONS}
+    if body.member not in model.operation.held:
+        unnamed["rz"] = 0.0
+    kind = "support" if body.branch is None else "bearing"
     links: list[Link] = []
-    for i, (name, link) in enumerate(listed):
-        rest: dict[str, float] = {d: 0.0 if d in named or i else (rz if d == "rz" else STIFF) for d in DIRECTIONS}
-        if site.plate is None or not link.at:
-            half = site if site.plate is None else replace(site, name=f"{site.name}/{site.plate}", share=0.5)
-        elif (site.plate == "left") == (link.at < 0):
-            half = site
-        else:
-            continue
-        links += links_at(half, name, link, rest, log)
+    for second in seconds:
+        plate = second.rsplit("/", 1)[-1] if second is not None and len(seconds) > 1 else None
+        for i, (name, link) in enumerate(listed):
+            if plate is not None and link.at and (plate == "left") != (link.at < 0):
+                continue
+            half = plate is not None and not link.at
+            site = LinkSite(
+                path=path,
+                name=f"{body.name}/{kind}/{plate}" if half else f"{body.name}/{kind}",
+                kind=kind,
+                first=body,
+                second=second,
+                centre=member_centre(body, model),
+                station=body.station,
+                radius=body.reference_radius,
+                share=0.5 if half else 1.0,
+            )
+            links += links_at(site, name, link, free if i else unnamed, log)
     return links
 
 
@@ -407,17 +418,7 @@ def _joints(
         path = f"{plan.member_path(name)}.{kind}"
         rest: dict[str, float] = dict.fromkeys(DIRECTIONS, STIFF)
         rest |= solid_stiffness(table, table.length or default, material, path)
-        middle = (first.station + second.station) / 2
-        site = LinkSite(
-            path=path,
-            name=f"{whose}/{kind}",
-            kind=kind,
-            first=first,
-            second=second.name,
-            centre=middle,
-            station=middle,
-            radius=first.reference_radius,
-        )
+        site = LinkSite.between(path, f"{whose}/{kind}", kind, first, second, first.reference_radius)
         links.append(link_at(site, "", table, rest, log))
     return links
 
@@ -443,17 +444,7 @@ def couplings(model: ModelFile, bodies: Mapping[str, Body], log: ResolutionLog) 
         rest["rz"] = shape.get("rz", STIFF if table.bolts is None else 0.0)
         if table.ends == "fixed":
             rest |= shape
-        middle = (first.station + second.station) / 2
-        site = LinkSite(
-            path=path,
-            name=name,
-            kind="coupling",
-            first=first,
-            second=second.name,
-            centre=middle,
-            station=middle,
-            radius=table.radius or 1.0,
-        )
+        site = LinkSite.between(path, name, "coupling", first, second, table.radius or 1.0)
         links += links_at(site, "", table, rest, log)
     return links
 
