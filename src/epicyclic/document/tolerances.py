@@ -166,9 +166,8 @@ class _ToleranceTable:
     def entries(self) -> tuple[Tolerance, ...]:
         """Return the entries in the order of the file. Raises ModelError."""
         stated = {path: value for path, value in self.table.items() if path not in TOLERANCE_TABLES}
-        for path, probe in quantities_at(self.data, stated, self.names).items():
-            self.probes[path] = self._probe(path, stated[path], probe)
-        return tuple(self._entry(path, value) for path, value in stated.items())
+        found = quantities_at(self.data, stated, self.names)
+        return tuple(self._entry(path, value, found[path]) for path, value in stated.items())
 
     def priced(self, entry: Tolerance) -> Iterator[Grade]:
         """Yield the grades of one entry. Raises ModelError."""
@@ -187,10 +186,11 @@ class _ToleranceTable:
                 raise ModelError("not a price", path=place, given=price, allowed=allowed)
             yield Grade(text=read.text, distribution=read, price=float(price))
 
-    def _entry(self, path: str, value: object) -> Tolerance:
+    def _entry(self, path: str, value: object, found: Probe | ModelError) -> Tolerance:
         """Return one entry. Raises ModelError."""
-        where, probe = f"tolerance.{path}", self.probes[path]
+        where = f"tolerance.{path}"
         texts, phase = _texts(value, where)
+        probe = self.probes[path] = self._probe(path, value, found)
         # a grade, which has no word of its own for a vector, is one where a vector may stand
         words = {text.strip().partition("(")[0].strip() for text in texts.values() if isinstance(text, str)}
         vector = path.startswith("deviations.") and path.rpartition(".")[2] in _VECTORS
