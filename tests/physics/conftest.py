@@ -65,15 +65,15 @@ def build(data: Set) -> Train:
     links = [
         Link(
             name="main/sun/support", path="sun", kind="support", first="main/sun", second=None,
-            stiffness=data.support,  # type: ignore[arg-type]
+            stiffness=data.support,
         ),
         Link(
             name="main/ring/support", path="ring", kind="support", first="main/ring", second=None,
-            stiffness=data.ring_support,  # type: ignore[arg-type]
+            stiffness=data.ring_support,
         ),
         Link(
             name="main/carrier/support", path="carrier", kind="support", first="main/carrier", second=None,
-            stiffness=data.support,  # type: ignore[arg-type]
+            stiffness=data.support,
         ),
     ]  # fmt: skip
     meshes = []
@@ -88,7 +88,7 @@ def build(data: Set) -> Train:
         links.append(
             Link(
                 name=f"{name}/bearing", path="planet", kind="bearing", first="main/carrier", second=name,
-                centre=centre, angle=psi, station=data.pin_station, stiffness=data.pin,  # type: ignore[arg-type]
+                centre=centre, angle=psi, station=data.pin_station, stiffness=data.pin,
             )
         )  # fmt: skip
         for zeta in data.stations:

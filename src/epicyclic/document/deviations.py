@@ -35,10 +35,18 @@ PitchLists = tuple[tuple[float, ...], ...]  # [m], one list for each planet or o
 # displaced features --------------------------------------------------------------------------------------------------
 
 
-class VectorTable(SchemaTable):
-    """A vector: amplitude and phase, or components."""
+class DisplacementTable(SchemaTable):
+    """A displaced feature: amplitude and phase, or x and y; z beside either."""
 
     bare_key: ClassVar[str] = "amplitude"
+    amplitude: Error | None = key(None, "amplitude of the displacement")
+    phase: Angle | None = key(None, "phase from the x axis of `from`; default 0")
+    from_: Literal["own", "stage"] = key(
+        "own", "which axis the phase counts from: the body's own x axis, or the stage's", alias="from"
+    )
+    x: Error | None = key(None, "displacement along x (radial)")
+    y: Error | None = key(None, "displacement along y (tangential)")
+    z: Error | None = key(None, "displacement along z")
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
@@ -51,27 +59,10 @@ class VectorTable(SchemaTable):
         return self
 
 
-class DisplacementTable(VectorTable):
-    """A displaced feature: amplitude and phase, or x and y; z beside either."""
-
-    amplitude: Error | None = key(None, "amplitude of the displacement")
-    phase: Angle | None = key(None, "phase from the x axis of `from`; default 0")
-    from_: Literal["own", "stage"] = key(
-        "own", "which axis the phase counts from: the body's own x axis, or the stage's", alias="from"
-    )
-    x: Error | None = key(None, "displacement along x (radial)")
-    y: Error | None = key(None, "displacement along y (tangential)")
-    z: Error | None = key(None, "displacement along z")
-
-
-class TiltTable(VectorTable):
+class TiltTable(DisplacementTable):
     """A tilt of a body's seat: amplitude and phase of the axis it tilts about, or x and y."""
 
     amplitude: Angle | None = key(None, "amplitude of the tilt")
-    phase: Angle | None = key(None, "phase from the x axis of `from`; default 0")
-    from_: Literal["own", "stage"] = key(
-        "own", "which axis the phase counts from: the body's own x axis, or the stage's", alias="from"
-    )
     x: Angle | None = key(None, "tilt about x (radial)")
     y: Angle | None = key(None, "tilt about y (tangential)")
     z: Angle | None = key(None, "tilt about z")

@@ -183,7 +183,7 @@ def replace_alternatives(base: PlainTable, layer: PlainTable) -> PlainTable:
             stated = after.get(other)
             removed = {path for path, _ in leaves(stated)} if isinstance(stated, dict) else set()
             for member in _given(after.get(mine)) & _given(operation.get(other)) - removed:
-                operation[other] = _without(operation[other], tuple(member.split(".")))
+                operation[other] = _with(operation[other], member.split("."), None)
         result["operation"] = operation
     return result
 
@@ -225,14 +225,6 @@ def _replace(base: PlainTable, layer: PlainTable) -> PlainTable:
 def _given(table: object) -> set[str]:
     """Return the paths of the values in a table that are given."""
     return {path for path, value in leaves(table) if value is not REMOVE} if isinstance(table, dict) else set()
-
-
-def _without(table: PlainTable, path: tuple[str, ...]) -> PlainTable:
-    """Return a table without the value at a path, nor tables that empties."""
-    if len(path) == 1:
-        return {k: v for k, v in table.items() if k != path[0]}
-    inner = _without(table[path[0]], path[1:])
-    return {**table, path[0]: inner} if inner else {k: v for k, v in table.items() if k != path[0]}
 
 
 # key -> kinds of quantity, and the power of the number of teeth for a gear and for a ring; None: it goes, and follows
@@ -380,8 +372,7 @@ def _ring_hint(stage: str, teeth: dict[str, tuple[int, int]], kinds: Mapping[str
 
 
 def _with(table: PlainTable, path: list[str], value: Any) -> PlainTable:
-    """A table with another value at a path; None removes it."""
+    """A table with another value at a path; None removes it, and the tables that empties."""
     first, *rest = path
-    if rest:
-        return {**table, first: _with(table[first], rest, value)}
-    return {**table, first: value} if value is not None else {k: v for k, v in table.items() if k != first}
+    inner = _with(table[first], rest, value) or None if rest else value
+    return {**table, first: inner} if inner is not None else {k: v for k, v in table.items() if k != first}

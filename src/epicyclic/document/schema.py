@@ -143,7 +143,28 @@ class SideTable(SchemaTable):
     flank: FlankTable | None = key(None, "flank modification")
 
 
-class MemberTable(SchemaTable):
+class GearKeys(SchemaTable):
+    """What may be said of one gear, or of all gears of a stage."""
+
+    module: Module | None = key(None, "normal module; or transverse_module")
+    transverse_module: Module | None = key(None, "transverse module; or module")
+    pressure_angle: PressureAngle | None = key(None, "normal pressure angle; default 20 deg")
+    helix_angle: Slant | None = key(None, "helix angle at the reference circle, magnitude; default 0")
+    herringbone: bool | None = key(None, "whether a gear carries two helices; default false")
+    split: bool | None = key(None, "whether halves are bodies of their own, joined by a neck; default false")
+    gap: Gap | None = key(None, "axial gap between the two helices")
+    stagger: Annotated[float, Unit("ratio")] | None = key(None, "turn of the right half of a gear, in tooth pitches")
+    face_width: Length | None = key(None, "face width of one helix")
+    addendum: Coefficient | None = key(None, "addendum coefficient; default 1")
+    dedendum: Coefficient | None = key(None, "dedendum coefficient; default 1.25")
+    tip_rounding: Annotated[float, Unit("ratio", low=0, high=1)] | None = key(
+        None, "rounding of the tool's tip per module; default 0.38"
+    )
+    flank: FlankTable | None = key(None, "flank modification")
+    material: MaterialTable | None = key(None, "material of the gear")
+
+
+class MemberTable(GearKeys):
     """A gear or carrier of a stage. `kind` is always set, from the name where the file leaves it out."""
 
     kind: Kind = Field(description="what it is; by the names sun planet ring carrier wheel pinion")
@@ -156,22 +177,6 @@ class MemberTable(SchemaTable):
     base_radius: Radius | None = key(None, "base radius; default from teeth")
     tip_diameter: Radius | None = key(None, "tip diameter; default from teeth")
     root_diameter: Radius | None = key(None, "root diameter; default from teeth")
-    module: Module | None = key(None, "normal module; or transverse_module")
-    transverse_module: Module | None = key(None, "transverse module; or module")
-    pressure_angle: PressureAngle | None = key(None, "normal pressure angle; default 20 deg")
-    helix_angle: Slant | None = key(None, "helix angle at the reference circle, magnitude; default 0")
-    herringbone: bool | None = key(None, "whether the gear carries two helices; default false")
-    split: bool | None = key(None, "whether its halves are bodies of their own, joined by a neck; default false")
-    gap: Gap | None = key(None, "axial gap between the two helices")
-    stagger: Annotated[float, Unit("ratio")] | None = key(None, "turn of the right half, in tooth pitches")
-    face_width: Length | None = key(None, "face width of one helix")
-    addendum: Coefficient | None = key(None, "addendum coefficient; default 1")
-    dedendum: Coefficient | None = key(None, "dedendum coefficient; default 1.25")
-    tip_rounding: Annotated[float, Unit("ratio", low=0, high=1)] | None = key(
-        None, "rounding of the tool's tip per module; default 0.38"
-    )
-    flank: FlankTable | None = key(None, "flank modification")
-    material: MaterialTable | None = key(None, "material of this gear")
     # mass
     mass: Mass | None = key(
         None, "mass; of a split member of one half; of a carrier without the planets; default of a gear from its solid"
@@ -292,7 +297,7 @@ class MeshTable(MeshSideTable):
     right: MeshSideTable | None = key(None, "keys of the right side that differ")
 
 
-class StageTable(SchemaTable):
+class StageTable(GearKeys):
     """A stage: gears that mesh around one centre. `members` holds the tables that are no keys of the stage."""
 
     planets: Annotated[int, Field(ge=1, le=100)] | None = key(None, "number of equally spaced branches")
@@ -302,24 +307,6 @@ class StageTable(SchemaTable):
     centre_distance: Radius | None = key(
         None, "centre distance of the meshes with a central gear; default from shifts, else reference"
     )
-    module: Module | None = key(None, "normal module; or transverse_module")
-    transverse_module: Module | None = key(None, "transverse module; or module")
-    pressure_angle: PressureAngle | None = key(None, "normal pressure angle; default 20 deg")
-    helix_angle: Slant | None = key(None, "helix angle at the reference circle, magnitude; default 0")
-    herringbone: bool | None = key(None, "whether the gears carry two helices; default false")
-    split: bool | None = key(None, "whether halves of herringbone gears are bodies of their own; default false")
-    gap: Gap | None = key(None, "axial gap between the two helices")
-    stagger: Annotated[float, Unit("ratio")] | None = key(
-        None, "turn of the right half of every gear, in tooth pitches"
-    )
-    face_width: Length | None = key(None, "face width of one helix")
-    addendum: Coefficient | None = key(None, "addendum coefficient; default 1")
-    dedendum: Coefficient | None = key(None, "dedendum coefficient; default 1.25")
-    tip_rounding: Annotated[float, Unit("ratio", low=0, high=1)] | None = key(
-        None, "rounding of the tool's tip per module; default 0.38"
-    )
-    flank: FlankTable | None = key(None, "flank modification")
-    material: MaterialTable | None = key(None, "material of the gears of this stage")
     meshes: dict[str, MeshTable] = Field(default_factory=dict, description="meshes, by `A-B`")
     members: dict[str, MemberTable] = Field(default_factory=dict, description="gears and carrier, by name")
 

@@ -34,11 +34,10 @@ from .units import ASKED, KINDS, SMALL, Bounds, Ladder, PerPlanet, Probe, Quanti
 
 
 @dataclass(frozen=True, slots=True)
-class Unit:
-    """Annotation of a field: which quantities may stand there.
+class Unit(Bounds):
+    """Annotation of a field: which quantities may stand there, and their bounds.
 
     kinds : names in `units.KINDS`; of a bare number the first. With two kinds the value is a `Quantity`.
-    low, high : bounds [SI]; above, below : low, high itself is excluded.  inf : infinity is allowed.
     many : a list, one value per planet, is allowed (a tuple then).  lists : only a list is allowed, of `count` entries.
     words : words allowed in place of a number, kept as they are.  table : the schema of a table allowed there.
     reason : why the bounds are as they are, for the error.
@@ -46,11 +45,6 @@ class Unit:
     """
 
     kinds: str
-    low: float | None = None
-    high: float | None = None
-    above: bool = False
-    below: bool = False
-    inf: bool = False
     many: bool = False
     lists: bool = False
     count: int | None = None
@@ -68,14 +62,13 @@ class Unit:
         if self.table is not None and isinstance(value, dict):
             return self.table.model_validate(value, context=context)
         kinds = tuple(self.kinds.split())
-        bounds = Bounds(low=self.low, high=self.high, above=self.above, below=self.below, inf=self.inf)
         if context is not None:
             if value is ASKED:
-                raise Probe(kinds, self.likely, bounds=bounds, many=self.many, lists=self.lists)
+                raise Probe(kinds, self.likely, bounds=self, many=self.many, lists=self.lists)
             context.look(value, kinds, self.likely)
         many, one = self.many or self.lists, not self.lists
         try:
-            read = read_quantity(value, kinds, bounds, many=many, one=one, words=self.words, listed=True)
+            read = read_quantity(value, kinds, self, many=many, one=one, words=self.words, listed=True)
         except ModelError as error:
             if not self.reason:
                 raise

@@ -1,7 +1,4 @@
-"""Nested tables of a model file: cleaned, merged, walked, written as TOML, shorthands expanded, normalised.
-
-Own writer, because a model file is read by people: small tables stand in braces and lists on one line, where `tomli_w`
-gives every table a heading and every entry of a list a line.
+"""Nested tables of a model file: cleaned, merged, walked, values written as TOML, shorthands expanded, normalised.
 
 Shorthands are those of one layer of a file: each layer is expanded before one is laid over the other.  What a table
 is, is known from its place.  Values of a wrong form pass through: validation names them.  The expanded document is then
@@ -15,6 +12,7 @@ import math
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from functools import partial
+from operator import not_
 from typing import Any, Final
 
 from ..errors import ModelError
@@ -171,45 +169,19 @@ def value_at(table: object, path: Iterable[str]) -> Any:
     return table
 
 
-def leaves(table: PlainTable, path: str = "") -> Iterator[tuple[str, object]]:
-    """Yield the path and value of everything that is no table, and of empty tables."""
+def leaves(
+    table: PlainTable, path: str = "", ends: Callable[[PlainTable], bool] = not_
+) -> Iterator[tuple[str, object]]:
+    """Yield the path and value of everything that is no table, and of the tables at which a path ends: empty ones."""
     for name, value in table.items():
         where = f"{path}.{name}" if path else name
-        if isinstance(value, dict) and value:
-            yield from leaves(value, where)
+        if isinstance(value, dict) and not ends(value):
+            yield from leaves(value, where, ends)
         else:
             yield where, value
 
 
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
-_WIDTH = 100  # tables of plain values are written in braces where they fit on so long a line
-
-
-def to_toml(data: Mapping[str, object]) -> str:
-    """Return nested tables of texts, numbers, truth values and lists as TOML, in their order.
-
-    Reading the text gives the same tables back.
-    """
-    lines = _lines(data, ())
-    return "\n".join(lines).strip("\n") + "\n"
-
-
-def _lines(table: Mapping[str, object], path: tuple[str, ...]) -> list[str]:
-    """Return the lines of one table: its values first, then the tables in it."""
-    values = [f"{key_text(k)} = {value_text(v)}" for k, v in table.items() if _is_value(v)]
-    tables = {k: v for k, v in table.items() if isinstance(v, Mapping) and not _is_value(v)}
-    heading = ["", f"[{'.'.join(key_text(p) for p in path)}]"] if path and (values or not tables) else []
-    below = [line for k, v in tables.items() for line in _lines(v, (*path, k))]
-    return heading + values + below
-
-
-def _is_value(value: object) -> bool:
-    """Return whether a value is written on one line: no table, or a small one of plain values."""
-    if not isinstance(value, Mapping):
-        return True
-    return (
-        0 < len(value) and not any(isinstance(v, Mapping) for v in value.values()) and len(value_text(value)) <= _WIDTH
-    )
 
 
 def key_text(name: str) -> str:
@@ -440,7 +412,7 @@ def _by_path(table: PlainTable, names: Names, path: str) -> PlainTable:
 def _tolerances(table: PlainTable, names: Names) -> PlainTable:
     """Expand `[tolerance]`: the stage put into every path, in its costs and correlations too."""
     result: PlainTable = {}
-    for text, value in _innermost({k: v for k, v in table.items() if k not in TOLERANCE_TABLES}, _is_entry):
+    for text, value in leaves({k: v for k, v in table.items() if k not in TOLERANCE_TABLES}, ends=_is_entry):
         path = one_path(text, names, f"tolerance.{text}")
         if path in result:
             raise ModelError("given twice", path=f"tolerance.{text}", given=value, allowed="one of the two")
@@ -449,23 +421,13 @@ def _tolerances(table: PlainTable, names: Names) -> PlainTable:
         inner = table.get(name)
         if isinstance(inner, dict):
             by_path: PlainTable = {}
-            for text, value in _innermost(inner, _holds_no_table):
+            for text, value in leaves(inner, ends=_holds_no_table):
                 where = f"tolerance.{name}.{text}"
                 by_path = union(by_path, {one_path(text, names, where): value}, f"tolerance.{name}")
             result[name] = by_path
         elif name in table:
             result[name] = inner
     return result
-
-
-def _innermost(table: PlainTable, ends: Callable[[PlainTable], bool], path: str = "") -> Iterator[tuple[str, object]]:
-    """Yield path and value of the tables at which a path ends, and of what is no table."""
-    for name, value in table.items():
-        where = f"{path}.{name}" if path else name
-        if isinstance(value, dict) and not ends(value):
-            yield from _innermost(value, ends, where)
-        else:
-            yield where, value
 
 
 def _is_entry(table: PlainTable) -> bool:

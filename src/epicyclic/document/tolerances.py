@@ -73,7 +73,7 @@ def tolerances(document: object, width: Width | None = None) -> tuple[Tolerance,
     document : a Document, or its tables (`Train.document`).  width : of the grades; `train.resolution` knows the
     sizes that they apply to.  Raises ModelError as `check_tolerance`, and for a grade without `width`.
     """
-    return tuple(_resolved(entry, width) for entry in _table_of(document).entries())
+    return _table_of(document, width).entries()
 
 
 def costs(document: object, width: Width | None = None) -> dict[str, tuple[Grade, ...]]:
@@ -88,17 +88,9 @@ def tolerances_and_costs(
     document: object, width: Width | None = None
 ) -> tuple[tuple[Tolerance, ...], dict[str, tuple[Grade, ...]]]:
     """Return `tolerances` and `costs` of one reading.  Raises ModelError as both."""
-    reading = _table_of(document)
+    reading = _table_of(document, width)
     entries = reading.entries()
-    priced: dict[str, tuple[Grade, ...]] = {}
-    for entry in entries:
-        if entry.path in reading.costs:
-            where = f"tolerance.cost.{entry.path}"
-            priced[entry.path] = tuple(
-                Grade(text=read.text, distribution=_sized(read, entry, width, where), price=price)
-                for read, price in reading.priced(entry)
-            )
-    return tuple(_resolved(entry, width) for entry in entries), priced
+    return entries, {entry.path: tuple(reading.priced(entry)) for entry in entries if entry.path in reading.costs}
 
 
 def check_tolerance(data: PlainTable, names: Names) -> None:
@@ -110,7 +102,7 @@ def check_tolerance(data: PlainTable, names: Names) -> None:
     """
     if not isinstance(data.get("tolerance"), dict):
         return
-    reading = _ToleranceTable(data, names)
+    reading = _ToleranceTable(data, names, width=lambda *_: 1.0)  # sizes come with the resolved train
     entries = reading.entries()
     drawn: dict[str, str] = {}
     for entry in entries:
@@ -159,40 +151,26 @@ def _without(table: PlainTable, gone: Collection[str], names: Names) -> PlainTab
     return kept
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Entry:
-    """An entry as the file states it; fields as of `Tolerance`.  probe : what may stand at its path."""
-
-    path: str
-    own: Distribution | StandardGrade | None
-    common: Distribution | StandardGrade | None
-    phase: str
-    unit: str
-    count: int
-    probe: Probe
-    vector: bool
-
-
 class _ToleranceTable:
-    """`[tolerance]` of one document."""
+    """`[tolerance]` of one document.  width : of the grades.  probes : what may stand at the path of each entry."""
 
-    def __init__(self, data: PlainTable, names: Names | None = None) -> None:
+    def __init__(self, data: PlainTable, names: Names, width: Width | None) -> None:
         table = data.get("tolerance")
         self.table: PlainTable = table if isinstance(table, dict) else {}
         self.costs: PlainTable = self.table.get("cost", {})
         if not isinstance(self.costs, dict):
             raise ModelError("not a table", path="tolerance.cost", given=self.costs, allowed="[tolerance.cost]")
-        self.data = data
-        self.names = names or collect(data)
+        self.data, self.names, self.width = data, names, width
+        self.probes: dict[str, Probe] = {}
 
-    def entries(self) -> tuple[_Entry, ...]:
+    def entries(self) -> tuple[Tolerance, ...]:
         """Return the entries in the order of the file. Raises ModelError."""
         stated = {path: value for path, value in self.table.items() if path not in TOLERANCE_TABLES}
-        probes = quantities_at(self.data, stated, self.names)
-        return tuple(self._entry(path, value, probes[path]) for path, value in stated.items())
+        found = quantities_at(self.data, stated, self.names)
+        return tuple(self._entry(path, value, found[path]) for path, value in stated.items())
 
-    def priced(self, entry: _Entry) -> Iterator[tuple[Distribution | StandardGrade, float]]:
-        """Yield the grades of one entry and their prices."""
+    def priced(self, entry: Tolerance) -> Iterator[Grade]:
+        """Yield the grades of one entry. Raises ModelError."""
         where = f"tolerance.cost.{entry.path}"
         table = self.costs[entry.path]
         allowed = '{ "grade(IT6, 3 sigma)" = 40, "normal(0, 8 um)" = 25 }: distributions and their prices'
@@ -200,28 +178,28 @@ class _ToleranceTable:
             raise ModelError("no grades with prices", path=where, given=table, allowed=allowed)
         for text, price in table.items():
             place = f"{where}.{text[:80]}"
-            read, unit = self.distribution(text, entry.probe, entry.vector, place)
+            read, unit = self.distribution(text, entry.path, entry.vector, place)
             if unit and unit != entry.unit:
                 raise ModelError("of another quantity than its tolerance", path=place, given=text, allowed=entry.unit)
             if isinstance(price, bool) or not isinstance(price, (int, float)) or not 0 <= price <= _MOST_PRICE:
                 allowed = f"a number of 0 to {_MOST_PRICE:g}, in any one currency, without a unit"
                 raise ModelError("not a price", path=place, given=price, allowed=allowed)
-            yield read, float(price)
+            yield Grade(text=read.text, distribution=read, price=float(price))
 
-    def _entry(self, path: str, value: object, found: Probe | ModelError) -> _Entry:
+    def _entry(self, path: str, value: object, found: Probe | ModelError) -> Tolerance:
         """Return one entry. Raises ModelError."""
         where = f"tolerance.{path}"
         texts, phase = _texts(value, where)
-        probe = self._probe(path, value, found)
+        probe = self.probes[path] = self._probe(path, value, found)
         # a grade, which has no word of its own for a vector, is one where a vector may stand
         words = {text.strip().partition("(")[0].strip() for text in texts.values() if isinstance(text, str)}
         vector = path.startswith("deviations.") and path.rpartition(".")[2] in _VECTORS
         vector = vector and not words.isdisjoint((*VECTORS, "grade"))
-        read: dict[str, Distribution | StandardGrade] = {}
+        read: dict[str, Distribution] = {}
         units: dict[str, str] = {}
         for name, text in texts.items():
             place = f"{where}.{name}" if isinstance(value, dict) else where
-            read[name], units[name] = self.distribution(text, probe, vector, place)
+            read[name], units[name] = self.distribution(text, path, vector, place)
         stated = {unit for unit in units.values() if unit}
         if len(stated) > 1:
             allowed = " or ".join(KINDS[kind].unit for kind in probe.kinds)
@@ -240,15 +218,13 @@ class _ToleranceTable:
         if phase == "marked" and not (vector and count > 1 and path.rpartition(".")[2] in _TURNING):
             allowed = f"a vector that turns with planets, {' or '.join(_TURNING)} of planets"
             raise ModelError("no tooth to mark here", path=f"{where}.phase", given=phase, allowed=allowed)
-        return _Entry(
+        return Tolerance(
             path=path,
             own=read.get("own"),
             common=read.get("common"),
             phase=phase,
             unit=next(iter(stated), KINDS[probe.kinds[0]].unit),
             count=count,
-            probe=probe,
-            vector=vector,
         )
 
     def _is_pin(self, path: str) -> bool:
@@ -276,11 +252,12 @@ class _ToleranceTable:
             return probe
         raise ModelError(problem, path=f"tolerance.{path}", given=_shown(value), allowed=allowed)
 
-    def distribution(
-        self, text: object, probe: Probe, vector: bool, where: str
-    ) -> tuple[Distribution | StandardGrade, str]:
-        """Return the distribution of a text and its SI unit, "" where it names none. Raises ModelError."""
-        units: set[str] = set()
+    def distribution(self, text: object, path: str, vector: bool, where: str) -> tuple[Distribution, str]:
+        """Return the distribution of a text, of a grade by its width, and its SI unit, "" where it names none.
+
+        path : of the entry.  where : of the text.  Raises ModelError.
+        """
+        probe, units = self.probes[path], set[str]()
 
         def value(part: str) -> float:
             number, unit = self._value(part, probe, where, text)
@@ -290,15 +267,22 @@ class _ToleranceTable:
 
         read = read_distribution(text, value, vector=vector, where=where)
         kinds = probe.kinds
-        if isinstance(read, StandardGrade) and "length" not in kinds:
-            problem = "a grade of a length, where another quantity stands"
-            raise ModelError(problem, path=where, given=text, allowed=kind_words(kinds))
         if len(units) > 1:
             allowed = " or ".join(KINDS[kind].unit for kind in kinds)
             raise ModelError("mixes kinds of quantity", path=where, given=text, allowed=f"all in {allowed}")
         if isinstance(read, Distribution):
             _check_bounds(read, probe.bounds, where)
-        return read, next(iter(units), "")
+            return read, next(iter(units), "")
+        if "length" not in kinds:
+            problem = "a grade of a length, where another quantity stands"
+            raise ModelError(problem, path=where, given=text, allowed=kind_words(kinds))
+        if self.width is None:
+            allowed = "a distribution in numbers; the size comes with the resolved train"
+            raise ModelError("the size of this grade is not known", path=where, given=text, allowed=allowed)
+        try:
+            return read.distribution(self.width(path, read, vector), vector=vector), ""
+        except ModelError as error:
+            raise ModelError(error.problem, path=where, given=text, allowed=error.allowed) from None
 
     def _value(self, part: str, probe: Probe, where: str, text: object) -> tuple[float, str]:
         """Return one value in SI and its SI unit, no unit of zero. Raises ModelError."""
@@ -396,7 +380,7 @@ def _count(path: str, probe: Probe, names: Names, data: PlainTable) -> int:
 # several entries -----------------------------------------------------------------------------------------------------
 
 
-def _numbers_of(entry: _Entry, names: Names) -> list[str]:
+def _numbers_of(entry: Tolerance, names: Names) -> list[str]:
     """Return the paths of the numbers that an entry draws; of a vector, and of half a vector, one for each form."""
     found = [path for path, _ in leaves(expand(nested(tuple(entry.path.split(".")), 1.0), names))]
     table, _, last = found[0].rpartition(".")
@@ -408,38 +392,12 @@ def _numbers_of(entry: _Entry, names: Names) -> list[str]:
     return found
 
 
-def _resolved(entry: _Entry, width: Width | None) -> Tolerance:
-    """Return an entry with the widths of its grades."""
-    where = f"tolerance.{entry.path}"
-    return Tolerance(
-        path=entry.path,
-        own=None if entry.own is None else _sized(entry.own, entry, width, where),
-        common=None if entry.common is None else _sized(entry.common, entry, width, where),
-        phase=entry.phase,
-        unit=entry.unit,
-        count=entry.count,
-    )
-
-
-def _sized(read: Distribution | StandardGrade, entry: _Entry, width: Width | None, where: str) -> Distribution:
-    """Return a distribution as it is, and that of a grade with its width. Raises ModelError."""
-    if isinstance(read, Distribution):
-        return read
-    if width is None:
-        allowed = "a distribution in numbers; the size comes with the resolved train"
-        raise ModelError("the size of this grade is not known", path=where, given=read.text, allowed=allowed)
-    try:
-        return read.distribution(width(entry.path, read, entry.vector), vector=entry.vector)
-    except ModelError as error:
-        raise ModelError(error.problem, path=where, given=read.text, allowed=error.allowed) from None
-
-
-def _table_of(document: object) -> _ToleranceTable:
+def _table_of(document: object, width: Width | None) -> _ToleranceTable:
     """Return `[tolerance]` of a Document, or of its tables."""
     data = getattr(document, "data", document)
     if not isinstance(data, Mapping):
         raise TypeError(f"a Document or its tables, not {type(document).__name__}")
-    return _ToleranceTable(dict(data))
+    return _ToleranceTable(dict(data), collect(data), width)
 
 
 # smallest eigenvalue that counts as positive: rounding of a matrix of ones is 1e-15, and a direction with a thousandth

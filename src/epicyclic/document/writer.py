@@ -1,8 +1,9 @@
 """A model document as a file, numbers with the units a drawing has that load to the same bits; and its JSON Schema.
 
-`model_text` states a document whole, shorthands expanded.  `commented_text` writes the file as a person would: sections
-in order, comments, reasons last.  There the spelling of the document stays (`radial`, `run_out = "20 um"`, a member
-without its stage), because a person goes on with the file.
+`commented_text` writes the file as a person would, where `tomli_w` gives every table a heading and every entry of a
+list a line: sections in order, short tables in braces, comments, reasons last.  The spelling of the document stays
+(`radial`, `run_out = "20 um"`, a member without its stage), because a person goes on with the file.  `model_text`
+writes a document whole, shorthands expanded.
 
 The JSON Schema is that of a model file as it is written: unit texts, shorthands, free member names.
 """
@@ -27,7 +28,7 @@ from .deviations import (
 )
 from .schema import FORMAT, KIND_BY_NAME, SIDES, VARIATIONS, ModelFile, collect
 from .schema_fields import DisplacementForceTable, MeshForceTable, TiltMomentTable, TurnMomentTable, Unit
-from .tables import PlainTable, clean, expand, key_text, leaves, nested, to_toml, value_text
+from .tables import PlainTable, clean, expand, key_text, leaves, nested, value_text
 from .units import COMMON, KINDS, Bounds, list_pattern, number_pattern, read_quantity, shown
 from .validation import bare_numbers
 
@@ -45,17 +46,12 @@ _ANGLES = ("deg", "rpm")  # no power of ten: only where a short number in them h
 
 
 def model_text(data: Mapping[str, Any]) -> str:
-    """Return a model document as TOML.
+    """Return a model document as TOML, shorthands expanded.
 
     Numbers without a unit get one; reading the text gives the same bits. Raises ModelError for a document that is none.
     """
-    return to_toml(with_units(data))
-
-
-def with_units(data: Mapping[str, Any]) -> PlainTable:
-    """Return a model document with shorthands expanded and a unit at every number of a quantity with a dimension."""
-    plain: PlainTable = clean(data) | {"format": FORMAT}
-    return _with_units(expand(plain, collect(plain)))
+    plain = clean(data)
+    return commented_text(expand(plain, collect(plain)))
 
 
 def unit_text(value: Any, kinds: tuple[str, ...]) -> Any:

@@ -438,8 +438,7 @@ def _added_gear(draft: Draft, shaft: ShaftPart, part: GearPart, flank: Flank) ->
     kind = "ring_gear" if gear.internal else "cylindrical_gear"
     number = draft.add(kind, name, values, within=shaft.number)
     draft.relate("reference", number, _material(draft, body))
-    transverse = math.atan(math.tan(gear.pressure_angle) / math.cos(gear.helix_angle))
-    base = gear.module * gear.teeth / math.cos(gear.helix_angle) * math.cos(transverse) / 2
+    base = gear.nominal_base
     # the bound is far above rounding and far below any tolerance of a base circle
     if abs(gear.base_radius - base) > 1e-6 * base:
         text = f"{gear.base_radius * 1e3:.6g} mm; in the file it follows from teeth and module: {base * 1e3:.6g} mm"

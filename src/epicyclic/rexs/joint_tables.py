@@ -10,9 +10,11 @@ from collections.abc import Mapping
 from itertools import pairwise
 from typing import NamedTuple
 
+import numpy as np
+
 from .file import Number
 from .members import BODY_NAME, GearUnit, StageMember
-from .stages import RIGID, STIFFNESSES, Joint, Parts, Table, Vector, along, cross, grouped, minus, size
+from .stages import RIGID, STIFFNESSES, Joint, Parts, Table, Vector, grouped
 from .table import RexsRow
 
 _FORCES = ("force_", "torque_around_v", "torque_around_w", "torque_around_the")
@@ -62,7 +64,7 @@ def _offset(unit: GearUnit, joint: Joint, member: StageMember) -> float:
         point = unit.view.on_shaft(joint.id, joint.ends[0], "u_coordinate_on_shaft_inner_side")
     if point is None or member.centre is None:
         return 0.0
-    return along(minus(point, member.centre), unit.axis)
+    return float((point - member.centre) @ unit.axis)
 
 
 def support_table(unit: GearUnit, member: StageMember) -> Table | None:
@@ -256,7 +258,7 @@ def _ends(unit: GearUnit, held: list[StageMember]) -> dict[int, str]:
 def _signed(unit: GearUnit, number: Number, part: int) -> Number:
     """A number about the u axis of a part as one about z."""
     frame = unit.view.frame(part)
-    return number if frame is None or along(frame.u, unit.axis) >= 0 else -number
+    return number if frame is None or frame.u @ unit.axis >= 0 else -number
 
 
 def _speeds(unit: GearUnit, ends: Mapping[int, str]) -> dict[str, Number]:
@@ -365,11 +367,10 @@ def tell_gravity(unit: GearUnit, x_axis: Vector | None) -> None:
     if any(part is None for part in parts) or frame is None or x_axis is None:
         return
     u, v, w = (part.si for part in parts if part is not None)
-    down = frame.turned((u, v, w))
-    if not size(down) > 1e-30:
+    down = frame.turned(np.array([u, v, w]))
+    if not (length := np.linalg.norm(down)) > 1e-30:
         return
-    g = strength / size(down)
-    axes = (x_axis, cross(unit.axis, x_axis), unit.axis)
-    vector = [round(g * along(down, axis), 9) + 0.0 for axis in axes]
+    axes = np.array([x_axis, np.cross(unit.axis, x_axis), unit.axis])
+    vector = np.round(strength / length * (axes @ down), 9) + 0.0
     line = f'operation.gravity = "[{", ".join(f"{c:.9g}" for c in vector)}] m/s^2"'
     unit.view.lose(units[0].id, "account_for_gravity", f"gravity is left out; {line} adds it")

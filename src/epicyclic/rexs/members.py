@@ -11,6 +11,8 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from ..errors import ModelError
 from .file import Component, Number, shown
 from .stages import (
@@ -20,12 +22,9 @@ from .stages import (
     Table,
     Vector,
     View,
-    along,
     grouped,
     joints_of,
-    minus,
     planetary_stages,
-    plus,
     rigid_parts,
 )
 from .table import HELIX, ROW, rows_of
@@ -183,7 +182,7 @@ def _members(view: View, stage: StageParts) -> list[StageMember]:
         centre, twin = view.gear_place(gear, shaft), stage.twins.get(gear)
         other = None if twin is None else view.gear_place(twin, shaft)
         if centre is not None and other is not None:
-            centre = tuple(x / 2 for x in plus(centre, other))
+            centre = (centre + other) / 2
         members.append(StageMember(stage, name, name.rstrip("0123456789"), gears, parts, centre))
     carrier = () if stage.carrier is None else (stage.carrier, *view.parts(stage.carrier, "shaft", "side_plate"))
     parts = tuple(dict.fromkeys((*view.joined("planet_carrier_shaft", stage.id), *carrier)))
@@ -196,10 +195,10 @@ def _axis(view: View, members: Sequence[StageMember]) -> Vector:
     """Direction of z: the u axis of the first gear. Raises ModelError where another axis is not parallel to it."""
     parts = (p for m in members for p in (*m.gears, *(p for p in m.parts if view.components[p].type == "shaft")))
     frames = {part: frame for part in parts if (frame := view.frame(part)) is not None}
-    axis = next((frame.u for frame in frames.values()), (1.0, 0.0, 0.0))
+    axis = next((frame.u for frame in frames.values()), np.array([1.0, 0.0, 0.0]))
     for part, frame in frames.items():
-        if abs(along(axis, frame.u)) < _AXIAL:
-            direction = [round(x, 6) for x in frame.u]
+        if abs(axis @ frame.u) < _AXIAL:
+            direction = [round(x, 6) for x in frame.u.tolist()]
             path = f"component {view.label(part)}, u_axis_vector"
             raise ModelError("an axis that is not parallel to that of the train", path=path, given=direction)
     return axis
@@ -358,15 +357,15 @@ def _sections(
         return []
     frame = unit.view.frame(part)
     off = 0.0
-    if frame and centre and member and member.kind == "carrier":  # pins stand off the axis of the stage
+    if frame and centre is not None and member and member.kind == "carrier":  # pins stand off the axis of the stage
         middle = unit.view.gear_place(next(iter(member.stage.central.values())))
         if middle is not None:
-            apart = minus(frame.place, middle)
-            off = math.sqrt(max(along(apart, apart) - along(apart, unit.axis) ** 2, 0.0))
+            apart = frame.place - middle
+            off = math.sqrt(max(float(apart @ apart - (apart @ unit.axis) ** 2), 0.0))
     density = _density(unit, part)
-    forward = frame is None or along(frame.u, unit.axis) >= 0
+    forward = frame is None or frame.u @ unit.axis >= 0
     if frame is not None and centre is not None:
-        base = along(minus(frame.place, centre), unit.axis)
+        base = float((frame.place - centre) @ unit.axis)
     else:  # nowhere: its middle at the centre of the member
         middle_of_all = (min(s.start for s in stretches) + max(s.start + s.length for s in stretches)) / 2
         base = -middle_of_all if forward else middle_of_all

@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+
 from ..errors import ModelError
 from .file import Component, Number, shown
 from .joint_tables import planet_bearings, support_table
 from .members import GearFacts, GearUnit, StageMember, gear_facts, is_lumped, mass_table, normal_module
-from .stages import StageParts, Table, Vector, View, along, cross, minus, plus, size
+from .stages import StageParts, Table, Vector, View
 from .table import HELIX, PLACE, RELIEF_SHAPES, ROW, SHARED, RexsRow, rows_of
 
 _SAME_ANGLE = 0.01  # deg; files state places with 1e-12, angles by hand with a few digits
@@ -67,8 +69,8 @@ def _spokes(unit: GearUnit, stage: StageParts) -> list[Vector] | None:
         place = unit.view.gear_place(branch.gears[0], branch.shaft)
         if place is None or middle is None:
             return None
-        apart = minus(place, middle)
-        spokes.append(plus(apart, z, -along(apart, z)))
+        apart = place - middle
+        spokes.append(apart - (apart @ z) * z)
     return spokes
 
 
@@ -77,11 +79,11 @@ def x_axis_of(unit: GearUnit, stage: StageParts) -> Vector | None:
     spokes = _spokes(unit, stage)
     if not spokes:
         return None
-    radius = size(spokes[0])
+    radius = np.linalg.norm(spokes[0])
     if not radius > _SAME_LENGTH:
         where = f"component {unit.view.label(stage.branches[0].shaft)}"
         raise ModelError("a planet on the axis of its stage", path=where, allowed="a support_vector off the axis")
-    return tuple(x / radius for x in spokes[0])
+    return spokes[0] / radius
 
 
 def _angles(unit: GearUnit, stage: StageParts, path: str) -> Table:
@@ -90,8 +92,8 @@ def _angles(unit: GearUnit, stage: StageParts, path: str) -> Table:
     count = len(stage.branches)
     stated = _stated_angles(unit, stage)
     if x is not None:
-        y = cross(unit.axis, x)
-        angles = [_clean(math.degrees(math.atan2(along(s, y), along(s, x)))) for s in _spokes(unit, stage) or []]
+        y = np.cross(unit.axis, x)
+        angles = [_clean(math.degrees(math.atan2(s @ y, s @ x))) for s in _spokes(unit, stage) or []]
         source = "support_vector"
     elif stated is not None:
         angles, source = stated, _TURNED
@@ -143,7 +145,7 @@ def _distance(unit: GearUnit, stage: StageParts, path: str) -> Number | None:
     """Centre distance of all meshes, else the distance of the planets from the axis; None where neither is given."""
     meshes = [mesh for of_pair in stage.meshes.values() for mesh in of_pair]
     numbers = {mesh: unit.view.number(mesh, "center_distance") for mesh in meshes}
-    radii = [size(spoke) for spoke in _spokes(unit, stage) or []]
+    radii = [float(np.linalg.norm(spoke)) for spoke in _spokes(unit, stage) or []]
     given = [(mesh, abs(number)) for mesh, number in numbers.items() if number is not None]
     if given:
         (mesh, first), *others = given
@@ -192,7 +194,7 @@ def _herringbone(unit: GearUnit, stage: StageParts, path: str) -> Table:
     left, right = unit.view.place(gear), unit.view.place(stage.twins[gear])
     table: Table = {"herringbone": True}
     if left is not None and right is not None:
-        gap = abs(along(minus(right, left), unit.axis)) - unit.facts[gear].width
+        gap = abs((right - left) @ unit.axis) - unit.facts[gear].width
         if gap > 1e-9:
             table["gap"] = f"{gap * 1e3:.9g} mm"
     unit.view.read(gear, HELIX, f"{path}.herringbone", f"with component {stage.twins[gear]}")
@@ -221,7 +223,7 @@ def _member(unit: GearUnit, member: StageMember, stage_table: Table, pins: float
     elif member.name == "planet" and (bearing := planet_bearings(unit, member)):
         table["bearing"] = bearing
     if member.centre is not None and origin is not None:
-        station = along(minus(member.centre, origin), unit.axis)
+        station = (member.centre - origin) @ unit.axis
         if abs(station) > _SAME_LENGTH:
             table["station"] = f"{station * 1e3:.9g} mm"
     return table

@@ -7,45 +7,22 @@ between shafts, plates and the casing, and which parts turn as one.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Generic, NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import ModelError
 from .file import QUANTITIES, Component, Number, RexsFile, Value, number_in, number_of, shown
 from .table import BEARINGS, HELIX, RELATIONS, ROW, RexsRow, rows_of
 
 Table = dict[str, object]
-Vector = tuple[float, ...]  # of three numbers
+Vector = NDArray[np.float64]  # (3,)
 _Roles = tuple[int | None, ...]
 _ORDERED = {"ordered_assembly": "assembly", "ordered_reference": "reference"}
 _MOST_FRAMES = 50  # references nested deeper than any gear unit: a loop
-
-
-def along(a: Vector, b: Vector) -> float:
-    """Scalar product."""
-    return math.fsum(x * y for x, y in zip(a, b, strict=True))
-
-
-def size(a: Vector) -> float:
-    """Length."""
-    return math.sqrt(along(a, a))
-
-
-def cross(a: Vector, b: Vector) -> Vector:
-    """Vector product."""
-    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
-
-
-def plus(a: Vector, b: Vector, times: float = 1.0) -> Vector:
-    """Sum with a multiple of another vector."""
-    return tuple(x + y * times for x, y in zip(a, b, strict=True))
-
-
-def minus(a: Vector, b: Vector) -> Vector:
-    """Difference."""
-    return plus(a, b, -1.0)
 
 
 class PartFrame(NamedTuple):
@@ -58,11 +35,10 @@ class PartFrame(NamedTuple):
 
     def turned(self, vector: Vector) -> Vector:
         """A vector given along the axes."""
-        x, y, z = vector
-        return plus(plus(tuple(a * x for a in self.u), self.v, y), self.w, z)
+        return np.asarray(vector @ np.array(self[1:]))
 
 
-_UNIT = PartFrame((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+_UNIT = PartFrame(np.zeros(3), *np.eye(3))
 
 
 Group = TypeVar("Group", bound=Hashable)
@@ -200,7 +176,7 @@ class View:
         if place is not None:
             u = base.turned(self._axis(component, "u_axis_vector", _UNIT.u))
             w = base.turned(self._axis(component, "w_axis_vector", _UNIT.w))
-            frame = PartFrame(plus(base.place, base.turned(place)), u, cross(w, u), w)
+            frame = PartFrame(base.place + base.turned(place), u, np.cross(w, u), w)
         self.frames[component] = frame
         return frame
 
@@ -215,7 +191,7 @@ class View:
             return place
         base, distance = self.frame(shaft), self.number(component, coordinate)
         # where along the shaft may not be said
-        return None if base is None else plus(base.place, base.u, distance.si if distance is not None else 0.0)
+        return None if base is None else base.place + base.u * (distance.si if distance is not None else 0.0)
 
     def gear_place(self, gear: int, shaft: int | None = None) -> Vector | None:
         """Centre of a gear: its own place, else that on its shaft.  shaft : of a planet, else found."""
@@ -232,17 +208,17 @@ class View:
             given = list(value) if isinstance(value, tuple) else value
             raise ModelError("not a vector", path=where, given=given, allowed="an array of three numbers")
         unit = self.components[component].attributes[name].unit
-        return tuple(number_in(entry, unit, "length", where).si for entry in value)
+        return np.array([number_in(entry, unit, "length", where).si for entry in value])
 
     def _axis(self, component: int, name: str, default: Vector) -> Vector:
         """A direction of length 1; its unit means nothing."""
         vector = self._vector(component, name)
         if vector is None:
             return default
-        length = size(vector)
+        length = float(np.linalg.norm(vector))
         if not length > 1e-30:
             raise ModelError("a direction of length 0", path=f"component {self.label(component)}, {name}")
-        return tuple(x / length for x in vector)
+        return vector / length
 
 
 def view_of(file: RexsFile, load_case: int | None) -> View:
@@ -450,16 +426,7 @@ class StageParts:
         return [member for pair in pairs if planet in pair for member in pair if member != planet]
 
 
-class _Mesh(NamedTuple):
-    """A cylindrical stage with its two gears."""
-
-    stage: int
-    a: int
-    b: int
-
-    @property
-    def gears(self) -> set[int]:
-        return {self.a, self.b}
+_Meshes = Sequence[tuple[int, tuple[int, int]]]  # a cylindrical stage and its two gears
 
 
 def planetary_stages(view: View) -> tuple[StageParts, ...]:
@@ -476,22 +443,20 @@ def planetary_stages(view: View) -> tuple[StageParts, ...]:
         raise ModelError(problem, path="components", allowed="a gear unit with a planetary stage")
     if len(components) > _MOST_STAGES:
         raise ModelError(f"{len(components)} planetary stages", path="components", allowed=f"at most {_MOST_STAGES}")
-    meshes = []
-    for stage, a, b in view.related.get("stage", ()):
-        if stage is not None and a is not None and b is not None:
-            meshes.append(_Mesh(stage, a, b))
+    related = view.related.get("stage", ())
+    meshes = [(stage, (a, b)) for stage, a, b in related if stage is not None and a is not None and b is not None]
     names = ["main"] if len(components) == 1 else [f"stage{i + 1}" for i in range(len(components))]
     stages = tuple(_stage(view, component.id, name, meshes) for component, name in zip(components, names, strict=True))
     planets = {gear for stage in stages for branch in stage.branches for gear in branch.gears}
     planets |= {stage.twins[gear] for stage in stages for gear in planets & stage.twins.keys()}
-    for mesh in meshes:
-        if not mesh.gears & planets:
-            view.lose(mesh.stage, "stage", f"gears {mesh.a} and {mesh.b} are in no planetary stage")
-            view.unread[mesh.stage] = (mesh.a, mesh.b)
+    for mesh, (a, b) in meshes:
+        if not {a, b} & planets:
+            view.lose(mesh, "stage", f"gears {a} and {b} are in no planetary stage")
+            view.unread[mesh] = (a, b)
     return stages
 
 
-def _stage(view: View, stage: int, name: str, meshes: Sequence[_Mesh]) -> StageParts:
+def _stage(view: View, stage: int, name: str, meshes: _Meshes) -> StageParts:
     """One stage. Raises ModelError as of `planetary_stages`."""
     where = f"component {view.label(stage)}"
     on_shaft = {shaft: view.parts(shaft, *_GEARS) for shaft in view.joined("planet_shaft", stage)}
@@ -500,12 +465,11 @@ def _stage(view: View, stage: int, name: str, meshes: Sequence[_Mesh]) -> StageP
         allowed = f"1 to {_MOST_PLANETS} relations planet_shaft, each shaft with a gear assembled to it"
         raise ModelError("no planets", path=where, given=counts, allowed=allowed)
     planet_gears = {gear for gears in on_shaft.values() for gear in gears}
-    of_stage = [mesh for mesh in meshes if mesh.gears & planet_gears]
-    for mesh in of_stage:
-        if mesh.gears <= planet_gears:
-            pair = sorted((mesh.a, mesh.b))
-            raise ModelError("planets that mesh with each other are not read", path=where, given=pair)
-    central = list(dict.fromkeys(gear for m in of_stage for gear in (m.a, m.b) if gear not in planet_gears))
+    of_stage = [(mesh, pair) for mesh, pair in meshes if planet_gears.intersection(pair)]
+    for _, pair in of_stage:
+        if planet_gears.issuperset(pair):
+            raise ModelError("planets that mesh with each other are not read", path=where, given=sorted(pair))
+    central = list(dict.fromkeys(gear for _, pair in of_stage for gear in pair if gear not in planet_gears))
     if not central:
         allowed = "relations stage with gear_1, gear_2"
         raise ModelError("no gear that meshes with the planets", path=where, allowed=allowed)
@@ -518,7 +482,7 @@ def _stage(view: View, stage: int, name: str, meshes: Sequence[_Mesh]) -> StageP
         count = sum(member.startswith(kind) for member in members)
         members[f"{kind}{count + 1}" if count else kind] = gear
     suns = {gear for gear in central if view.components[gear].type == "cylindrical_gear"}
-    with_sun = {gear for mesh in of_stage if mesh.gears & suns for gear in (mesh.a, mesh.b)}
+    with_sun = {gear for _, pair in of_stage if suns.intersection(pair) for gear in pair}
     branches = [  # the gear that meshes with a sun first
         Branch(shaft, tuple(sorted(set(gears) - right, key=lambda gear: (gear not in with_sun, gear))))
         for shaft, gears in on_shaft.items()
@@ -555,17 +519,17 @@ def _twins(view: View, groups: Sequence[Sequence[int]]) -> dict[int, int]:
         frames = [view.frame(gear) for gear in group]
         if frames[0] is None or frames[1] is None:
             continue
-        order = along(minus(frames[1].place, frames[0].place), frames[0].u) >= 0
+        order = (frames[1].place - frames[0].place) @ frames[0].u >= 0
         left, right = group if order else (group[1], group[0])
         twins[left] = right
     return twins
 
 
 def _pairs(
-    members: Mapping[str, int], planets: Sequence[str], branches: Sequence[Branch], meshes: Sequence[_Mesh]
+    members: Mapping[str, int], planets: Sequence[str], branches: Sequence[Branch], meshes: _Meshes
 ) -> dict[str, tuple[int, ...]]:
     """Pairs of members that mesh, with the cylindrical stage of each branch where it has one."""
-    by_gears = {frozenset(mesh.gears): mesh.stage for mesh in meshes}
+    by_gears = {frozenset(pair): mesh for mesh, pair in meshes}
     pairs: dict[str, tuple[int, ...]] = {}
     for member, gear in members.items():
         for place, planet in enumerate(planets):

@@ -56,13 +56,8 @@ def pair_of(
         raise ModelError(
             "is missing: tooth contact needs it", path=f"stages.{mesh.stage}.face_width", allowed="of both gears [m]"
         )
-    plain = drawn_pair(
-        teeth,
-        internal=mesh.internal,
-        base_helix=mesh.base_helix,
-        lean=mesh.flank * mesh.hand,
-        slides=axial_offsets(train, mesh),
-    )
+    slides = axial_offsets(train, mesh)
+    plain = drawn_pair(teeth, base_helix=mesh.base_helix, lean=mesh.flank * mesh.hand, slides=slides)
     pair = replace(
         plain,
         misalignment=misalignment,

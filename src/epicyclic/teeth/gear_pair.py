@@ -246,13 +246,13 @@ class ContactPair:
 
 
 def drawn_pair(
-    teeth: ToothPair, *, internal: bool, base_helix: float, lean: int, slides: tuple[float, float] = (0.0, 0.0)
+    teeth: ToothPair, *, base_helix: float, lean: int, slides: tuple[float, float] = (0.0, 0.0)
 ) -> ContactPair:
     """Contact pair as drawn: nominal alignment, gear bodies rigid along the face.
 
     Parameters
     ----------
-    teeth, internal, base_helix : as of `Mesh` [rad].  lean : d h of gear a.  slides : axial offsets of both gears [m].
+    teeth, base_helix : as of `Mesh` [rad].  lean : d h of gear a.  slides : axial offsets of both gears [m].
 
     Raises
     ------
@@ -260,18 +260,7 @@ def drawn_pair(
     """
     paths = tuple(path.removesuffix(".flank") for path in teeth.paths)
     return ContactPair(
-        plane=PlaneOfAction(
-            base_a=teeth.base_a,
-            base_b=teeth.base_b,
-            internal=internal,
-            pressure_angle=teeth.pressure_angle,
-            base_helix=base_helix,
-            base_pitch=teeth.base_pitch,
-            limits=teeth.limits,
-            lean=lean,
-            face_a=(teeth.face_a[0] + slides[0], teeth.face_a[1] + slides[0]),
-            face_b=(teeth.face_b[0] + slides[1], teeth.face_b[1] + slides[1]),
-        ),
+        plane=teeth.plane(base_helix=base_helix, lean=lean, slides=slides),
         tooth_a=_tooth(teeth.form_a, path=paths[0]),
         tooth_b=_tooth(teeth.form_b, path=paths[1]),
         flank_a=teeth.flank_a,

@@ -27,6 +27,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import ModelError
 from ..warning_codes import CodedText, coded
 from .form import PLAIN, Flank, GearForm
+from .path_of_contact import PlaneOfAction
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -289,6 +290,23 @@ class ToothPair:
     flank_a: Flank = PLAIN
     flank_b: Flank = PLAIN
     paths: tuple[str, str] = ("", "")
+
+    def plane(
+        self, *, base_helix: float = 0.0, lean: int = 0, slides: tuple[float, float] = (0.0, 0.0)
+    ) -> PlaneOfAction:
+        """Plane of action, as of `PlaneOfAction`; slides : axial offsets of both gears [m]."""
+        return PlaneOfAction(
+            base_a=self.base_a,
+            base_b=self.base_b,
+            internal=self.form_b.internal,
+            pressure_angle=self.pressure_angle,
+            base_helix=base_helix,
+            base_pitch=self.base_pitch,
+            limits=self.limits,
+            lean=lean,
+            face_a=(self.face_a[0] + slides[0], self.face_a[1] + slides[0]),
+            face_b=(self.face_b[0] + slides[1], self.face_b[1] + slides[1]),
+        )
 
     def __repr__(self) -> str:
         """One line: teeth and contact ratio."""

@@ -11,7 +11,6 @@ from ..teeth import geometry
 from ..teeth.geometry import Angle, Phase
 from .gears import (
     GivenLength,
-    Teeth,
     distance_from_shifts,
     finish_gear,
     given_distances,
@@ -22,7 +21,7 @@ from .gears import (
     width_of,
 )
 from .stages import GearPair, Plan
-from .train import NAN, GearData, ResolutionLog, same, turns_of
+from .train import NAN, GearData, ResolutionLog, Teeth, same, turns_of
 
 Place = tuple[float, float]
 STEEPEST = math.radians(60)  # working pressure angle, as in the file format
@@ -58,7 +57,6 @@ class StageShape:
     """
 
     plan: Plan
-    teeth: Mapping[str, Teeth]
     gears: Mapping[str, Mapping[str | None, GearData]]
     meshes: Mapping[str, MeshShape]
     pin: Mapping[str, float]
@@ -67,11 +65,15 @@ class StageShape:
     pin_radius: float
     directions: Mapping[str, tuple[Angle, ...]]
 
+    def gear(self, member: str) -> GearData:
+        """A gear, of halves the left one."""
+        return next(iter(self.gears[member].values()))
+
     def place(self, member: str, branch: int) -> Place:
         """Centre of a gear of one branch (0 ..) [m]."""
         if member in self.centre:
             return self.centre[member]
-        angle = math.tau * float(self.plan.angles[branch]) + self.ahead[member]
+        angle = self.polar(member, branch)
         return self.pin[member] * math.cos(angle), self.pin[member] * math.sin(angle)
 
     def polar(self, member: str, branch: int) -> float:
@@ -95,13 +97,12 @@ def shape_stage(plan: Plan, log: ResolutionLog) -> StageShape:
     worked = {p.name: _working(plan, p, teeth, given.get(p.name), shifts) for p in plan.pairs}
     distance = {name: between for name, (_, between) in worked.items()}
     pin = _pin_radii(plan, distance, log)
-    meshes = {p.name: _mesh_shape(plan, p, teeth, gears, worked[p.name], log) for p in plan.pairs}
+    meshes = {p.name: _mesh_shape(plan, p, gears, worked[p.name], log) for p in plan.pairs}
     ahead = _ahead(plan, pin, distance)
     centre = _centres(plan, distance)
     meeting = [p.b for p in plan.pairs if plan.gears[p.a].kind == "sun" and p.b in pin] or list(pin)
     return StageShape(
         plan=plan,
-        teeth=teeth,
         gears=gears,
         meshes=meshes,
         pin=pin,
@@ -173,7 +174,6 @@ def _angle_at(p: GearPair, distance: float, teeth: Mapping[str, Teeth]) -> float
 def _mesh_shape(
     plan: Plan,
     p: GearPair,
-    teeth: Mapping[str, Teeth],
     gears: Mapping[str, Mapping[str | None, GearData]],
     worked: tuple[float, float],
     log: ResolutionLog,
@@ -182,17 +182,16 @@ def _mesh_shape(
 
     worked : working transverse pressure angle [rad] and centre distance [m].
     """
-    a, b = teeth[p.a], teeth[p.b]
-    first, second = next(iter(gears[p.a].values())), next(iter(gears[p.b].values()))
+    a, b = (next(iter(gears[name].values())) for name in (p.a, p.b))
     angle, distance = worked
     # Stated base radii are levers of the forces; the contact limits follow from the teeth themselves.
-    by_teeth = distance_from_shifts(p, teeth, first.profile_shift, second.profile_shift)[0]
+    by_teeth = distance_from_shifts(p, {p.a: a, p.b: b}, a.profile_shift, b.profile_shift)[0]
     tooth_angle = angle if (a.nominal and b.nominal) or math.isnan(by_teeth) else by_teeth
     limits = geometry.contact_limits(
         a.nominal_base,
-        first.tip_radius,
+        a.tip_radius,
         b.nominal_base,
-        second.tip_radius,
+        b.tip_radius,
         working_pressure_angle=tooth_angle,
         base_pitch=geometry.base_pitch(a.module, a.pressure_angle, a.helix_angle),
         internal=p.internal,

@@ -22,7 +22,6 @@ from ..document.deviations import (
     MemberDeviationsTable,
     MeshDeviationsTable,
     ProfileErrorTable,
-    TiltTable,
     TurningErrorTable,
     UnbalanceTable,
 )
@@ -32,9 +31,9 @@ from ..document.tables import value_at
 from ..errors import ModelError
 from ..teeth.geometry import pitch_lines, profile_amplitude, random_phases, tooth_phase
 from .kinematics import Kinematics
-from .stage_bodies import link_row
+from .stage_bodies import link_row, seated
 from .stages import Level, Levels, stated, subtables
-from .train import DIRECTIONS, Body, Displacement, GearData, Link, Load, Mesh, MeshError, ResolutionLog, per_branch
+from .train import DIRECTIONS, Body, Displacement, GearData, Link, Load, Mesh, MeshError, ResolutionLog, of_branch
 
 NEGLIGIBLE = 1e-9  # of the largest pitch harmonic
 
@@ -81,27 +80,12 @@ class DeviationScope:
 
     def seats(self, body: Body) -> list[Link]:
         """The supports or bearings that carry a body; of a gear that has none, the shaft it sits on."""
-        seats = [
-            link
-            for link in self.links
-            if (link.kind == "support" and link.first == body.name)
-            or (link.kind == "bearing" and (link.second or link.first) == body.name)
-        ]
-        return seats or [link for link in self.links if link.kind == "shaft" and link.second == body.name]
+        seats = [link for link in self.links if seated(link) == body.name]
+        return [link for link in seats if link.kind != "shaft"] or seats
 
     def pins(self, body: Body) -> list[Link]:
         """The bearings of what a body carries."""
         return [link for link in self.links if link.kind == "bearing" and link.first == body.name and link.second]
-
-    def value_of_body(self, body: Body, value: float | Sequence[float] | None, path: str) -> float:
-        """Value of one body in one value or one per planet. Raises ModelError for a list of another length."""
-        count = self.planets.get(body.frame, 0) if body.branch is not None else 1
-        return per_branch(value, max(count, 1), path)[(body.branch or 1) - 1]
-
-    def value_of_mesh(self, mesh: Mesh, value: float | Sequence[float] | None, path: str) -> float:
-        """Value of one mesh in one value or one per planet. Raises ModelError for a list of another length."""
-        count = self.branches(mesh)
-        return per_branch(value, count, path)[(mesh.branch or 1) - 1]
 
     def add_error(
         self, cause: str, mesh: Mesh, path: str, amplitude: complex, frequency: Fraction, *, far: bool = False
@@ -110,17 +94,13 @@ class DeviationScope:
         error = MeshError(path=path, cause=cause, mesh=mesh.name, amplitude=amplitude, frequency=frequency, far=far)
         self.mesh_errors.append(error)
 
-    def branches(self, mesh: Mesh) -> int:
-        """Number of branches that have this mesh."""
-        return self.planets[mesh.pair.split(".")[1]] if mesh.branch is not None else 1
-
 
 def resolve_deviations(model: ModelFile, scope: DeviationScope) -> None:
     """Collect what all deviations do; those that turn are left out with a warning where the file gives no speeds.
 
     Raises
     ------
-    ModelError : a list that is not one per planet; deviations of a pair that does not mesh, or of a side that is none.
+    ModelError : deviations of a pair that does not mesh, or of a side that is none.
     """
     for body in scope.bodies:
         levels = _levels(model.deviations.members, body.member, body.side)
@@ -203,18 +183,18 @@ def _run_out(scope: DeviationScope, body: Body, path: str, table: DisplacementTa
 
 def _seat_error(
     cause: Literal["bearing_run_out", "position", "tilt"],
-) -> Callable[[DeviationScope, Body, str, DisplacementTable | TiltTable], None]:
+) -> Callable[[DeviationScope, Body, str, DisplacementTable], None]:
     """Kind of a displaced seat: run-out turns with the body and enters the links that carry it; position and
     misalignment stand still in what carries the body."""
 
-    def resolve(scope: DeviationScope, body: Body, path: str, table: DisplacementTable | TiltTable) -> None:
+    def resolve(scope: DeviationScope, body: Body, path: str, table: DisplacementTable) -> None:
         seats = scope.seats(body)
         # a doubt where nothing holds the member (or the half that `path` names) in the direction of the displacement
         whole, same = f".{body.side}." not in path, (body.member, body.branch)
         halves = [b for b in scope.bodies if b is body or (whole and (b.member, b.branch) == same)]
         rows = [_held_rows(link, b) for b in halves for link in scope.seats(b)]
         first = 3 if cause == "tilt" else 0
-        components = _components(scope, body, path, table)
+        components = _components(body, table)
         for value, directions in zip(components, ((first, first + 1), (first + 2,)), strict=True):
             if value and not any(row[i] for row in rows for i in directions):
                 names = " and ".join(DIRECTIONS[i] for i in directions)
@@ -232,7 +212,7 @@ def _displace(
     scope: DeviationScope,
     body: Body,
     path: str,
-    table: DisplacementTable | TiltTable,
+    table: DisplacementTable,
     *,
     cause: str,
     rows: Literal["mesh", "own", "seat"],
@@ -245,11 +225,15 @@ def _displace(
 
     cause, rows, links : as in `Displacement`.  frequency : None where it turns and no speed is given.
     """
-    across, along = _components(scope, body, path, table)
+    across, along = _components(body, table)
     if across and frequency is None:
         scope.left_out.append(path)
-    for size, axial, turns in ((across, False, frequency), (along, True, Fraction(0))):
-        if size and turns is not None:
+    # E(t) = Re(vector exp(i w t)) turns (x, y) by w t; at w = 0 it is (x, y) itself.  Derived here.
+    turned = np.array([across, -1j * across, 0.0])
+    for three, turns in ((turned if frequency else turned.real, frequency), (np.array([0.0, 0.0, along]), Fraction(0))):
+        if three.any() and turns is not None:
+            vector = np.zeros((2, 3), complex)  # x y z [m], rx ry rz [rad]
+            vector[int(cause == "tilt")] = three
             scope.displacements.append(
                 Displacement(
                     path=path,
@@ -257,7 +241,7 @@ def _displace(
                     body=body.name,
                     rows=rows,
                     links=tuple(link.name for link in links),
-                    vector=_six(size, along=axial, tilt=cause == "tilt", turning=turns != 0),
+                    vector=vector.ravel(),
                     frequency=turns,
                 )
             )
@@ -272,35 +256,17 @@ def _held_rows(link: Link, body: Body) -> NDArray[np.bool_]:
     return held
 
 
-def _components(
-    scope: DeviationScope, body: Body, path: str, table: DisplacementTable | TiltTable
-) -> tuple[complex, complex]:
+def _components(body: Body, table: DisplacementTable) -> tuple[complex, complex]:
     """Component across the axis, x + i y in the body's own axes at t = 0, and along it [m], of a tilt [rad]."""
     if table.amplitude is not None:
-        phase = scope.value_of_body(body, table.phase, f"{path}.phase")
-        across = scope.value_of_body(body, table.amplitude, f"{path}.amplitude") * cmath.exp(1j * phase)
+        phase = of_branch(table.phase, body.branch)
+        across = of_branch(table.amplitude, body.branch) * cmath.exp(1j * phase)
     else:
-        x, y = (scope.value_of_body(body, getattr(table, key), f"{path}.{key}") for key in ("x", "y"))
+        x, y = (of_branch(getattr(table, key), body.branch) for key in ("x", "y"))
         across = complex(x, y)
     if table.from_ == "stage":
         across *= cmath.exp(-1j * body.angle)
-    return across, complex(scope.value_of_body(body, table.z, f"{path}.z"))
-
-
-def _six(size: complex, *, along: bool, tilt: bool, turning: bool) -> NDArray[np.complex128]:
-    """Amplitude (6,) of a displaced feature, x y z [m], rx ry rz [rad]: E(t) = Re(vector exp(i w t)).
-
-    It turns (x, y) by w t; at w = 0 it is (x, y) itself.  Derived here.
-    """
-    vector = np.zeros(6, complex)
-    first = 3 if tilt else 0
-    if along:
-        vector[first + 2] = size.real
-    elif turning:
-        vector[first : first + 2] = size, -1j * size
-    else:
-        vector[first : first + 2] = size.real, size.imag
-    return vector
+    return across, complex(of_branch(table.z, body.branch))
 
 
 # forces --------------------------------------------------------------------------------------------------------------
@@ -313,7 +279,7 @@ def _unbalance(scope: DeviationScope, body: Body, path: str, table: UnbalanceTab
         scope.left_out.append(path)
         return
     omega = float(speed[body.member]) * math.pi / 30
-    force = scope.value_of_body(body, table.amount, f"{path}.amount") * omega**2
+    force = of_branch(table.amount, body.branch) * omega**2
     if force:
         scope.loads.append(
             Load(
@@ -323,7 +289,7 @@ def _unbalance(scope: DeviationScope, body: Body, path: str, table: UnbalanceTab
                 moment=(0.0, 0.0, 0.0),
                 station=body.station,
                 turns=True,
-                phase=scope.value_of_body(body, table.phase, f"{path}.phase"),
+                phase=of_branch(table.phase, body.branch),
                 speed_squared=True,
             )
         )
@@ -354,7 +320,7 @@ def _pitch(scope: DeviationScope, body: Body, path: str, lists: tuple[tuple[floa
 
 def _profile(scope: DeviationScope, mesh: Mesh, path: str, table: ProfileErrorTable) -> None:
     """Profile error: a cosine at one order of the mesh frequency."""
-    amplitude = scope.value_of_mesh(mesh, table.amplitude, f"{path}.amplitude")
+    amplitude = of_branch(table.amplitude, mesh.branch)
     if amplitude == 0.0:
         return
     frequency = scope.kinematics.mesh_frequency
@@ -364,17 +330,18 @@ def _profile(scope: DeviationScope, mesh: Mesh, path: str, table: ProfileErrorTa
     if table.phase == "identical":
         value = profile_amplitude(amplitude, table.order, lead=mesh.lead)
     elif table.phase == "random":
-        phases = random_phases(scope.branches(mesh), table.seed or 0)
-        value = profile_amplitude(amplitude, table.order, float(phases[(mesh.branch or 1) - 1]))
+        count = 1 if mesh.branch is None else scope.planets[mesh.pair.split(".")[1]]
+        phase = float(random_phases(count, table.seed or 0)[(mesh.branch or 1) - 1])
+        value = profile_amplitude(amplitude, table.order, phase)
     else:
         assert not isinstance(table.phase, str)  # the schema leaves numbers
-        value = profile_amplitude(amplitude, table.order, scope.value_of_mesh(mesh, table.phase, f"{path}.phase"))
+        value = profile_amplitude(amplitude, table.order, of_branch(table.phase, mesh.branch))
     scope.add_error("profile", mesh, path, value, table.order * frequency[mesh.stage])
 
 
 def _gap(scope: DeviationScope, mesh: Mesh, path: str, gap: float | tuple[float, ...]) -> None:
     """Tooth thickness error: a constant opening of the gap [m]."""
-    size = scope.value_of_mesh(mesh, gap, path)
+    size = of_branch(gap, mesh.branch)
     if size:
         scope.add_error("gap", mesh, path, complex(size), Fraction(0))
 
@@ -390,7 +357,7 @@ def _turning_error(scope: DeviationScope, mesh: Mesh, path: str, table: TurningE
     carriers = [body for body in scope.bodies if body.kind == "carrier" and body.frame == gears[0].frame]
     nearest = sorted(carriers, key=lambda body: body.side != mesh.side)
     body = next(body for body in (*gears, *nearest) if body.member == table.turns_with)
-    amplitude = scope.value_of_mesh(mesh, table.amplitude, f"{path}.amplitude")
+    amplitude = of_branch(table.amplitude, mesh.branch)
     if amplitude == 0.0:
         return
     # in the frame, which turns with the carrier, that stands still whether a speed is given or not
@@ -399,7 +366,7 @@ def _turning_error(scope: DeviationScope, mesh: Mesh, path: str, table: TurningE
         scope.left_out.append(path)
         return
     size = amplitude * (math.cos(mesh.base_helix) if table.direction == "transverse" else 1.0)
-    phase = scope.value_of_mesh(mesh, table.phase, f"{path}.phase")
+    phase = of_branch(table.phase, mesh.branch)
     for far in (False, True) if table.flanks == "both" else (False,):
         if table.from_ == "pitch-point":
             x = gears[0].centre[0] + mesh.radius_a * math.cos(mesh.direction) - body.centre[0]

@@ -7,14 +7,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, replace
 from typing import NamedTuple
 
 from ..document.writer import quantity_text
 from ..errors import ModelError
 from ..teeth import geometry
 from .stages import GearPair, Plan, origin_of, sides_of, stated, stated_value
-from .train import GearData, ResolutionLog, same
+from .train import GearData, ResolutionLog, Teeth, same
 
 DEFAULTS = {"pressure_angle": math.radians(20.0), "helix_angle": 0.0}
 HANDS = {"right": 1, "left": -1}
@@ -22,39 +22,6 @@ _HELIX = math.radians(1e-3)  # below it a face is as long as 50 000 modules befo
 FAR_RADIUS = 0.01  # given base radii of rounded print agree with teeth and module to a few per mille
 # Three printed digits are off by up to half of the last one: 0.005 of the 1.00 where that weighs most.
 ROUNDED_RADIUS = 0.005
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Teeth:
-    """The teeth of one gear, before profile shifts are known; lengths [m], angles [rad].
-
-    module : normal.  pressure_angle : normal.  hand : +1 right, -1 left (left helix of a herringbone gear), 0 spur.
-    nominal_base : base radius by teeth and module; base_radius : the one used, given or nominal.
-    """
-
-    teeth: int
-    internal: bool
-    module: float
-    pressure_angle: float
-    helix_angle: float
-    hand: int
-    nominal_base: float
-    base_radius: float
-
-    @property
-    def nominal(self) -> bool:
-        """Whether the base radius is that of teeth and module."""
-        return same(self.base_radius, self.nominal_base)
-
-    @property
-    def transverse_angle(self) -> float:
-        """Transverse pressure angle of the tool [rad]."""
-        return geometry.transverse_pressure_angle(self.pressure_angle, self.helix_angle)
-
-    @property
-    def base_helix(self) -> float:
-        """Base helix angle, magnitude [rad]."""
-        return geometry.base_helix_angle(self.pressure_angle, self.helix_angle)
 
 
 def teeth_of_stage(plan: Plan, log: ResolutionLog) -> dict[str, Teeth]:
@@ -308,16 +275,10 @@ def _gear_data(plan: Plan, name: str, teeth: Teeth, shift: float, side: str | No
     tip = geometry.tip_radius(*size, internal=teeth.internal, profile_shift=shift, addendum=addendum)
     root = geometry.root_radius(*size, internal=teeth.internal, profile_shift=shift, dedendum=dedendum)
     return GearData(
-        teeth=teeth.teeth,
-        internal=teeth.internal,
-        module=teeth.module,
-        pressure_angle=teeth.pressure_angle,
-        helix_angle=teeth.helix_angle,
-        hand=-teeth.hand if side == "right" else teeth.hand,
+        **asdict(replace(teeth, hand=-teeth.hand) if side == "right" else teeth),
         face_width=width_of(plan, name, side),
         gap=gap_of(plan, name),
         herringbone=plan.herringbone(name) and side is None,
-        base_radius=teeth.base_radius,
         tip_radius=tip if member.tip_diameter is None else member.tip_diameter / 2,
         root_radius=root if member.root_diameter is None else member.root_diameter / 2,
         reference_radius=geometry.reference_radius(*size),

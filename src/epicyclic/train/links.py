@@ -8,19 +8,19 @@ One link of a model file at its site, and bolts on a pitch circle, each of which
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 from ..document.schema import ModelFile
-from ..document.schema_fields import ForceTableOf, LinkTable, SolidTable, SupportTable
-from ..document.units import Quantity
+from ..document.schema_fields import BoltsTable, ForceTableOf, LinkTable, SolidTable, SupportTable
+from ..document.units import PerPlanet, Quantity
 from ..errors import ModelError
 from ..teeth.mesh_stiffness import ForceCurve, force_curve
 from .centres import StageShape
 from .gears import gap_of, width_of
 from .stage_bodies import body_name, held_by_distance, member_bodies, member_centre
 from .stages import Plan, elastic_constants, file_material, gear_below, member_material, overlaid, sides_of
-from .train import DIRECTIONS, Body, Link, ResolutionLog, per_branch
+from .train import DIRECTIONS, Body, Link, ResolutionLog, bodies_named, of_branch
 
 
 def shaft_stiffness(
@@ -62,14 +62,18 @@ def shear_coefficient(bore_ratio: float, poisson_ratio: float) -> float:
     return 6 * (1 + poisson_ratio) * wide / ((7 + 6 * poisson_ratio) * wide + (20 + 12 * poisson_ratio) * bore_ratio**2)
 
 
-def solid_stiffness(table: SolidTable, length: float, material: tuple[float, float]) -> dict[str, float]:
+def solid_stiffness(table: SolidTable, length: float, material: tuple[float, float], path: str) -> dict[str, float]:
     """Stiffness of a neck, shaft or coupling by its shape, x y z [N/m], rx ry rz [N m/rad]; rz alone from G J_p.
 
     length [m]; material : Young's modulus [Pa], Poisson's ratio.
+
+    Raises
+    ------
+    ModelError : a diameter or a torsional rigidity without length.
     """
-    if length <= 0:
-        return {}
     stiffness: dict[str, float] = {}
+    if (table.diameter is not None or table.torsional_rigidity is not None) and length <= 0:
+        raise ModelError("is missing", path=f"{path}.length", allowed="length of the shaft [m]")
     if table.diameter is not None:
         stiffness = shaft_stiffness(table.diameter, table.bore or 0.0, length, *material)
     if table.torsional_rigidity is not None:
@@ -77,17 +81,15 @@ def solid_stiffness(table: SolidTable, length: float, material: tuple[float, flo
     return stiffness
 
 
-Six = tuple[float, float, float, float, float, float]
-UNITS = {"x": "N/m", "y": "N/m", "z": "N/m", "rx": "N m/rad", "ry": "N m/rad", "rz": "N m/rad"}
 STIFF = math.inf
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LinkSite:
-    """Where a link sits: path in the file, name in results, its bodies, number of branches that have it.
+    """Where a link sits: path in the file, name in results, its bodies.
 
     station : axial place of the link [m] unless its table states `at`, which counts from `centre` [m].
-    radius : at which an rz in N/m acts [m].  plate : side of the carrier plate it sits in, where there are two.
+    radius : at which an rz in N/m acts [m].
     share : of the stiffness of the table that it has [1].
     """
 
@@ -98,15 +100,23 @@ class LinkSite:
     second: str | None
     centre: float
     station: float
-    count: int = 1
     radius: float = 1.0
     share: float = 1.0
-    plate: str | None = None
 
-    def of_branch(self, value: float | tuple[float, ...], path: str) -> float:
-        """Value of the branch of the site, in one value or one per planet. Raises ModelError for a list that does not
-        fit the planets."""
-        return per_branch(value, self.count, path)[(self.first.branch or 1) - 1]
+    @classmethod
+    def between(cls, path: str, name: str, kind: str, first: Body, second: Body, radius: float) -> LinkSite:
+        """Site of a joint, in the middle between two bodies."""
+        at = (first.station + second.station) / 2
+        return cls(
+            path=path,
+            name=name,
+            kind=kind,
+            first=first,
+            second=second.name,
+            centre=at,
+            station=at,
+            radius=radius,
+        )
 
 
 def link_at(site: LinkSite, name: str, table: LinkTable, rest: Mapping[str, float], log: ResolutionLog) -> Link:
@@ -116,18 +126,14 @@ def link_at(site: LinkSite, name: str, table: LinkTable, rest: Mapping[str, floa
 
     Raises
     ------
-    ModelError : a list that does not fit the planets, an rz in N/m without radius.
+    ModelError : an rz in N/m without radius.
     """
     path = f"{site.path}.{name}" if name else site.path
     first, second = site.first.name, site.second
     if site.kind == "bearing" and second is not None:
         first, second = second, first  # of a bearing the carrier stands first
     stiffness, curves = _stiffnesses(site, path, table, rest, log)
-    damping = [0.0 if table.damping is None else (getattr(table.damping, d) or 0.0) * site.share for d in DIRECTIONS]
-    friction: list[tuple[str, float | str]] = []
-    for key in () if table.friction is None else ("force", "coefficient", "radius", "law"):
-        if (value := getattr(table.friction, key)) is not None:
-            friction.append((key, value * site.share if key == "force" else value))
+    friction = {} if table.friction is None else table.friction.model_dump(exclude_none=True)
     return Link(
         name=f"{site.name}/{name}" if name else site.name,
         path=path,
@@ -137,55 +143,50 @@ def link_at(site: LinkSite, name: str, table: LinkTable, rest: Mapping[str, floa
         centre=site.first.centre,
         station=site.station if table.at is None else site.centre + table.at,
         angle=site.first.angle,
-        stiffness=_six(*stiffness),
-        damping=_six(*damping),
-        clearance=site.of_branch(table.clearance or 0.0, f"{path}.clearance"),
+        stiffness=stiffness,
+        damping=tuple((getattr(table.damping, direction, None) or 0.0) * site.share for direction in DIRECTIONS),
+        clearance=of_branch(table.clearance, site.first.branch),
         exponent=table.exponent if table.exponent is not None else 1.0,
         load=(table.load or 0.0) * site.share,
-        friction=tuple(friction),
-        curves=tuple(curves.items()),
+        friction=tuple((key, value * site.share if key == "force" else value) for key, value in friction.items()),
+        curves=curves,
     )
 
 
-def _six(x: float, y: float, z: float, rx: float, ry: float, rz: float) -> Six:
-    return x, y, z, rx, ry, rz
-
-
 def _stiffnesses(
-    site: LinkSite, path: str, table: LinkTable, rest: Mapping[str, float], log: ResolutionLog
-) -> tuple[list[float], dict[int, ForceCurve]]:
+    site: LinkSite, path: str, table: LinkTable | BoltsTable, rest: Mapping[str, float], log: ResolutionLog
+) -> tuple[tuple[float, ...], tuple[tuple[int, ForceCurve], ...]]:
     """Stiffness in x y z [N/m], rx ry rz [N m/rad], and force over deflection of the directions that state a table.
 
     At a shared site the share of finite stiffnesses and of the force.  Of a direction that follows a table the
     stiffness is the nominal one.
+
+    rest : by key of the table, in the order of the six directions: stiffness where it is not named.
     """
     values: list[float] = []
-    curves: dict[int, ForceCurve] = {}
-    for number, direction in enumerate(DIRECTIONS):
-        stated = getattr(table, direction)
+    curves: list[tuple[int, ForceCurve]] = []
+    for number, (key, value) in enumerate(rest.items()):
+        stated, unit = getattr(table, key), "N/m" if number < 3 else "N m/rad"
         if isinstance(stated, ForceTableOf):
             radius = 1.0
-            if direction == "rz" and stated.deflection is not None and stated.deflection.unit == "m":
-                radius = _known(site.radius, f"{path}.{direction}", "a table in m and N")
-            curve = force_curve(*stated.curves[0])
-            curves[number] = curve.scaled(deflection=1 / radius, force=radius * site.share)
-            values.append(curves[number].stiffness)
-            log.note(f"{path}.{direction}.tangent", values[-1] / site.share, UNITS[direction], "half of its last force")
+            if key == "rz" and stated.deflection is not None and stated.deflection.unit == "m":
+                radius = _known(site.radius, f"{path}.{key}", "a table in m and N")
+            curve = force_curve(*stated.curves[0]).scaled(deflection=1 / radius, force=radius * site.share)
+            curves.append((number, curve))
+            values.append(curve.stiffness)
+            log.note(f"{path}.{key}.tangent", curve.stiffness / site.share, unit, "half of its last force")
             continue
         if stated is None:
-            value = rest[direction]
-            origin = "default" if math.isinf(value) or not value else "geometry"
-            log.note(f"{path}.{direction}", value, UNITS[direction], origin)
+            log.note(f"{path}.{key}", value, unit, "default" if math.isinf(value) or not value else "geometry")
         else:
-            whole = _torsional(stated, site.radius, f"{path}.{direction}") if isinstance(stated, Quantity) else stated
-            value = site.of_branch(whole, f"{path}.{direction}")
-            note = list(whole) if isinstance(whole, tuple) else whole
-            log.note(f"{path}.{direction}", note, UNITS[direction])
+            whole = _torsional(stated, site.radius, f"{path}.{key}") if isinstance(stated, Quantity) else stated
+            value = of_branch(whole, site.first.branch)
+            log.note(f"{path}.{key}", list(whole) if isinstance(whole, tuple) else whole, unit)
         values.append(value * site.share if math.isfinite(value) else value)
-    return values, curves
+    return tuple(values), tuple(curves)
 
 
-def _torsional(stated: Quantity, radius: float, path: str) -> float | tuple[float, ...]:
+def _torsional(stated: Quantity, radius: float, path: str) -> PerPlanet:
     """Torsional stiffness [N m/rad]; one in N/m acts at `radius` [m]. Raises ModelError for an unknown radius."""
     if stated.unit == "N m/rad":
         return stated.value
@@ -205,49 +206,36 @@ def _known(radius: float, path: str, given: object) -> float:
 # bolts ----------------------------------------------------------------------------------------------------------------
 
 
-def bolted(site: Link, table: LinkTable, log: ResolutionLog) -> list[Link]:
-    """A link and its bolts; the link itself only where it holds anything beside them.
+def links_at(site: LinkSite, name: str, table: LinkTable, rest: Mapping[str, float], log: ResolutionLog) -> list[Link]:
+    """Link of one table at its site, see `link_at`, and its bolts; itself only where it holds anything beside them.
 
     A bolt stands on the circle at its own angle, its x axis radial and its y axis tangential: with stiffness k_r, k_t,
     k_z of one, n >= 3 equal bolts evenly spaced on the radius r hold a member with x and y n (k_r + k_t)/2, rz
     n k_t r^2, z n k_z, rx and ry n k_z r^2/2.  A direction of a bolt that is not named is rigid.
     """
-    bolts = table.bolts
+    link, bolts = link_at(site, name, table, rest, log), table.bolts
     if bolts is None:
-        return [site]
-    path = f"{site.path}.bolts"
+        return [link]
+    path = f"{link.path}.bolts"
     log.note(f"{path}.radius", bolts.radius, "m")
-    stiffness, curves = [], []
-    for direction, key in enumerate(("radial", "tangential", "z")):
-        stated: float | ForceTableOf | None = getattr(bolts, key)
-        if isinstance(stated, ForceTableOf):
-            curve = force_curve(*stated.curves[0])
-            curves.append((direction, curve))
-            stiffness.append(curve.stiffness)
-            log.note(f"{path}.{key}.tangent", curve.stiffness, "N/m", "half of its last force")
-        else:
-            stiffness.append(math.inf if stated is None else stated)
-            log.note(f"{path}.{key}", stiffness[-1], "N/m", "default" if stated is None else "given")
-    angles = bolts.angles
-    if angles is None:
-        angles = tuple(math.tau * i / (bolts.count or 1) for i in range(bolts.count or 1))
-    links = [site] if any(site.stiffness) or any(site.damping) else []
-    links += [
+    stiffness, curves = _stiffnesses(site, path, bolts, dict.fromkeys(("radial", "tangential", "z"), STIFF), log)
+    count = bolts.count or 1
+    (x, y), radius = link.centre, bolts.radius
+    return [link] * (any(link.stiffness) or any(link.damping)) + [
         Link(
-            name=f"{site.name}/bolts/{number}",
+            name=f"{link.name}/bolts/{number}",
             path=path,
-            kind=site.kind,
-            first=site.first,
-            second=site.second,
-            centre=(site.centre[0] + bolts.radius * math.cos(angle), site.centre[1] + bolts.radius * math.sin(angle)),
-            station=site.station,
+            kind=link.kind,
+            first=link.first,
+            second=link.second,
+            centre=(x + radius * math.cos(angle), y + radius * math.sin(angle)),
+            station=link.station,
             angle=angle,
-            stiffness=_six(*[*stiffness, 0.0, 0.0, 0.0]),
-            curves=tuple(curves),
+            stiffness=(*stiffness, 0.0, 0.0, 0.0),
+            curves=curves,
         )
-        for number, angle in enumerate(angles, start=1)
+        for number, angle in enumerate(bolts.angles or [math.tau * i / count for i in range(count)], start=1)
     ]
-    return links
 
 
 def links_of_stage(shape: StageShape, model: ModelFile, bodies: Mapping[str, Body], log: ResolutionLog) -> list[Link]:
@@ -276,19 +264,8 @@ def links_of_bodies(model: ModelFile, bodies: Mapping[str, Body], log: Resolutio
     links: list[Link] = []
     for name, body in model.bodies.items():
         path = f"bodies.{name}.support"
-        held = name in model.operation.held
         second = _carrying(body.support, bodies, None, path)
-        station = bodies[name].station
-        site = LinkSite(
-            path=path,
-            name=f"{name}/support",
-            kind="support",
-            first=bodies[name],
-            second=second,
-            centre=station,
-            station=station,
-        )
-        links += _bearings_of_seat(site, body.support, STIFF if held else 0.0, log)
+        links += _bearings_of_seat(path, bodies[name], [second], body.support, model, log)
     return links
 
 
@@ -325,23 +302,7 @@ def _seat(
         raise ModelError(
             "holds a body on itself", path=f"{path}.to", given=table.to, allowed="housing, or another body"
         )
-    links: list[Link] = []
-    for second in seconds:
-        plate = second.rsplit("/", 1)[-1] if second is not None and len(seconds) > 1 else None
-        site = LinkSite(
-            path=path,
-            name=f"{body.name}/{key}",
-            kind=key,
-            first=body,
-            second=second,
-            centre=member_centre(body, model),
-            station=body.station,
-            count=plan.branches if carried else 1,
-            radius=body.reference_radius,
-            plate=plate,
-        )
-        links += _bearings_of_seat(site, table, STIFF if f"{plan.name}.{name}" in held else 0.0, log)
-    return links
+    return _bearings_of_seat(path, body, seconds, table, model, log)
 
 
 def _carrying(table: SupportTable | None, bodies: Mapping[str, Body], side: str | None, path: str) -> str | None:
@@ -358,12 +319,7 @@ def body_of(reference: str, bodies: Mapping[str, Body], path: str, side: str | N
     ------
     ModelError : a planet, which there is several of, or a split member without a side.
     """
-    parts = reference.split(".")
-    named = [
-        body.name
-        for body in bodies.values()
-        if body.member == ".".join(parts[:2]) and (len(parts) < 3 or body.side == parts[2]) and body.branch is None
-    ]
+    named = [body.name for body in bodies_named(reference, bodies.values()) if body.branch is None]
     same_side = [name for name in named if bodies[name].side == side] if len(named) > 1 else named
     if len(same_side) != 1:
         split = len(named) > 1
@@ -376,12 +332,21 @@ def body_of(reference: str, bodies: Mapping[str, Body], path: str, side: str | N
     return same_side[0]
 
 
-def _bearings_of_seat(site: LinkSite, support: SupportTable | None, rz: float, log: ResolutionLog) -> list[Link]:
-    """One link for every bearing of a seat; a direction that none names is rigid (rz: `rz` [N m/rad]) in the first one.
+def _bearings_of_seat(
+    path: str,
+    body: Body,
+    seconds: Sequence[str | None],
+    support: SupportTable | None,
+    model: ModelFile,
+    log: ResolutionLog,
+) -> list[Link]:
+    """One link for every bearing of a seat; a direction that none names is rigid (rz: where held) in the first one.
 
     Tilt that none names is rigid too, but where two bearings at a distance hold it by their own stiffness.
     Bolts hold in every direction, so that beside them no other direction is rigid unless named.  Of two carrier plates
     a bearing sits in the one on its side of the planet's centre, in the middle half in each.
+
+    seconds : names of the bodies that carry it, of two plates both; None = the frame.
     """
     listed: list[tuple[str, LinkTable]] = []
     if support is None or not support.bearings or support.directions():
@@ -391,17 +356,31 @@ def _bearings_of_seat(site: LinkSite, support: SupportTable | None, rz: float, l
     named = {d for _, link in listed for d in link.directions()}
     if any(link.bolts is not None for _, link in listed):
         named = set(DIRECTIONS)
-    named |= held_by_distance([link for _, link in listed], (site.first.branch or 1) - 1)
+    named |= held_by_distance([link for _, link in listed], body.branch)
+    free: dict[str, float] = dict.fromkeys(DIRECTIONS, 0.0)
+    unnamed: dict[str, float] = {d: 0.0 if d in named else STIFF for d in DIRECTIONS}
+    if body.member not in model.operation.held:
+        unnamed["rz"] = 0.0
+    kind = "support" if body.branch is None else "bearing"
     links: list[Link] = []
-    for i, (name, link) in enumerate(listed):
-        rest: dict[str, float] = {d: 0.0 if d in named or i else (rz if d == "rz" else STIFF) for d in DIRECTIONS}
-        if site.plate is None or not link.at:
-            half = site if site.plate is None else replace(site, name=f"{site.name}/{site.plate}", share=0.5)
-        elif (site.plate == "left") == (link.at < 0):
-            half = site
-        else:
-            continue
-        links += bolted(link_at(half, name, link, rest, log), link, log)
+    for second in seconds:
+        plate = second.rsplit("/", 1)[-1] if second is not None and len(seconds) > 1 else None
+        for i, (name, link) in enumerate(listed):
+            if plate is not None and link.at and (plate == "left") != (link.at < 0):
+                continue
+            half = plate is not None and not link.at
+            site = LinkSite(
+                path=path,
+                name=f"{body.name}/{kind}/{plate}" if half else f"{body.name}/{kind}",
+                kind=kind,
+                first=body,
+                second=second,
+                centre=member_centre(body, model),
+                station=body.station,
+                radius=body.reference_radius,
+                share=0.5 if half else 1.0,
+            )
+            links += links_at(site, name, link, free if i else unnamed, log)
     return links
 
 
@@ -436,22 +415,10 @@ def _joints(
             joints.append(("shaft", body, first, second, member.shaft or SolidTable(), apart))
     links = []
     for kind, whose, first, second, table, default in joints:
-        path, length = f"{plan.member_path(name)}.{kind}", table.length or default
-        if (table.diameter is not None or table.torsional_rigidity is not None) and length <= 0:
-            raise ModelError("is missing", path=f"{path}.length", allowed="length of the shaft [m]")
-        rest: dict[str, float] = {d: STIFF for d in DIRECTIONS} | solid_stiffness(table, length, material)
-        middle = (first.station + second.station) / 2
-        site = LinkSite(
-            path=path,
-            name=f"{whose}/{kind}",
-            kind=kind,
-            first=first,
-            second=second.name,
-            centre=middle,
-            station=middle,
-            count=plan.branches if branch is not None else 1,
-            radius=first.reference_radius,
-        )
+        path = f"{plan.member_path(name)}.{kind}"
+        rest: dict[str, float] = dict.fromkeys(DIRECTIONS, STIFF)
+        rest |= solid_stiffness(table, table.length or default, material, path)
+        site = LinkSite.between(path, f"{whose}/{kind}", kind, first, second, first.reference_radius)
         links.append(link_at(site, "", table, rest, log))
     return links
 
@@ -468,29 +435,17 @@ def couplings(model: ModelFile, bodies: Mapping[str, Body], log: ResolutionLog) 
     for name, table in model.couplings.items():
         path = f"couplings.{name}"
         first, second = (bodies[body_of(end, bodies, f"{path}.between")] for end in table.between)
-        shape = solid_stiffness(table, table.length or 0.0, material)
-        if (table.diameter is not None or table.torsional_rigidity is not None) and table.length is None:
-            raise ModelError("is missing", path=f"{path}.length", allowed="length of the shaft [m]")
+        shape = solid_stiffness(table, table.length or 0.0, material, path)
         if table.ends == "fixed" and not {"x", "rz"} <= {*shape, *table.directions()}:
             raise ModelError(
                 "is missing", path=f"{path}.diameter", allowed="diameter and length of a shaft with fixed ends"
             )
-        rest: dict[str, float] = dict.fromkeys(("x", "y", "z", "rx", "ry"), 0.0)
+        rest: dict[str, float] = dict.fromkeys(DIRECTIONS, 0.0)
         rest["rz"] = shape.get("rz", STIFF if table.bolts is None else 0.0)
         if table.ends == "fixed":
             rest |= shape
-        middle = (first.station + second.station) / 2
-        site = LinkSite(
-            path=path,
-            name=name,
-            kind="coupling",
-            first=first,
-            second=second.name,
-            centre=middle,
-            station=middle,
-            radius=table.radius or 1.0,
-        )
-        links += bolted(link_at(site, "", table, rest, log), table, log)
+        site = LinkSite.between(path, name, "coupling", first, second, table.radius or 1.0)
+        links += links_at(site, "", table, rest, log)
     return links
 
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import lru_cache
 from itertools import pairwise
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -35,12 +35,11 @@ from ..teeth.mesh_stiffness import (
     series_in_time,
     table_series,
 )
-from ..teeth.path_of_contact import PlaneOfAction
 from ..warning_codes import CodedText, placed
 from .centres import MeshShape, StageShape
 from .gears import half_station, width_of
 from .kinematics import Kinematics
-from .stages import GearPair, Plan, Stated, elastic_constants, member_material, stated, stated_value, subtables
+from .stages import GearPair, Levels, Plan, Stated, elastic_constants, member_material, stated, stated_value, subtables
 from .train import Mesh, MeshError, ResolutionLog, per_branch
 
 # Where the file states no thickness of the body: a hub of half the root diameter; a rim of 3.5 modules, which the
@@ -71,7 +70,7 @@ class MeshSide:
     @property
     def base_helix(self) -> float:
         """Base helix angle, magnitude [rad]."""
-        return self.shape.teeth[self.pair.a].base_helix
+        return self.shape.gear(self.pair.a).base_helix
 
     @property
     def width(self) -> float:
@@ -92,7 +91,7 @@ class MeshSide:
     def overlap(self) -> float:
         """Overlap ratio of one helix [1]."""
         first = next(iter(self.meshing.width.values()))
-        if self.width == first or not self.shape.teeth[self.pair.a].helix_angle:
+        if self.width == first or not self.shape.gear(self.pair.a).helix_angle:
             return self.meshing.overlap_ratio
         return self.meshing.overlap_ratio * self.width / first
 
@@ -105,7 +104,7 @@ class MeshSide:
     @property
     def operating_load(self) -> float | None:
         """Mean force of the operation along the normal of one helix [N]; None without."""
-        load = self.passed_torque / (self.shape.teeth[self.pair.b].base_radius * math.cos(self.base_helix))
+        load = self.passed_torque / (self.shape.gear(self.pair.b).base_radius * math.cos(self.base_helix))
         return load if load > 0 and math.isfinite(load) else None
 
     def stated(self, key: str) -> Stated | None:
@@ -123,7 +122,7 @@ class MeshSide:
 
 def tooth_form(shape: StageShape, gear: str, model: ModelFile, log: ResolutionLog) -> GearForm:
     """Form of the teeth of a gear and of its body [m, Pa]; a default body is noted in the log."""
-    data = next(iter(shape.gears[gear].values()))
+    data = shape.gear(gear)
     E, nu = elastic_constants(member_material(shape.plan, gear, model))
     # a given root diameter is a dedendum
     depth = data.root_radius - data.reference_radius if data.internal else data.reference_radius - data.root_radius
@@ -146,7 +145,7 @@ def tooth_form(shape: StageShape, gear: str, model: ModelFile, log: ResolutionLo
 
 def _held(shape: StageShape, gear: str, log: ResolutionLog) -> float:
     """Radius at which the body of the gear is held [m]."""
-    member, data = shape.plan.gears[gear], next(iter(shape.gears[gear].values()))
+    member, data = shape.plan.gears[gear], shape.gear(gear)
     path = shape.plan.member_path(gear)
     if data.internal:
         if member.outer_diameter is not None:
@@ -163,23 +162,24 @@ def _held(shape: StageShape, gear: str, log: ResolutionLog) -> float:
 def nominal_load(at: MeshSide, width: float) -> float:
     """Load per length of contact line at the operation [N/m]; width : face width of one helix [m]."""
     # F = T/(r_b cos beta_b) over a mean length of eps_alpha b / cos beta_b
-    load = at.passed_torque / (at.shape.teeth[at.pair.b].base_radius * at.meshing.contact_ratio * width)
+    load = at.passed_torque / (at.shape.gear(at.pair.b).base_radius * at.meshing.contact_ratio * width)
     return load if load > 0 and math.isfinite(load) else _LOAD
 
 
-def tooth_law(at: MeshSide, method: Literal["energy", "ishikawa"]) -> tuple[float, ComplexArray]:
+def tooth_law(at: MeshSide, method: str, path: str) -> tuple[float, ComplexArray]:
     """Mean stiffness of one helix along the tooth normal [N/m], and the relative series of a narrow slice of it.
 
     method : by strain energy under the load of the operation, or Ishikawa's tooth, which knows no load.
+    path : of the stiffness that needs it.
 
     Raises
     ------
-    ModelError : teeth that cannot be, that interfere, that part between pairs.
+    ModelError : no face width, teeth that cannot be, that interfere, that part between pairs.
     """
     from ..teeth.compliance import tooth_compliance
     from ..teeth.gear_pair import MeshedTeeth, energy_series, interference_warnings, ishikawa_series
 
-    p, log, width, meshing = at.pair, at.log, at.width, at.meshing
+    p, log, width, meshing = at.pair, at.log, at.needed_width(path), at.meshing
     a, b = (
         tooth_compliance(tooth_form(at.shape, name, at.model, log), path=at.shape.plan.member_path(name))
         for name in (p.a, p.b)
@@ -212,7 +212,7 @@ def tooth_pair(at: MeshSide) -> ToothPair | None:
     flanks = _flank(plan, p.a, side, log), _flank(plan, p.b, side, log)
     if widths[0] is None or widths[1] is None:
         return None
-    a, b, meshing = shape.teeth[p.a], shape.teeth[p.b], at.meshing
+    a, b, meshing = shape.gear(p.a), shape.gear(p.b), at.meshing
     unnoted = ResolutionLog(assumed={})  # the default body is noted where a stiffness needs it
     at_a, at_b = (half_station(plan, name, side) - meshing.station[side] for name in (p.a, p.b))
     teeth = ToothPair(
@@ -227,9 +227,12 @@ def tooth_pair(at: MeshSide) -> ToothPair | None:
         face_b=(at_b - widths[1] / 2, at_b + widths[1] / 2),
         flank_a=flanks[0],
         flank_b=flanks[1],
-        paths=(_path(plan, p.a, side), _path(plan, p.b, side)),
+        paths=(
+            _flank_path(plan, p.a, plan.member_levels(p.a, side)),  # what is laid over it does not go to the stage
+            _flank_path(plan, p.b, plan.member_levels(p.b, side)),
+        ),
     )
-    _check(teeth, p.internal, paths=(_stating_path(plan, p.a, side), _stating_path(plan, p.b, side)))
+    _check(teeth, *(_flank_path(plan, name, plan.levels(name, side)) for name in (p.a, p.b)))
     for gear, flank in zip((p.a, p.b), flanks, strict=True):
         for name, size in amounts(flank):
             if abs(size) > _DOUBTFUL * a.module:
@@ -241,24 +244,15 @@ def tooth_pair(at: MeshSide) -> ToothPair | None:
     return teeth
 
 
-def _check(teeth: ToothPair, internal: bool, *, paths: tuple[str, str]) -> None:
+def _check(teeth: ToothPair, path_a: str, path_b: str) -> None:
     """Raise ModelError for micro-geometry that does not fit the height and the width of its flank.
 
-    paths : where the file states the flanks of both gears.
+    path_a, path_b : where the file states the flanks of both gears.
     """
-    plane = PlaneOfAction(
-        base_a=teeth.base_a,
-        base_b=teeth.base_b,
-        internal=internal,
-        pressure_angle=teeth.pressure_angle,
-        base_pitch=teeth.base_pitch,
-        limits=teeth.limits,
-        face_a=teeth.face_a,
-        face_b=teeth.face_b,
-    )
+    plane = teeth.plane()
     for flank, radius, face, form, path in (
-        (teeth.flank_a, plane.radius_a, teeth.face_a, teeth.form_a, paths[0]),
-        (teeth.flank_b, plane.radius_b, teeth.face_b, teeth.form_b, paths[1]),
+        (teeth.flank_a, plane.radius_a, teeth.face_a, teeth.form_a, path_a),
+        (teeth.flank_b, plane.radius_b, teeth.face_b, teeth.form_b, path_b),
     ):
         if flank != PLAIN:
             height = abs(float(radius(teeth.limits[1]) - radius(teeth.limits[0])))
@@ -308,15 +302,9 @@ def _flank(plan: Plan, name: str, side: str | None, log: ResolutionLog) -> Flank
     )
 
 
-def _path(plan: Plan, name: str, side: str | None) -> str:
-    """Path of the flank of a gear in the file, of a side where it has its own: what is laid over it goes there."""
-    statement = stated(plan.member_levels(name, side), "flank")
-    return f"{plan.member_path(name)}.flank" if statement is None else statement.path
-
-
-def _stating_path(plan: Plan, name: str, side: str | None) -> str:
-    """Path at which the file states the flank of a gear: of the side, else the gear, else the stage."""
-    statement = stated(plan.levels(name, side), "flank")
+def _flank_path(plan: Plan, name: str, levels: Levels) -> str:
+    """Path at which the file states the flank of a gear, at the nearest of some levels; else that of the gear."""
+    statement = stated(levels, "flank")
     return f"{plan.member_path(name)}.flank" if statement is None else statement.path
 
 
@@ -334,7 +322,7 @@ def _profile(table: ProfileTable, path: str) -> tuple[tuple[float, float], ...]:
 STEEL_GRADES = 0.1  # steels differ by less in Young's modulus
 NORMAL_RANGE = (10e9, 30e9)  # stiffness per face width of steel teeth, transverse [N/m^2]
 # Methods that give mean and variation from the shape of the teeth.
-_BY_SHAPE: tuple[Literal["energy", "ishikawa"], ...] = ("energy", "ishikawa")
+_BY_SHAPE = ("energy", "ishikawa")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -368,7 +356,7 @@ def mesh_law(at: MeshSide, *, teeth: ToothPair | None, lean: int) -> MeshLaw:
     path = f"{p.path}.stiffness" if statement is None else statement.path
     count, computed = len(shape.plan.angles), not isinstance(value, Quantity)
     form = _form(at, str(value) if computed else "")
-    narrow_series, shaped, loaded = None, None, None
+    loaded = None
     if value == "contact":
         at.needed_width(path)
         if teeth is None:
@@ -378,38 +366,24 @@ def mesh_law(at: MeshSide, *, teeth: ToothPair | None, lean: int) -> MeshLaw:
                 allowed=f"a face width of the stage, or of {p.a} and of {p.b}",
             )
         loaded = _contact_law(at, teeth, lean)
-    for method in _BY_SHAPE:
-        # where mean and variation are of two methods, the series is that of the variation
-        if method in (value, form):
-            at.needed_width(path)
-            mean, series = tooth_law(at, method)
-            shaped = mean if value == method else shaped
-            narrow_series = series if form == method else narrow_series
+    # where mean and variation are of two methods, the series is that of the variation
+    by_shape = {method: tooth_law(at, method, path) for method in _BY_SHAPE if method in (value, form)}
     if isinstance(value, Quantity):
-        stiffness = per_branch(_normal(at, value, path), count, path)
-    elif shaped is not None:
-        stiffness = (shaped,) * count
-    elif loaded is not None:
-        stiffness = (loaded.stiffness,) * count
+        stiffness = per_branch(_normal(at, value, path), count)
+    elif value in by_shape:
+        stiffness = (by_shape[value][0],) * count
     else:
-        stiffness = (_standard(at, path),) * count
+        stiffness = (_standard(at, path) if loaded is None else loaded.stiffness,) * count
     note = stiffness[0] if len(set(stiffness)) == 1 else list(stiffness)
     by_side = len(set(at.meshing.width.values())) > 1 or (statement is not None and statement.level == "side")
     where = f"{p.path}.{side}.stiffness" if side and by_side else f"{p.path}.stiffness"
     log.note(where, note, "N/m", f"{value or 'iso6336'}" if computed else "given")
     _check_range(at, stiffness)
-    loaded = loaded if form == "contact" else None
-    if loaded is not None:
+    if loaded is not None and form == "contact":
         log.note(f"{p.path}.variation", form, "", "default")
-        variation, narrow = loaded.variation, None
-    else:
-        variation, narrow = _variation(at, form, narrow_series)
-    return MeshLaw(
-        stiffness=stiffness,
-        variation=variation,
-        narrow=narrow,
-        table=loaded,
-    )
+        return MeshLaw(stiffness=stiffness, variation=loaded.variation, narrow=None, table=loaded)
+    variation, narrow = _variation(at, form, by_shape[form][1] if form in by_shape else None)
+    return MeshLaw(stiffness=stiffness, variation=variation, narrow=narrow)
 
 
 def _normal(at: MeshSide, given: Quantity, path: str) -> float | tuple[float, ...]:
@@ -429,18 +403,17 @@ def _transverse_cosine(at: MeshSide) -> float:
 def _standard(at: MeshSide, path: str) -> float:
     """Mean stiffness along the tooth normal of one helix by ISO 6336-1 [N/m]."""
     width, p = at.needed_width(path), at.pair
-    a, b = at.shape.teeth[p.a], at.shape.teeth[p.b]
-    first, second = next(iter(at.shape.gears[p.a].values())), next(iter(at.shape.gears[p.b].values()))
+    a, b = at.shape.gear(p.a), at.shape.gear(p.b)
     single, limits = teeth_stiffness.iso6336_single_stiffness(
         a.teeth,
         b.teeth,
         a.pressure_angle,
         a.helix_angle,
         internal=p.internal,
-        shift_a=first.profile_shift,
-        shift_b=second.profile_shift,
-        dedendum_a=first.dedendum,
-        dedendum_b=second.dedendum,
+        shift_a=a.profile_shift,
+        shift_b=b.profile_shift,
+        dedendum_a=a.dedendum,
+        dedendum_b=b.dedendum,
         youngs_modulus_a=at.elasticity(p.a),
         youngs_modulus_b=at.elasticity(p.b),
     )
@@ -598,7 +571,7 @@ def _contact_law(at: MeshSide, teeth: ToothPair, lean: int) -> ContactTable:
     force = load * at.meshing.contact_ratio * width / math.cos(at.base_helix)
     if not passed:
         _warn_assumed_load(at, force, f"{load / 1e3:.4g} N/mm")
-    table, messages = _table_of_pair(teeth, p.internal, at.base_helix, lean, force, p.path, (p.a, p.b))
+    table, messages = _table_of_pair(teeth, at.base_helix, lean, force, p.path, (p.a, p.b))
     for text in messages:
         log.warn(placed(p.path, text))
     return table
@@ -606,14 +579,14 @@ def _contact_law(at: MeshSide, teeth: ToothPair, lean: int) -> ContactTable:
 
 @lru_cache(maxsize=64)
 def _table_of_pair(
-    teeth: ToothPair, internal: bool, base_helix: float, lean: int, force: float, path: str, names: tuple[str, str]
+    teeth: ToothPair, base_helix: float, lean: int, force: float, path: str, names: tuple[str, str]
 ) -> tuple[ContactTable, tuple[CodedText, ...]]:
     """Table of one pair around a normal force [N], and its warnings; kept, because sides and branches share it."""
     # heavy, and needed by loaded contact alone
     from ..teeth.gear_pair import check_pair, drawn_pair, interference_warnings, meshed_teeth
     from ..teeth.loaded_contact import contact_table
 
-    pair = drawn_pair(teeth, internal=internal, base_helix=base_helix, lean=lean)
+    pair = drawn_pair(teeth, base_helix=base_helix, lean=lean)
     check_pair(pair, path=path, paths=teeth.paths)
     table = contact_table(pair, force)
     mesh = meshed_teeth(pair)

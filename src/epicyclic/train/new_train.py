@@ -24,13 +24,13 @@ from .preselection import (
     LOAD_FIGURE,
     RATIO_LIMIT,
     Blank,
-    GearSize,
     Held,
     ToothCounts,
     assembles,
     beside,
     counts_of_ratio,
     least_gap,
+    load_figure,
     most_planets,
     nearest_counts,
     neighbour_gap,
@@ -71,29 +71,31 @@ class DrivenLoad:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Wishes:
-    """What is to be built; lengths [m], angles [rad]; None where it is to be chosen.
+    """What is to be built.
 
-    texts : keyword -> the value as it was given, with its unit.  others : further tooth counts of the same ratio.
-    searched : the teeth were found from a ratio.
+    blank : its gears, what was not given chosen.  texts : keyword -> the value as it was given, with its unit.
+    others : further tooth counts of a ratio that was given.
     """
 
-    kind: Kind
-    planets: int
-    held: Held | None
-    counts: ToothCounts
+    blank: Blank
     others: tuple[ToothCounts, ...]
-    ratio: float | None
-    module: float | None
-    face_width: float | None
-    helix_angle: float
-    pressure_angle: float | None
     load: DrivenLoad
     texts: Mapping[str, str]
     title: str
 
+    @property
+    def load_figure(self) -> str:
+        """K of the preselection [N/mm^2]."""
+        return f"K = {load_figure(self.blank, self.load.sun_torque) / 1e6:.2g} N/mm^2"
+
 
 def read_wishes(options: NewTrainOptions) -> Wishes:
-    """Read what a person says. Raises ModelError with the keyword, what was given and what is allowed."""
+    """Read what a person says, and size the gears.
+
+    Raises
+    ------
+    ModelError : what contradicts, cannot be assembled or does not fit: the keyword, what was given and what is allowed.
+    """
     kind, planets, held = options.kind, options.planets, options.held
     _one_of(kind, KINDS, "kind")
     if isinstance(planets, bool) or not isinstance(planets, int) or not 1 <= planets <= _MOST_PLANETS:
@@ -108,27 +110,24 @@ def read_wishes(options: NewTrainOptions) -> Wishes:
     texts: dict[str, str] = {}
     normal = _read(options.module, "length", "module", _MODULE, texts)
     width = _read(options.face_width, "length", "face_width", _WIDTH, texts)
-    helix = _read(options.helix_angle, "angle", "helix_angle", _SLANT, texts)
+    helix = _read(options.helix_angle, "angle", "helix_angle", _SLANT, texts) or 0.0
     pressure = _read(options.pressure_angle, "angle", "pressure_angle", _SLANT, texts)
-    best = _counts(options.teeth, options.ratio, planets, fixed, helix or 0.0, normal)
+    counts, *others = _counts(options.teeth, options.ratio, planets, fixed, helix, normal)
     given = {"speed": options.speed, "torque": options.torque, "power": options.power}
-    load = _load(fixed, best[0], options.driver, {path: _said_by_member(value) for path, value in given.items()})
-    words = {"planetary": "Planetary set", "star": "Star set", "differential": "Differential set"}[kind]
-    return Wishes(
-        kind=kind,
+    load = _load(fixed, counts, options.driver, {path: _said_by_member(value) for path, value in given.items()})
+    _check_counts(counts, planets, helix, normal)
+    normal, width = size_of(counts, planets, load.sun_torque, helix, module=normal, width=width)
+    blank = Blank(
+        counts=counts,
         planets=planets,
-        held=fixed,
-        counts=best[0],
-        others=best[1:],
-        ratio=options.ratio,
         module=normal,
         face_width=width,
-        helix_angle=helix or 0.0,
-        pressure_angle=pressure,
-        load=load,
-        texts=texts,
-        title=options.title or f"{words} {best[0]} with {planets} planet{'s' * (planets > 1)}",
+        helix_angle=helix,
+        pressure_angle=pressure or _NORMAL_ANGLE,
+        held=fixed,
     )
+    title = options.title or f"{kind.capitalize()} set {counts} with {planets} planet{'s' * (planets > 1)}"
+    return Wishes(blank=blank, others=tuple(others), load=load, texts=texts, title=title)
 
 
 def _said_by_member(value: ByMember) -> Number | Mapping[str, Number] | None:
@@ -153,10 +152,9 @@ def _read(value: Number | None, kind: str, path: str, bounds: Bounds, texts: dic
     if value is None:
         return None
     number = stated(value, kind, path, bounds=bounds)
-    low, high = bounds.low, bounds.high
-    if (low is not None and (number < low or (bounds.above and number == low))) or (high is not None and number > high):
-        words = " to ".join(quantity_text(end, kind) for end in (low, high) if end is not None)
-        raise ModelError("out of range", path=path, given=value, allowed=f"{'above ' * (high is None)}{words}")
+    if number not in bounds:
+        words = " to ".join(quantity_text(end, kind) for end in (bounds.low, bounds.high) if end is not None)
+        raise ModelError("out of range", path=path, given=value, allowed=f"{'above ' * (bounds.high is None)}{words}")
     texts[path] = value.strip() if isinstance(value, str) else quantity_text(float(value), kind)
     return number
 
@@ -451,40 +449,17 @@ def new_train(**keywords: Any) -> NewTrain:
     ModelError : what contradicts, cannot be assembled or does not fit; names the keyword.
     """
     wishes = read_wishes(NewTrainOptions(**keywords))
-    _check_counts(wishes)
-    size = size_of(
-        wishes.counts,
-        wishes.planets,
-        wishes.load.sun_torque,
-        wishes.helix_angle,
-        module=wishes.module,
-        width=wishes.face_width,
-    )
-    blank = Blank(
-        counts=wishes.counts,
-        planets=wishes.planets,
-        module=size.module,
-        face_width=size.face_width,
-        helix_angle=wishes.helix_angle,
-        pressure_angle=wishes.pressure_angle or _NORMAL_ANGLE,
-        held=wishes.held,
-    )
-    document = _document(wishes, blank, size)
-    return NewTrain(
-        document=document,
-        comments=_comments(wishes, load(document)),
-        remarks=_remarks(wishes, blank, size),
-    )
+    document = _document(wishes)
+    return NewTrain(document=document, comments=_comments(wishes, load(document)), remarks=_remarks(wishes))
 
 
-def _check_counts(wishes: Wishes) -> None:
+def _check_counts(counts: ToothCounts, planets: int, helix_angle: float, module: float | None) -> None:
     """Raise ModelError for teeth that do not assemble, have no room, or cannot be cut."""
-    counts, planets = wishes.counts, wishes.planets
     if min(counts.sun, counts.planet) < _UNDERCUT:
         raise ModelError("too few teeth", path="teeth", given=str(counts), allowed=f"{_UNDERCUT} or more on each gear")
-    least = least_gap(wishes.module)
-    if neighbour_gap(counts, planets, wishes.helix_angle) < least:
-        most = most_planets(counts, wishes.helix_angle, wishes.module)
+    least = least_gap(module)
+    if neighbour_gap(counts, planets, helix_angle) < least:
+        most = most_planets(counts, helix_angle, module)
         raise ModelError(
             f"the tips of neighbouring planets of {counts} come nearer than one module",
             path="planets",
@@ -492,9 +467,9 @@ def _check_counts(wishes: Wishes) -> None:
             allowed=f"at most {most} with these teeth",
         )
     if not assembles(counts, planets):
-        near = nearest_counts(counts, planets, helix_angle=wishes.helix_angle, module=wishes.module)
+        near = nearest_counts(counts, planets, helix_angle=helix_angle, module=module)
         fitting = [n for n in range(2, planets + 4) if assembles(counts, n) and n != planets]
-        fitting = [n for n in fitting if neighbour_gap(counts, n, wishes.helix_angle) >= least]
+        fitting = [n for n in fitting if neighbour_gap(counts, n, helix_angle) >= least]
         ways = [" or ".join(map(str, near))] if near else []
         ways += [f"these teeth with {' or '.join(map(str, fitting))} planets"] if fitting else []
         raise ModelError(
@@ -508,11 +483,11 @@ def _check_counts(wishes: Wishes) -> None:
 # the document ---------------------------------------------------------------------------------------------------------
 
 
-def _document(wishes: Wishes, blank: Blank, size: GearSize) -> dict[str, Any]:
+def _document(wishes: Wishes) -> dict[str, Any]:
     """The whole document, reasons of what was chosen under `assumed`."""
+    blank, texts, load_ = wishes.blank, wishes.texts, wishes.load
     tables, reasons = beside(blank)
-    texts, load_ = wishes.texts, wishes.load
-    figure = f"preselection, no strength rating: K = {size.load_figure / 1e6:.2g} N/mm^2, at most {LOAD_FIGURE / 1e6:g}"
+    figure = f"preselection, no strength rating: {wishes.load_figure}, at most {LOAD_FIGURE / 1e6:g}"
     chosen = {}
     if "module" not in texts:
         chosen["stages.main.module"] = f"{figure}; series I of ISO 54"
@@ -521,15 +496,15 @@ def _document(wishes: Wishes, blank: Blank, size: GearSize) -> dict[str, Any]:
             "0.8 of the sun's diameter" if "module" not in texts else f"{figure}; 0.8 d_s"
         )
     common: dict[str, Any] = {
-        "planets": wishes.planets,
-        "module": texts.get("module", quantity_text(size.module, "length")),
+        "planets": blank.planets,
+        "module": texts.get("module", quantity_text(blank.module, "length")),
     }
     common |= {key: texts[key] for key in ("pressure_angle", "helix_angle") if key in texts}
-    common["face_width"] = texts.get("face_width", quantity_text(size.face_width, "length"))
+    common["face_width"] = texts.get("face_width", quantity_text(blank.face_width, "length"))
     stage = tables["stages"]["main"]
     teeth = {"sun": blank.counts.sun, "planet": blank.counts.planet, "ring": blank.counts.ring}
     members = {m: ({"teeth": teeth[m]} if m in teeth else {}) | stage[m] for m in (*teeth, "carrier")}
-    operation: dict[str, Any] = {} if wishes.held is None else {"held": [wishes.held]}
+    operation: dict[str, Any] = {} if blank.held is None else {"held": [blank.held]}
     operation |= {path: dict(values) for path, values in load_.stated.items() if values}
     chosen |= {f"operation.{path}.{load_.driver}": reason for path, reason in load_.derived.items()}
     return {
@@ -554,13 +529,13 @@ def _comments(wishes: Wishes, train: Train) -> dict[str, str]:
     first = mesh["sun-planet"]
     centre = first.radius_a + first.radius_b
     of_stage = [f"centre distance {_mm(centre)}"]
-    if wishes.held is not None:
-        a, b = {"ring": ("sun", "carrier"), "sun": ("ring", "carrier"), "carrier": ("sun", "ring")}[wishes.held]
-        of_stage.insert(0, f"ratio {ratio_of(wishes.counts, wishes.held):.5g}, {a} to {b}")
+    if (held := wishes.blank.held) is not None:
+        a, b = {"ring": ("sun", "carrier"), "sun": ("ring", "carrier"), "carrier": ("sun", "ring")}[held]
+        of_stage.insert(0, f"ratio {ratio_of(wishes.blank.counts, held):.5g}, {a} to {b}")
     if (rate := (train.kinematics.mesh_frequency or {}).get("main")) is not None:
         of_stage.append(f"mesh frequency {float(rate):.6g} Hz")
     overlap = ""
-    if wishes.helix_angle and not math.isnan(first.overlap_ratio):
+    if wishes.blank.helix_angle and not math.isnan(first.overlap_ratio):
         overlap = f", overlap {first.overlap_ratio:.2f}"
     comments = {
         "stages.main": "; ".join(of_stage),
@@ -587,7 +562,7 @@ def _operation_comments(wishes: Wishes, train: Train) -> dict[str, str]:
     motion, driver, load_ = train.kinematics, wishes.load.driver, wishes.load.stated
     comments: dict[str, str] = {}
     if motion.speed:
-        others = [m for m in (*MEMBERS, "planet") if m not in load_["speed"] and m != wishes.held]
+        others = [m for m in (*MEMBERS, "planet") if m not in load_["speed"] and m != wishes.blank.held]
         speeds = {m: motion.speed.get(f"main.{m}") for m in others}
         said = [f"{m} {float(speed):.6g} rpm" for m, speed in speeds.items() if speed is not None]
         comments[f"operation.speed.{list(load_['speed'])[-1]}"] = ", ".join(said)
@@ -605,27 +580,22 @@ def _operation_comments(wishes: Wishes, train: Train) -> dict[str, str]:
     return comments
 
 
-def _remarks(wishes: Wishes, blank: Blank, size: GearSize) -> tuple[str, ...]:
+def _remarks(wishes: Wishes) -> tuple[str, ...]:
     """What a person should know of what was chosen."""
-    counts, planets = blank.counts, blank.planets
+    blank, (counts, planets) = wishes.blank, (wishes.blank.counts, wishes.blank.planets)
     said = []
-    if wishes.ratio is not None and wishes.others:
-        assert wishes.held is not None
-        said.append(
-            f"Teeth {_with_ratio(counts, wishes)}; "
-            f"as well: {', '.join(_with_ratio(other, wishes) for other in wishes.others)}."
-        )
+    if wishes.others and blank.held is not None:  # found by a ratio
+        first, *others = (f"{c} ({ratio_of(c, blank.held):.5g})" for c in (counts, *wishes.others))
+        said.append(f"Teeth {first}; as well: {', '.join(others)}.")
     if "module" not in wishes.texts or "face_width" not in wishes.texts:
-        said.append(
-            f"Module and face width: preselection by K = {size.load_figure / 1e6:.2g} N/mm^2, no strength rating."
-        )
-    elif size.load_figure > LOAD_FIGURE:
-        said.append(f"K = {size.load_figure / 1e6:.2g} N/mm^2 is above 4: rate the strength of these gears.")
+        said.append(f"Module and face width: preselection by {wishes.load_figure}, no strength rating.")
+    elif load_figure(blank, wishes.load.sun_torque) > LOAD_FIGURE:
+        said.append(f"{wishes.load_figure} is above 4: rate the strength of these gears.")
     said += [_phasing_words(counts.sun, planets)] if planets > 2 else []
     low = [m for m, z in (("sun", counts.sun), ("planet", counts.planet)) if z < FEWEST]
     if low and not shifts_of(blank):
         said.append(f"The {' and the '.join(low)} may be undercut: fewer than {FEWEST} teeth and no profile shift.")
-    if wishes.helix_angle and overlap_ratio(size.face_width, wishes.helix_angle, size.module) < 1:
+    if blank.helix_angle and overlap_ratio(blank.face_width, blank.helix_angle, blank.module) < 1:
         said.append("The overlap ratio is below 1: not at every moment does a whole helix carry.")
     return tuple(said)
 
@@ -637,12 +607,6 @@ def _phasing_words(sun: int, planets: int) -> str:
     if (sun + 1) % planets == 0 or (sun - 1) % planets == 0:
         return "z_s/N is not whole: at the mesh frequency torque on the sun cancels, forces across its axis add up."
     return "z_s/N is not whole: at the mesh frequency torque on the sun cancels, and so do forces across its axis."
-
-
-def _with_ratio(counts: ToothCounts, wishes: Wishes) -> str:
-    """``21/39/99 (5.714)``."""
-    assert wishes.held is not None
-    return f"{counts} ({ratio_of(counts, wishes.held):.5g})"
 
 
 def _mm(length: float) -> str:

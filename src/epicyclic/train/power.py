@@ -216,21 +216,15 @@ def _directed(flows: Iterable[tuple[Edge, float]]) -> list[Edge]:
 
 
 def _edges_on_cycles(edges: Iterable[Edge]) -> set[Edge]:
-    """Edges (from, to) of a directed graph that lie on a cycle."""
+    """Edges (from, to) of a directed graph that lie on a cycle: those whose start is reached from their end."""
     every = set(edges)
-    following: dict[str, set[str]] = {}
+    at = {name: i for i, name in enumerate({name for edge in every for name in edge})}
+    reached = np.eye(len(at))
     for start, end in every:
-        following.setdefault(start, set()).add(end)
-
-    def reached(start: str) -> set[str]:
-        seen, left = {start}, [start]
-        while left:
-            fresh = following.get(left.pop(), set()) - seen
-            seen |= fresh
-            left += fresh
-        return seen
-
-    return {(start, end) for start, end in every if start in reached(end)}
+        reached[at[start], at[end]] = 1.0
+    for _ in range(len(at).bit_length()):  # each product doubles the number of steps
+        reached = np.minimum(reached @ reached, 1.0)
+    return {(start, end) for start, end in every if reached[at[end], at[start]]}
 
 
 Array = NDArray[np.float64]

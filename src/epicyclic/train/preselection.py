@@ -2,8 +2,7 @@
 
 Tooth counts of a simple planetary set: which ones assemble, which fit beside each other, which give a ratio.
 
-Whether teeth meet is asked of the phases of the train (`train.phasing`), so that nothing is proposed here that `load`
-would warn of.  All gears are without profile shift: the ring has the teeth of the sun and of two planets.
+All gears are without profile shift: the ring has the teeth of the sun and of two planets.
 
 Preselection of module and face width from the torque: a size to begin with, no rating of strength.
 
@@ -20,15 +19,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from fractions import Fraction
-from itertools import islice
 from typing import Any, Literal
 
 from ..document.writer import quantity_text
 from ..errors import ModelError
 from ..teeth import geometry
 from ..teeth.geometry import in_flank_range, run_out_width
-from .phasing import ToothedGear, ToothMesh, stage_leads
 
 Held = Literal["ring", "sun", "carrier"]
 FEWEST = 17  # teeth without profile shift and without undercut, 2/sin^2(20 deg) = 17.1
@@ -63,18 +59,11 @@ def ratio_of(counts: ToothCounts, held: Held) -> float:
 
 
 def assembles(counts: ToothCounts, planets: int) -> bool:
-    """Whether equally spaced planets can be put in: the teeth of every branch meet those of both central gears."""
-    gears = (
-        ToothedGear(name="sun", teeth=counts.sun, central=True),
-        ToothedGear(name="planet", teeth=counts.planet),
-        ToothedGear(name="ring", teeth=counts.ring, central=True, internal=True),
-    )
-    angles = tuple(Fraction(i, planets) for i in range(planets))
-    meshes = (
-        ToothMesh(pair="sun-planet", a="sun", b="planet", directions=angles, flank=1),
-        ToothMesh(pair="planet-ring", a="planet", b="ring", directions=angles, flank=-1),
-    )
-    return stage_leads(gears, meshes, sense=1).assembles
+    """Whether equally spaced planets can be put in: the teeth of every branch meet those of both central gears.
+
+    The phases of the train (`train.phasing`) say the same, so that nothing is proposed that `load` would warn of.
+    """
+    return (counts.sun + counts.ring) % planets == 0
 
 
 def neighbour_gap(counts: ToothCounts, planets: int, helix_angle: float) -> float:
@@ -119,13 +108,23 @@ def counts_of_ratio(
     ModelError : nothing within 2 %.
     """
     least = least_gap(module)
-    fitting = [c for c in _candidates(abs(ratio), held) if neighbour_gap(c, planets, helix_angle) >= least]
-    bands: dict[int, list[ToothCounts]] = {}
-    for counts in sorted(fitting, key=lambda counts: counts.ring):
-        error = abs(abs(ratio_of(counts, held)) / abs(ratio) - 1)
-        bands.setdefault(int(error / RATIO_BAND), []).append(counts)
-    # every band in its order is asked only as far as sets are wanted
-    best = tuple(islice((c for _, band in sorted(bands.items()) for c in _ordered(band, planets)), several))
+    fitting = {
+        counts: int(abs(abs(ratio_of(counts, held)) / abs(ratio) - 1) / RATIO_BAND)  # its band
+        for counts in _sets(1)
+        if abs(abs(ratio_of(counts, held) / ratio) - 1) <= RATIO_LIMIT
+        and assembles(counts, planets)
+        and neighbour_gap(counts, planets, helix_angle) >= least
+    }
+    smallest: dict[int, int] = {}
+    for counts, band in fitting.items():
+        smallest[band] = min(counts.ring, smallest.get(band, counts.ring))
+
+    def rank(counts: ToothCounts) -> tuple[int, bool, bool, bool, int, int]:
+        band, (sun, planet, ring) = fitting[counts], (counts.sun, counts.planet, counts.ring)
+        common = math.gcd(sun, planet) > 1 or math.gcd(planet, ring) > 1
+        return band, ring > max(_LARGE, 2 * smallest[band]), common, sun % planets == 0, ring, sun
+
+    best = tuple(sorted(fitting, key=rank)[:several])
     if not best:
         raise ModelError(
             f"no teeth give this ratio with {planets} planets",
@@ -144,50 +143,33 @@ def nearest_counts(
     helix_angle : [rad].  module : normal [m], None where it is to be chosen.
     """
     span = range(-_NEAR, _NEAR + 1)
-    near = [
+    near = (
         ToothCounts(sun=z_s, planet=z_p, ring=z_s + 2 * z_p)
         for z_s in (counts.sun + d for d in span)
         for z_p in (counts.planet + d for d in span)
         if z_s >= min(FEWEST, counts.sun) and z_p >= min(FEWEST, counts.planet)
-    ]
+    )
 
     def change(other: ToothCounts) -> tuple[float, float]:
         teeth = abs(other.sun - counts.sun) + abs(other.planet - counts.planet) + abs(other.ring - counts.ring)
         return teeth, abs(other.ring / other.sun - counts.ring / counts.sun)
 
-    fitting = (c for c in sorted(near, key=change) if neighbour_gap(c, planets, helix_angle) >= least_gap(module))
-    return list(islice((c for c in fitting if assembles(c, planets)), several))
+    least = least_gap(module)
+    fitting = (c for c in near if assembles(c, planets) and neighbour_gap(c, planets, helix_angle) >= least)
+    return sorted(fitting, key=change)[:several]
 
 
-def _candidates(ratio: float, held: Held) -> Iterable[ToothCounts]:
-    """Sets without undercut whose ratio is near enough."""
-    for z_s in range(FEWEST, _MOST_SUN + 1):
-        for z_r in range(z_s + 2 * FEWEST, _MOST_RING + 1, 2):
-            counts = ToothCounts(sun=z_s, planet=(z_r - z_s) // 2, ring=z_r)
-            if abs(abs(ratio_of(counts, held)) / ratio - 1) <= RATIO_LIMIT:
-                yield counts
-
-
-def _ordered(band: list[ToothCounts], planets: int) -> Iterable[ToothCounts]:
-    """Sets of a band that assemble, rings rising there, in the order of `counts_of_ratio`."""
-    smallest = next((counts.ring for counts in band if assembles(counts, planets)), 0)
-
-    def rank(counts: ToothCounts) -> tuple[bool, bool, bool, int, int]:
-        common = math.gcd(counts.sun, counts.planet) > 1 or math.gcd(counts.planet, counts.ring) > 1
-        return counts.ring > max(_LARGE, 2 * smallest), common, counts.sun % planets == 0, counts.ring, counts.sun
-
-    return (counts for counts in sorted(band, key=rank) if assembles(counts, planets))
+def _sets(step: int) -> Iterable[ToothCounts]:
+    """Sets without undercut within the search, every `step` teeth of the sun."""
+    for z_s in range(FEWEST, _MOST_SUN + 1, step):
+        for z_r in range(z_s + 2 * FEWEST, _MOST_RING + 1, max(step, 2)):
+            yield ToothCounts(sun=z_s, planet=(z_r - z_s) // 2, ring=z_r)
 
 
 def _ratio_range(planets: int, held: Held, helix_angle: float, module: float | None) -> str:
     """Ratios that some set within the search has, in words."""
-    ratios = [
-        abs(ratio_of(counts, held))
-        for z_s in range(FEWEST, _MOST_SUN + 1, 4)
-        for z_r in range(z_s + 2 * FEWEST, _MOST_RING + 1, 4)
-        if neighbour_gap(counts := ToothCounts(sun=z_s, planet=(z_r - z_s) // 2, ring=z_r), planets, helix_angle)
-        >= least_gap(module)
-    ]
+    least = least_gap(module)
+    ratios = [abs(ratio_of(c, held)) for c in _sets(4) if neighbour_gap(c, planets, helix_angle) >= least]
     if not ratios:
         return "fewer planets"
     return f"about {min(ratios):.3g} to {max(ratios):.3g} with {planets} planets; else fewer planets or two stages"
@@ -202,15 +184,6 @@ _WIDTH_STEPS = (1e-3, 5e-3)  # [m] face widths below and above 50 mm are multipl
 _TOOL = 1e-9  # a quotient this much above a whole number is that number
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class GearSize:
-    """Normal module [m], face width [m], and the load figure K [Pa] they give."""
-
-    module: float
-    face_width: float
-    load_figure: float
-
-
 def size_of(
     counts: ToothCounts,
     planets: int,
@@ -219,8 +192,8 @@ def size_of(
     *,
     module: float | None,
     width: float | None,
-) -> GearSize:
-    """Module and face width of a set; given ones stay as they are.
+) -> tuple[float, float]:
+    """Module and face width of a set [m]; given ones stay as they are.
 
     sun_torque : [N m], of either sign.  helix_angle : [rad].  module : normal [m].  width : [m].
 
@@ -241,22 +214,18 @@ def size_of(
                 given=f"{abs(sun_torque):.4g} N m at the sun",
                 allowed="less torque, more planets, or a module of your own",
             )
-    diameter = counts.sun * module / math.cos(helix_angle)
     if width is None:
-        raw = _WIDTH_RATIO * diameter
+        raw = _WIDTH_RATIO * counts.sun * module / math.cos(helix_angle)
         step = _WIDTH_STEPS[raw > 50e-3]
         width = round(math.ceil(raw / step * (1 - _TOOL)) * step, 6)
-    return GearSize(
-        module=module,
-        face_width=width,
-        load_figure=load_figure(counts, planets, sun_torque, diameter=diameter, width=width),
-    )
+    return module, width
 
 
-def load_figure(counts: ToothCounts, planets: int, sun_torque: float, *, diameter: float, width: float) -> float:
-    """K = F_t/(b d_s) (u + 1)/u [Pa] of the mesh of sun and planet; diameter of the sun and face width [m]."""
-    force = _SHARING * abs(sun_torque) / (planets * diameter / 2)
-    return force / (width * diameter) * _curvature(counts)
+def load_figure(blank: Blank, sun_torque: float) -> float:
+    """K = F_t/(b d_s) (u + 1)/u [Pa] of the mesh of sun and planet; sun_torque : [N m], of either sign."""
+    diameter = blank.diameter(blank.counts.sun)
+    force = _SHARING * abs(sun_torque) / (blank.planets * diameter / 2)
+    return force / (blank.face_width * diameter) * _curvature(blank.counts)
 
 
 def _curvature(counts: ToothCounts) -> float:

@@ -48,7 +48,7 @@ from .phasing import disc_gaps
 from .power import planet_arms, power_flow
 from .stage_bodies import bodies_of_stage, coaxial, frames_of, free_bodies, member_centre, meshes_of_stage, tilt_groups
 from .stages import GearPair, Plan, gear_below, plan_stages
-from .train import DIRECTIONS, Body, Damping, Derived, Load, Mesh, ResolutionLog, Train, stage_axis
+from .train import DIRECTIONS, Body, Damping, Derived, Load, Mesh, ResolutionLog, Train, bodies_named, stage_axis
 
 # Tooth heights of rim outside the root circle.  From there on the rim-thickness factor of [iso6336], part 3, is 1 for
 # external teeth: the rim then carries like a solid body.  Quoted from memory; for internal teeth the same part sets the
@@ -85,7 +85,7 @@ def _complain(problem: str, path: str, given: bool, log: ResolutionLog, *, code:
 
 def _check_ring(shape: StageShape, p: GearPair, given: bool, log: ResolutionLog) -> None:
     """Check that a planet has room in its ring: roots clear of tips."""
-    planet, ring = (next(iter(shape.gears[name].values())) for name in (p.a, p.b))
+    planet, ring = (shape.gear(name) for name in (p.a, p.b))
     room = geometry.radial_clearance(_axes(shape, p), planet.tip_radius, ring.root_radius, internal=True)
     if room < -planet.module:
         _complain(
@@ -105,7 +105,7 @@ def _check_ring(shape: StageShape, p: GearPair, given: bool, log: ResolutionLog)
 def _check_rims(shape: StageShape, log: ResolutionLog) -> None:
     """Warn of a ring that is too thin to keep its shape."""
     for name, member in shape.plan.gears.items():
-        gear = next(iter(shape.gears[name].values()))
+        gear = shape.gear(name)
         height = gear.root_radius - gear.tip_radius
         rim = member.rim if member.outer_diameter is None else member.outer_diameter / 2 - gear.root_radius
         if rim is not None and rim < THIN_RIM * height:
@@ -132,7 +132,7 @@ def _check_neighbours(shape: StageShape, given: bool, log: ResolutionLog) -> Non
     plan = shape.plan
     external = [name for name, member in plan.gears.items() if member.kind != "ring"]
     gears = [(name, i) for name in external for i in range(1 if plan.central(name) else plan.branches)]
-    tips = [next(iter(shape.gears[name].values())).tip_radius for name, _ in gears]
+    tips = [shape.gear(name).tip_radius for name, _ in gears]
     gaps = disc_gaps(np.array([shape.place(name, i) for name, i in gears]).reshape(-1, 2), np.array(tips))
     told: set[tuple[str, str]] = set()
     for (i, (a, branch_a)), (j, (b, branch_b)) in combinations(enumerate(gears), 2):
@@ -206,7 +206,7 @@ def _check_distances(shape: StageShape, log: ResolutionLog) -> None:
     """Warn where the radii and working angles of the meshes fit no single place of the axes."""
     plan, differs, texts = shape.plan, False, []
     for p in plan.pairs:
-        a, b = shape.teeth[p.a].base_radius, shape.teeth[p.b].base_radius
+        a, b = shape.gear(p.a).base_radius, shape.gear(p.b).base_radius
         by_teeth = (b - a if p.internal else b + a) / math.cos(shape.meshes[p.name].working_angle)
         between = _axes(shape, p)
         differs |= abs(by_teeth - between) > ONE_DISTANCE * between
@@ -219,9 +219,9 @@ def _check_distances(shape: StageShape, log: ResolutionLog) -> None:
         )
 
 
-def member_of(reference: str, model: ModelFile) -> str:
+def member_of(reference: str) -> str:
     """Member of a reference without its side."""
-    return reference if reference in model.bodies else ".".join(reference.split(".")[:2])
+    return ".".join(reference.split(".")[:2])
 
 
 def gearings_of(plans: Sequence[Plan]) -> tuple[Gearing, ...]:
@@ -255,7 +255,7 @@ def kinematics_of(model: ModelFile, plans: Sequence[Plan], log: ResolutionLog) -
     torques: dict[str, float] = {}
     balance: list[str] = []
     for name, value in operation.torque.items():
-        member = member_of(name, model)
+        member = member_of(name)
         log.note(f"operation.torque.{name}", value, "N m")
         if isinstance(value, str):
             balance.append(member)
@@ -263,18 +263,18 @@ def kinematics_of(model: ModelFile, plans: Sequence[Plan], log: ResolutionLog) -
             torques[member] = torques.get(member, 0.0) + value
     powers: dict[str, float] = {}
     for name, power in operation.power.items():
-        member = member_of(name, model)
+        member = member_of(name)
         powers[member] = powers.get(member, 0.0) + power
         log.note(f"operation.power.{name}", power, "W")
     speeds: dict[str, Fraction] = {}  # exact, in revolutions per minute
     for name, speed in operation.speed.items():
-        speeds[member_of(name, model)] = Fraction(speed * 30 / math.pi).limit_denominator(10**6)
+        speeds[member_of(name)] = Fraction(speed * 30 / math.pi).limit_denominator(10**6)
         log.note(f"operation.speed.{name}", speed, "rad/s")
     return solve_kinematics(
         members=members,
         gearings=gearings_of(plans),
         ties=ties_of(model, plans),
-        held=list(dict.fromkeys(member_of(name, model) for name in operation.held)),
+        held=list(dict.fromkeys(member_of(name) for name in operation.held)),
         speeds=speeds,
         torques=torques,
         powers=powers,
@@ -298,7 +298,7 @@ def ties_of(model: ModelFile, plans: Sequence[Plan]) -> tuple[Tie, ...]:
         if (below := gear_below(member)) is not None
     ]
     joined = [
-        Tie(name=name, a=member_of(table.between[0], model), b=member_of(table.between[1], model))
+        Tie(name=name, a=member_of(table.between[0]), b=member_of(table.between[1]))
         for name, table in model.couplings.items()
         if table.rz is None or table.rz.value != 0.0
     ]
@@ -351,9 +351,8 @@ def external_loads(model: ModelFile, bodies: Sequence[Body]) -> list[Load]:
     """The file's loads: on a split member half on each half, on a planet gear the same on every planet."""
     loads = []
     for name, table in model.loads.items():
-        parts = table.on.split(".")
-        pieces = [b for b in bodies if b.member == ".".join(parts[:2]) and (len(parts) < 3 or b.side == parts[2])]
-        share = 0.5 if len(parts) < 3 and any(b.side for b in pieces) else 1.0
+        pieces = bodies_named(table.on, bodies)
+        share = 0.5 if len({b.side for b in pieces}) > 1 else 1.0
         force, moment = ((v.x * share, v.y * share, v.z * share) for v in (table.force, table.moment))
         for body in pieces:
             loads.append(
@@ -519,7 +518,7 @@ _BODY = ("mass", "inertia", "tilt_inertia", "station")
 def resolved_document(train: Train) -> dict[str, Any]:
     """Model file with every resolved value in it, as nested tables of plain values in SI.
 
-    Resolving it again gives the same train; `document.tables.to_toml` writes it as text.
+    Resolving it again gives the same train; `document.writer.model_text` writes it as text.
     """
     data: dict[str, Any] = copy.deepcopy(dict(train.document))
     for value in train.values:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ..document.schema import MemberTable, ModelFile
 from ..document.schema_fields import ForceTableOf, LinkTable
-from ..document.units import Quantity
+from ..document.units import PerPlanet, Quantity
 from ..errors import ModelError
 from ..teeth.mesh_stiffness import ToothPair, face_average
 from .centres import StageShape
@@ -37,6 +37,8 @@ from .train import (
     MeshSlice,
     Number,
     ResolutionLog,
+    bodies_named,
+    of_branch,
     per_branch,
     turns_of,
 )
@@ -47,12 +49,12 @@ SLICES = 10
 _SPRINGS = {"rx": "y", "ry": "x"}  # tilt -> direction of the springs that hold it at a distance
 
 
-def held_by_distance(tables: Sequence[LinkTable], branch: int) -> set[str]:
+def held_by_distance(tables: Sequence[LinkTable], branch: int | None) -> set[str]:
     """Tilts (rx, ry) that the bearings of one site hold by their places: two or more with springs at different `at`.
 
     Springs k_i along y at the places z_i hold rx with sum k_i z_i^2 about z = 0, springs along x hold ry.
 
-    branch : of the site (0 ..), for stiffnesses per planet.
+    branch : of the site (1 ..), for stiffnesses per planet.
     """
     return {
         tilt
@@ -61,11 +63,9 @@ def held_by_distance(tables: Sequence[LinkTable], branch: int) -> set[str]:
     }
 
 
-def _presses(stated: float | tuple[float, ...] | ForceTableOf | None, branch: int) -> bool:
-    """Whether a stated stiffness [N/m], of one planet, is not 0; a list of a wrong length is refused elsewhere."""
-    if isinstance(stated, tuple):
-        return stated[min(branch, len(stated) - 1)] != 0.0
-    return stated is not None and stated != 0.0
+def _presses(stated: PerPlanet | ForceTableOf | None, branch: int | None) -> bool:
+    """Whether a stated stiffness [N/m], of one planet, is not 0."""
+    return isinstance(stated, ForceTableOf) or of_branch(stated, branch) != 0.0
 
 
 def tilt_groups(bodies: Sequence[Body], links: Sequence[Link], misaligned: Collection[str] = ()) -> dict[str, str]:
@@ -79,7 +79,7 @@ def tilt_groups(bodies: Sequence[Body], links: Sequence[Link], misaligned: Colle
     group = {body.name: body.name for body in bodies} | {"": ""}
     joined: dict[tuple[str, str], list[Link]] = {}
     for link in links:
-        if _seated(link) not in misaligned:
+        if seated(link) not in misaligned:
             joined.setdefault((link.first, link.second or ""), []).append(link)
     for (first, second), between in joined.items():
         if group[first] != group[second] and _rigid(between):
@@ -88,7 +88,7 @@ def tilt_groups(bodies: Sequence[Body], links: Sequence[Link], misaligned: Colle
     return group
 
 
-def _seated(link: Link) -> str:
+def seated(link: Link) -> str:
     """Body whose seat a link is; "" of a joint between bodies."""
     if link.kind == "bearing":
         return link.second or link.first
@@ -193,7 +193,7 @@ def _member(shape: StageShape, name: str, branch: int | None, model: ModelFile, 
     if name == plan.carrier:
         origin = "geometry" if member.pin_radius is None else "given"
         log.note(f"{plan.member_path(name)}.pin_radius", shape.pin_radius, "m", origin)
-    radius = shape.teeth[name].base_radius if name in plan.gears else shape.pin_radius
+    radius = shape.gear(name).base_radius if name in plan.gears else shape.pin_radius
     bodies = []
     for side in sides:
         gear = shape.gears[name][side] if name in plan.gears else None
@@ -328,9 +328,8 @@ def coaxial(bodies: Sequence[Body], model: ModelFile) -> list[Body]:
     group = {body.name: body.frame if "." in body.member else body.name for body in bodies}
     fixed = [name for name, stage in model.stages.items() if any(m.kind == "carrier" for m in stage.members.values())]
     offset: dict[str, complex] = dict.fromkeys([*fixed, next(iter(model.stages))], 0j)
-    ends = [(_end(table.between[0], bodies), _end(table.between[1], bodies)) for table in model.couplings.values()]
-    joints = [(a, b) for a, b in ends if a is not None and b is not None]
-    joints += [(b, a) for a, b in joints]
+    joints = [[bodies_named(end, bodies)[0] for end in table.between] for table in model.couplings.values()]
+    joints += [[b, a] for a, b in joints]
     for _ in joints:
         for a, b in joints:
             if group[a.name] in offset and group[b.name] not in offset:
@@ -342,12 +341,6 @@ def coaxial(bodies: Sequence[Body], model: ModelFile) -> list[Body]:
         else body
         for body in bodies
     ]
-
-
-def _end(reference: str, bodies: Sequence[Body]) -> Body | None:
-    """First body of the member that a coupling names; None for an unknown reference."""
-    member = ".".join(reference.split(".")[:2])
-    return next((body for body in bodies if body.member == member), None)
 
 
 SHORT = 10**4  # a phase in the file this near to a fraction of small numbers is that fraction
@@ -389,7 +382,7 @@ def meshes_of_stage(
         for side in shape.meshes[p.name].width:
             at = MeshSide(shape, p, side, model, kinematics.mesh_torque, log)
             teeth = tooth_pair(at)
-            hand = -shape.teeth[p.a].hand if side == "right" else shape.teeth[p.a].hand
+            hand = -shape.gear(p.a).hand if side == "right" else shape.gear(p.a).hand
             signs = hand, flanks[p.name], phases.sense[p.name]
             law = mesh_law(at, teeth=teeth, lean=flanks[p.name] * hand)
             leads = _leads(plan, p, side, phases, sense, math.prod(signs) * _axial_pitches(shape, p, side), log)
@@ -416,7 +409,7 @@ def _mesh(
     """
     shape, p, side = at.shape, at.pair, at.side
     plan, meshing, (hand, flank, sense) = shape.plan, at.meshing, signs
-    a, b = shape.teeth[p.a], shape.teeth[p.b]
+    a, b = shape.gear(p.a), shape.gear(p.b)
     number = branch + 1 if plan.branches and not (plan.central(p.a) and plan.central(p.b)) else None
     direction = shape.directions[p.name][branch]
     turns = float(direction if isinstance(direction, (int, float, Fraction)) else direction.value)
@@ -466,17 +459,16 @@ def _toothed(plan: Plan, shape: StageShape) -> list[ToothedGear]:
     """The gears of a stage as the phasing of the train takes them."""
     gears = []
     for name, member in plan.gears.items():
-        fit = member.clocking is None or isinstance(member.clocking, str)
-        angles = () if fit else per_branch(member.clocking, len(plan.angles), f"{plan.member_path(name)}.clocking")  # type: ignore[arg-type]
+        stated = None if isinstance(member.clocking, str) else member.clocking
         gears.append(
             ToothedGear(
                 name=name,
                 teeth=member.teeth or 0,
                 internal=member.kind == "ring",
                 central=plan.central(name),
-                profile_shift=next(iter(shape.gears[name].values())).profile_shift,
+                profile_shift=shape.gear(name).profile_shift,
                 on=gear_below(member),
-                clocking=None if fit else tuple(turns_of(angle) for angle in angles),
+                clocking=None if stated is None else tuple(map(turns_of, per_branch(stated, len(plan.angles)))),
             )
         )
     return gears
@@ -491,8 +483,8 @@ def _tooth_meshes(shape: StageShape, flanks: Mapping[str, int]) -> list[ToothMes
             b=p.b,
             directions=shape.directions[p.name],
             flank=flanks[p.name],
-            normal_angle=shape.teeth[p.a].pressure_angle,
-            transverse_angle=shape.teeth[p.a].transverse_angle,
+            normal_angle=shape.gear(p.a).pressure_angle,
+            transverse_angle=shape.gear(p.a).transverse_angle,
             working_angle=shape.meshes[p.name].tooth_angle,
         )
         for p in shape.plan.pairs
@@ -525,7 +517,7 @@ def _sun_sense(plan: Plan, kinematics: Kinematics) -> int:
 
 def _axial_pitches(shape: StageShape, p: GearPair, side: str | None) -> float:
     """Axial pitches from the plane of the first mesh of the chain, in which its phases are taken, to that of a pair."""
-    plan, teeth = shape.plan, shape.teeth[p.a]
+    plan, teeth = shape.plan, shape.gear(p.a)
     first = next(q for q in plan.pairs if plan.chains[q.a] == plan.chains[p.a])
     apart = shape.meshes[p.name].station[side] - shape.meshes[first.name].station[side]
     return apart * math.sin(teeth.helix_angle) / (math.pi * teeth.module)
@@ -544,7 +536,7 @@ def _leads(
     if advance:
         leads = tuple((float(lead) + advance) % 1 for lead in leads)
     if given is not None:
-        values = per_branch(given.value, len(plan.angles), given.path)
+        values = per_branch(given.value, len(plan.angles))
         leads = tuple(_fraction(value) % 1 for value in values)
         log.note(given.path, [float(lead) for lead in leads], "cycles")
         if given.level == "side":

@@ -315,13 +315,9 @@ def _implied(gears: Mapping[str, MemberTable]) -> list[tuple[str, str]]:
 
 def _pair(stage: str, key: str, keys: MeshTable, gears: Mapping[str, MemberTable]) -> GearPair:
     """Pair of a key `A-B`, in a ring mesh the planet gear first. Raises ModelError."""
-    path = f"stages.{stage}.meshes.{key}"
-    names = key.split("-")
-    if len(names) != 2 or any(name not in gears for name in names):
-        raise ModelError("not two gears of this stage", path=path, given=key, allowed=", ".join(gears))
-    a, b = sorted(names, key=lambda name: gears[name].kind == "ring")
+    a, b = sorted(key.split("-"), key=lambda name: gears[name].kind == "ring")
     if gears[a].kind == "ring":
-        raise ModelError("two rings do not mesh", path=path, given=key)
+        raise ModelError("two rings do not mesh", path=f"stages.{stage}.meshes.{key}", given=key)
     return GearPair(name=key, stage=stage, a=a, b=b, internal=gears[b].kind == "ring", keys=keys)
 
 

@@ -8,7 +8,7 @@ and every warning.  A notebook shows the front view of every stage by pitch circ
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from html import escape
@@ -17,7 +17,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import ModelError
+from ..teeth import geometry
 from ..teeth.mesh_stiffness import ContactTable, ForceCurve, ToothPair
 from ..warning_codes import CodedText, coded
 from .kinematics import Kinematics
@@ -41,16 +41,13 @@ class Frame:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class GearData:
-    """The toothed part of a body, as resolved; lengths [m], angles [rad].
+class Teeth:
+    """The teeth of one gear, before profile shifts are known; lengths [m], angles [rad].
 
     teeth : number of teeth (positive, also of a ring); internal : a ring's teeth.
     module, pressure_angle : normal module and normal pressure angle.
     helix_angle : magnitude; hand : +1 right, -1 left (of the left helix of a herringbone gear), 0 spur.
-    face_width : of one helix, None where not given; gap : between the helices of one body.
-    herringbone : this body carries both helices.
-    base_radius, tip_radius, root_radius, reference_radius : radii [m].
-    profile_shift, addendum, dedendum : coefficients [1].
+    nominal_base : base radius by teeth and module; base_radius : the one used, given or nominal.
     """
 
     teeth: int
@@ -59,16 +56,44 @@ class GearData:
     pressure_angle: float
     helix_angle: float
     hand: int
+    nominal_base: float
+    base_radius: float
+
+    @property
+    def nominal(self) -> bool:
+        """Whether the base radius is that of teeth and module."""
+        return same(self.base_radius, self.nominal_base)
+
+    @property
+    def transverse_angle(self) -> float:
+        """Transverse pressure angle of the tool [rad]."""
+        return geometry.transverse_pressure_angle(self.pressure_angle, self.helix_angle)
+
+    @property
+    def base_helix(self) -> float:
+        """Base helix angle, magnitude [rad]."""
+        return geometry.base_helix_angle(self.pressure_angle, self.helix_angle)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GearData(Teeth):
+    """The toothed part of a body, as resolved; lengths [m].
+
+    face_width : of one helix, None where not given; gap : between the helices of one body.
+    herringbone : this body carries both helices.
+    tip_radius, root_radius, reference_radius : radii [m].
+    profile_shift, addendum, dedendum : coefficients [1].
+    """
+
     face_width: float | None
     gap: float
     herringbone: bool
-    base_radius: float
     tip_radius: float
     root_radius: float
     reference_radius: float
-    profile_shift: float = 0.0
-    addendum: float = 1.0
-    dedendum: float = 1.25
+    profile_shift: float
+    addendum: float
+    dedendum: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -226,8 +251,8 @@ class Link:
     centre: tuple[float, float] = (0.0, 0.0)
     station: float = 0.0
     angle: float = 0.0
-    stiffness: tuple[float, float, float, float, float, float]
-    damping: tuple[float, float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    stiffness: tuple[float, ...]
+    damping: tuple[float, ...] = (0.0,) * 6
     clearance: float = 0.0
     exponent: float = 1.0
     load: float = 0.0
@@ -257,6 +282,12 @@ def stage_axis(stage: str, bodies: Sequence[Body]) -> tuple[float, float]:
     """Place (x, y) of the axis of a stage [m]: of sun, ring or carrier; of gears on fixed axes that of the first."""
     members = [body for body in bodies if body.frame == stage]
     return next((body.centre for body in members if body.kind in ("sun", "ring", "carrier")), members[0].centre)
+
+
+def bodies_named(reference: str, bodies: Iterable[Body]) -> list[Body]:
+    """Bodies of the member or half that a reference of the document names, ``main.sun``, ``main.sun.right``, ``g1``."""
+    parts = reference.split(".")
+    return [b for b in bodies if b.member == ".".join(parts[:2]) and (len(parts) < 3 or b.side == parts[2])]
 
 
 def train_html(train: Train) -> str:
@@ -568,21 +599,14 @@ class ResolutionLog:
             self.warnings.append(text)
 
 
-def per_branch(value: float | Sequence[float] | None, count: int, path: str) -> tuple[float, ...]:
-    """One value per branch, (count,); a single value holds for all, None is 0.
+def per_branch(value: float | tuple[float, ...], count: int) -> tuple[float, ...]:
+    """One value per branch, (count,); a single value holds for all, a list is that of the file, one per planet."""
+    return value if isinstance(value, tuple) else (value,) * count
 
-    Raises
-    ------
-    ModelError : a list of another length.
-    """
-    if value is None:
-        return (0.0,) * count
-    if isinstance(value, (int, float)):
-        return (float(value),) * count
-    if len(value) != count:
-        where = f"one value, or {count}, one per planet" if count > 1 else "one value: it is no planet"
-        raise ModelError(f"has {len(value)} values", path=path, given=list(value), allowed=where)
-    return tuple(float(entry) for entry in value)
+
+def of_branch(value: float | tuple[float, ...] | None, branch: int | None) -> float:
+    """Value of one branch (1 ..), or of what is on none; None is 0.  A list stands only where there are planets."""
+    return per_branch(0.0 if value is None else value, branch or 1)[(branch or 1) - 1]
 
 
 def same(a: float, b: float, tolerance: float = 1e-9) -> bool:

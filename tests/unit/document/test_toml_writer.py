@@ -8,7 +8,8 @@ from typing import Any
 from hypothesis import given
 from hypothesis import strategies as st
 
-from epicyclic.document.tables import to_toml
+from epicyclic.document.tables import value_text
+from epicyclic.document.writer import model_text
 
 SCALARS = st.one_of(
     st.booleans(),
@@ -26,9 +27,11 @@ VALUES = st.recursive(
 
 @given(st.dictionaries(KEYS, VALUES, max_size=5))
 def test_round_trip(table: dict[str, Any]) -> None:
-    assert tomllib.loads(to_toml(table)) == table
+    assert tomllib.loads(f"a = {value_text(table)}")["a"] == table
 
 
 def test_layout() -> None:
-    table = {"a": 1, "b": {"c": {"x": 1.5}, "d": "e"}, "f": {"g": {"h": {}}}}
-    assert to_toml(table) == 'a = 1\n\n[b]\nc = { x = 1.5 }\nd = "e"\n\n[f.g.h]\n'
+    table = {"title": "t", "stages": {"s": {"sun": {"mass": 1.5, "flank": {}}, "meshes": {}}}}
+    assert model_text(table) == (
+        'format = 2\ntitle  = "t"\n\n[stages.s]\nmeshes = {}\n\n[stages.s.sun]\nmass  = "1.5 kg"\nflank = {}\n'
+    )

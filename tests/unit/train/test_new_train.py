@@ -6,6 +6,7 @@ import inspect
 import math
 import re
 import tomllib
+from fractions import Fraction
 from typing import Any
 
 import pytest
@@ -16,6 +17,7 @@ import epicyclic
 from epicyclic.document.document import read
 from epicyclic.errors import ModelError
 from epicyclic.train.new_train import differential, new_train, planetary, star
+from epicyclic.train.phasing import ToothedGear, ToothMesh, stage_leads
 from epicyclic.train.preselection import (
     Blank,
     ToothCounts,
@@ -37,6 +39,17 @@ def test_the_phases_decide_as_the_textbook_does() -> None:
         for planet in range(17, 40, 3):
             for planets in (3, 4, 5):
                 counts = ToothCounts(sun=sun, planet=planet, ring=sun + 2 * planet)
+                gears = (
+                    ToothedGear(name="sun", teeth=counts.sun, central=True),
+                    ToothedGear(name="planet", teeth=counts.planet),
+                    ToothedGear(name="ring", teeth=counts.ring, central=True, internal=True),
+                )
+                angles = tuple(Fraction(i, planets) for i in range(planets))
+                meshes = (
+                    ToothMesh(pair="sun-planet", a="sun", b="planet", directions=angles, flank=1),
+                    ToothMesh(pair="planet-ring", a="planet", b="ring", directions=angles, flank=-1),
+                )
+                assert assembles(counts, planets) == stage_leads(gears, meshes, sense=1).assembles
                 assert assembles(counts, planets) == ((counts.sun + counts.ring) % planets == 0)
 
 

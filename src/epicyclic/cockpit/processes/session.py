@@ -81,8 +81,8 @@ class Session:
         """Be called in the event loop: ``frame`` with each frame, packed and not; ``state`` with the session after each
         change of the state; ``failed`` with the head of a failed frame, None once the state computes again; ``jobs``
         with the session after each change of a job, ``looked`` after each of the view; ``view`` with the session once
-        it shows what another page did; ``waits`` with it where a call waits for its turn; ``preview`` with the packed frame
-        of `preview`."""
+        it shows what another page did; ``waits`` with it where a call waits for its turn; ``preview`` with the packed
+        frame of `preview`."""
         for name, function in callbacks.items():
             self._listeners[name].append(function)
 

@@ -438,10 +438,10 @@ Run = Callable[..., tuple[int, str, str]]
 
 @pytest.fixture
 def run(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> Run:
-    from epicyclic.document.tables import to_toml
+    from epicyclic.document.writer import model_text
 
     model = tmp_path / "pair.toml"
-    model.write_text(to_toml(PAIR), encoding="utf-8")
+    model.write_text(model_text(PAIR), encoding="utf-8")
 
     def command(*arguments: str) -> tuple[int, str, str]:
         short = ("--population", "6", "--generations", "2", "--samples", "16")
