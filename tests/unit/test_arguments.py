@@ -121,8 +121,8 @@ def test_arguments_that_are_missing_or_unknown_are_left_to_python() -> None:
 
 def test_a_keyword_that_is_spelt_nearly_right_is_named() -> None:
     sweep: Callable[..., Any] = epicyclic.sweep
-    with pytest.raises(TypeError, match="'pionts'; did you mean 'points'"):
-        sweep("ren2021", pionts=3)
+    with pytest.raises(TypeError, match="'pointz'; did you mean 'points'"):
+        sweep("ren2021", pointz=3)
 
 
 @pytest.mark.parametrize(

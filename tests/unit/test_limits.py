@@ -139,7 +139,7 @@ def test_one_limit_of_the_file_is_that_of_all(limit: float, tone: str) -> None:
     request = Request(rev=1, kind="live", source=tomllib.loads(drive_text("wind-stage")), overrides=changes)
     (frame,) = compute(request)
     (answer,) = [one for one in frame.head["answers"] if one["key"] == "planet"]
-    assert (answer["level"], f"limit {limit:g}" in answer["figure"]) == (tone, True)
+    assert (answer["level"], f"Limit {limit:g}" in answer["text"]) == (tone, True)
     source = {"words": "of the model", "source": "limits.k_gamma", "path": "limits.k_gamma"}
     assert answer["limit"] == {"value": limit, **source}
 

@@ -86,7 +86,7 @@ def test_its_findings_are_what_tab_and_answer_say_and_its_variable_is_drawn() ->
     job, (answer,) = frame.head["job"], frame.head["answers"]
     assert job["text"] == f"The largest gear has {most:g} teeth, limit 50."
     assert (answer["key"], answer["level"], answer["evidence"]) == ("crowding", "bad", "crowding")
-    assert (answer["figure"], answer["limit"]) == (f"{most:g}", "50")
+    assert (answer["figure"], answer["limit"]["value"]) == (f"{most:g}", 50)
     assert answer["text"] == f"{job['text']} Take fewer."
     assert (job["bars"]["x_label"], len(job["bars"]["rows"])) == ("teeth [1]", 3)
     assert frame.arrays["job/bar"].max() == most

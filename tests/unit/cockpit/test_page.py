@@ -48,7 +48,7 @@ ANSWER = {
     "text": "K_gamma falls from 1.034 to 1.000.",
     "figure": "1.034",
     "then": "1.000",
-    "limit": "1.1",
+    "limit": {"value": 1.1, "words": "3 planets, table", "source": "3 planets, a standard", "path": "limits.k_gamma"},
     "level": "warn",
     "apply": {"stages.main.sun.mass": "500 kg"},
     "apply_label": "Let the sun float",
@@ -279,7 +279,7 @@ def test_nothing_of_another_train_stands_under_the_title_of_one_that_fails() -> 
         session.fail(None)
         await played(session, answers=[ANSWER], checks=[], modes=modes, state=state)
         assert boards[0]._told.get("clear") is None
-        assert texts(user, data_answer="float").startswith("! | 1.034 → 1.000")
+        assert texts(user, data_answer="float").startswith("! | 1.034 | 1.000 | 1.1")
         await user.should_see("sun turns")
 
     look(talk)

@@ -245,7 +245,8 @@ def progress_text(job: Job, rev: int) -> str:
         left = "" if job.remaining is None else f", about {_time(job.remaining)} left"
         return f"{100 * job.progress:.0f} %{left}{'' if job.rev == rev else ', of another state'}"
     if job.status != "done":
-        return f"failed: {job.message}" if job.status == "failed" else "cancelled"
+        how = "cancelled" if job.status == "cancelled" else "stopped" if job.died else "failed"
+        return f"{how}: {job.message}" if job.message else how
     return f"{'' if job.rev == rev else 'of another state: run again. '}{result_of(job).get('text') or 'done'}"
 
 

@@ -372,7 +372,7 @@ def test_a_train_that_is_within_what_is_usual_is_good() -> None:
 
 def test_without_deviations_class_six_is_offered_and_answers_follow() -> None:
     plain = by_key(live_frame("xu2020"))
-    assert (plain["planet"]["figure"], plain["planet"]["limit"]) == ("1.000", "1.25")
+    assert (plain["planet"]["figure"], plain["planet"]["limit"]["value"]) == ("1.000", 1.25)
     assert plain["float"]["text"].startswith("Nothing yet")
     assumed = plain["error"]["apply"]
     assert assumed == plain["planet"]["apply"] == dict(class_six(load("xu2020")))

@@ -54,7 +54,7 @@ def test_every_frame_brings_the_answers_as_they_are(asked: list[dict[str, Any]])
     assert [frame.head["answers"][0]["figure"] for frame in frames] == ["1", "2", "3", "4", "5"]
     assert frames[-1].head["checks"] == [{"level": "bad", "code": "x", "text": "y", "path": "z"}]
     given = asked[-1]
-    assert set(given) == {"train", "system", "modes", "sharing", "twin", "sweep", "errors"}
+    assert set(given) == {"train", "system", "modes", "sharing", "twin", "sweep", "errors", "changes"}
     assert given["train"].title == given["system"].provenance["title"]
 
 

@@ -57,7 +57,7 @@ def test_both_k_gamma_are_told_with_their_signs_as_the_command_line_gives_them(d
 
 def test_the_wind_stage_is_told_that_its_turning_k_gamma_rises() -> None:
     answer = answer_of("wind-stage", "live")
-    assert answer["figure"] == "1.0018 → 1.0000"
+    assert (answer["figure"], answer["then"]) == ("1.0018", "1.0000")
     change = "mean-load K_gamma falls from 1.0018 to 1.0000, turning K_gamma rises from 1.0048 to 1.0084"
     assert answer["text"] == f"With a floating sun: {change}."
 
