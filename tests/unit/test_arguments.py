@@ -134,7 +134,7 @@ def test_a_keyword_that_is_spelt_nearly_right_is_named() -> None:
         (
             epicyclic.contact,
             {"mesh": "sun-planet", "torque": 1e12},
-            "torque = 1000000000000.0: out of range; allowed: above 0, at most 1e\\+09",
+            "torque = 1000000000000.0: out of range; allowed: 0 to 1e\\+09",
         ),
     ],
 )
