@@ -193,6 +193,13 @@ class Tab:
     def button(self, name: str) -> Any:
         return self.page.get_by_role("button", name=name, exact=True)
 
+    def set_limit(self, value: str) -> None:
+        """Set the limit of K_gamma in its window, beside the answer."""
+        self.page.locator("[data-answer=planet] .ck-limit").click()
+        field = self.page.get_by_label("Limit of K_gamma").locator("input")
+        field.fill(value)
+        field.press("Enter")
+
     def errors(self) -> list[str]:
         """What the console said that a user should never see there."""
         return [text for text in self.said if text.startswith("error")]

@@ -63,6 +63,8 @@ def undo(tab: Tab) -> None:
 def test_the_chosen_mode_is_followed_when_the_sun_begins_to_float_and_back(tab: Tab) -> None:
     choose(tab, 5)
     rigid = pressed(tab, "159.5", "carrier rotates with the planets")
+    tab.set_limit("1.02")
+    tab.button("Let the sun float").wait_for()
     rev = tab.rev
     tab.button("Let the sun float").click()
     tab.painted(rev)
@@ -73,6 +75,8 @@ def test_the_chosen_mode_is_followed_when_the_sun_begins_to_float_and_back(tab: 
 
 
 def test_a_mode_that_is_gone_is_dropped_and_said(tab: Tab) -> None:
+    tab.set_limit("1.02")
+    tab.button("Let the sun float").wait_for()
     rev = tab.rev
     tab.button("Let the sun float").click()
     tab.painted(rev)

@@ -307,9 +307,11 @@ def float_answer(train: Train, sharing: Part, twin: Part) -> Answer:
         after = ""
     else:
         text = f"With a floating sun{of_stage}: {change}."
-        if now - then >= _NO_CHANGE:
-            level = "warn" if now - then > 0.01 else "good"
-            values = {str(twin["path"]): twin["value"]}
+        verdict = sharing["verdict"]
+        if now - then >= _NO_CHANGE and not (verdict is not None and verdict["passes"]):
+            level, values = "warn", {str(twin["path"]): twin["value"]}
+        elif verdict is not None and verdict["passes"]:
+            resonance += f"{_NOTHING_TO_DO.format(**verdict)}."
     text, label = text + resonance, "Let the sun float"
     return Answer(
         "float", text, figure=figure, then=after, level=level, apply=values, apply_label=label, evidence="sharing"

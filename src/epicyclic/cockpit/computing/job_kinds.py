@@ -535,7 +535,7 @@ def _detune_frame(result: xr.Dataset, train: Train, options: Mapping[str, Any]) 
 _KINDS = (
     JobKind(
         name="contact",
-        label="Contact, LTE",
+        label="Contact",
         purpose="Load over the flanks and loaded transmission error",
         about="Loaded teeth of the first mesh at 50, 100 and 125 % of the operating load.",
         quick=True,

@@ -11,7 +11,7 @@ from ...errors import ModelError
 from ...limits import TABLES, stated_limit
 from ..processes.session import Session
 from .controls import button as native_button
-from .controls import hide, plain_button, prop, refused, window
+from .controls import plain_button, prop, refused, window
 
 
 class LimitButton:
@@ -21,19 +21,18 @@ class LimitButton:
         self._session = session
         self._limit: Mapping[str, Any] = {}
         self.root = native_button("", self._open, classes="ck-figure ck-limit")
-        hide(self.root, True)
+        self.follow(None)
 
     def follow(self, limit: Mapping[str, Any] | None) -> None:
-        """Show the limit of an answer; None hides the button."""
-        hide(self.root, limit is None)
+        """Show the limit of an answer; None leaves its column empty."""
         self._limit = limit or {}
-        if limit is not None:
-            settable = bool(limit["path"])
-            self.root.say(f"{limit['value']:g}")
-            words = f"Limit of K_gamma {limit['value']:g}: {limit['source']}. A click sets another one."
-            prop(self.root, "disabled", None if settable else True)
-            prop(self.root, "title", words if settable else None)
-            prop(self.root, "aria-label", words if settable else f"limit {limit['value']:g}")
+        number = f"{limit['value']:g}" if limit else ""
+        words = f"Limit of K_gamma {number}: {limit['source']}. A click sets another one." if limit else ""
+        settable = bool(limit and limit["path"])
+        self.root.say(number)
+        prop(self.root, "disabled", None if settable else True)
+        prop(self.root, "title", words if settable else None)
+        prop(self.root, "aria-label", words if settable else f"limit {number}")
 
     def _open(self) -> None:
         path = str(self._limit["path"])

@@ -146,8 +146,12 @@ def test_a_floating_sun_buys_what_sharing_says(train: str) -> None:
     answer = by_key(frame_of(train))["float"]
     now, then = float(answer["figure"]), float(answer["then"])
     assert now == pytest.approx(k_gamma(train), abs=5.1e-4)
-    assert answer["apply"] == {"stages.main.sun.support.radial": 0}
     assert then == pytest.approx(k_gamma(train, ("stages.main.sun.support.radial", 0)), abs=5.1e-4)
+    assert answer["apply"] is None  # below the limit nothing is offered
+    above = live(source_of(train), {**overrides_of(train), "limits.k_gamma": 1.0001})["float"]
+    assert above["apply"] == {"stages.main.sun.support.radial": 0}
+    assert "Nothing to do" in answer["text"]
+    assert "Nothing to do" not in above["text"]
 
 
 def test_a_sun_that_floats_is_told_what_a_support_would_cost() -> None:

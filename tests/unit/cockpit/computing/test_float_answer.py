@@ -52,14 +52,14 @@ def changed(name: str, now: float, then: float) -> str:
 def test_both_k_gamma_are_told_with_their_signs_as_the_command_line_gives_them(drive: str) -> None:
     text = answer_of(drive, "live")["text"]
     change = ", ".join(map(changed, ("mean-load", "turning"), k_gammas(drive), k_gammas(drive, "--set", FLOAT)))
-    assert text == f"With a floating sun: {change}."
+    assert text.startswith(f"With a floating sun: {change}. Nothing to do as drawn: K_gamma ")
 
 
 def test_the_wind_stage_is_told_that_its_turning_k_gamma_rises() -> None:
     answer = answer_of("wind-stage", "live")
     assert (answer["figure"], answer["then"]) == ("1.0018", "1.0000")
     change = "mean-load K_gamma falls from 1.0018 to 1.0000, turning K_gamma rises from 1.0048 to 1.0084"
-    assert answer["text"] == f"With a floating sun: {change}."
+    assert answer["text"].startswith(f"With a floating sun: {change}. ")
 
 
 def strongest(drive: str, *options: str) -> tuple[str, str]:
@@ -107,4 +107,8 @@ def test_a_sun_that_floats_is_told_what_a_rigid_support_changes() -> None:
 
 
 def test_no_resonance_either_way_is_an_answer() -> None:
-    assert answer_of("dong2019", "full")["text"].endswith("No resonance within 20 % either way.")
+    assert (
+        answer_of("dong2019", "full")["text"]
+        .partition(" Nothing to do")[0]
+        .endswith("No resonance within 20 % either way.")
+    )
