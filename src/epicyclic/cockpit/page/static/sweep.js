@@ -138,7 +138,7 @@ export class SweepPane extends Pane {
       const same = this.order.find((one) => one.strong && one.label === curve.label);
       ghostCurve(context, plot, this.pinned.x, curve.y, same ? this.colourOf(curve) : look().pale);
     }
-    for (const curve of this.previewed?.curves ?? []) ghostCurve(context, plot, this.previewed.x, curve.y, look().accent);
+    for (const curve of this.previewed?.curves ?? []) ghostCurve(context, plot, this.previewed.x, curve.y, look().ink);
   }
 
   drawOver(plot) {
@@ -223,17 +223,18 @@ export class SweepPane extends Pane {
     const x = plot.valToPos(speed, "x", true);
     const y = top + 18 * ratio;
     context.save();
-    context.strokeStyle = look().accent;
+    context.strokeStyle = look().ink;
     context.lineWidth = 2 * ratio;
     context.setLineDash([6 * ratio, 3 * ratio]);
     line(context, [x, top], [x, top + height]);
     context.font = font(px(10.5) * ratio, 600);
+    context.textAlign = "left";
     context.textBaseline = "top";
     const wide = context.measureText(result).width;
     const start = x + wide + 8 * ratio < left + width ? x + 5 * ratio : x - wide - 5 * ratio;
     context.fillStyle = look().surface;
     context.fillRect(start - 2 * ratio, y - ratio, wide + 4 * ratio, px(13) * ratio);
-    context.fillStyle = look().accent;
+    context.fillStyle = look().ink;
     context.fillText(result, start, y);
     context.restore();
     return { x: start / ratio - 2, y: y / ratio, w: wide / ratio + 4, h: px(15) };
@@ -310,12 +311,15 @@ export class SweepPane extends Pane {
       mark.style.borderTopColor = colour;
       return make("span", {}, mark, text);
     };
-    const words = (curve) => withoutStage(brief(alone(curve.label)), strong);
+    const words = (curve) => {
+      const label = withoutStage(brief(alone(curve.label)), strong);
+      return this.previewed ? label.replace(/planet /g, "p") : label; // room for one more key
+    };
     const rows = strong.map((curve) => key(words(curve), this.colourOf(curve)));
     const others = this.order.length - strong.length;
     if (others) rows.push(key(`${others} more`, look().other));
     if (this.pinned) rows.push(key("A", look().pale, true));
-    if (this.previewed) rows.push(key("changed", look().accent, true));
+    if (this.previewed) rows.push(key("changed", look().ink, true));
     for (const row of rows.slice(strong.length)) row.classList.add("ck-whole");
     this.note.textContent = head.stage ?? "";
     this.raised.textContent = [this.axis[0] > 0 ? "axis not from 0" : "", head.uncounted ? "relief not counted" : ""].filter(Boolean).join("; ");
