@@ -110,7 +110,7 @@ def detune(  # .questions.studies.verbs
     mode: int | None = None,
     order: int | None = None,
     relative_speed: float | str = 1.0,
-    band: float = 0.2,
+    band: float | str = 0.2,
     changes: int = 4,
     progress: Callable[[float], None] | None = None,
 ) -> xr.Dataset:

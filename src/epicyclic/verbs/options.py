@@ -388,12 +388,21 @@ def _quantity_of(kind: str) -> Reader:
     return read
 
 
+def _share_within(value: float | str, path: str, _: Drive, option: Option) -> float:
+    """A share [1] within the bounds of its option."""
+    number = share(value, path)
+    if option.most is not None and number > option.most:
+        raise ModelError("out of range", path=path, given=value, allowed=f"at most {100 * option.most:g} %")
+    return number
+
+
 Reader = Callable[[Any, str, "Drive", Option], Any]
 """(what was given, keyword, drive, option) -> value of the field. Raises ModelError."""
 
 READERS: Mapping[str, Reader] = {
     "relative speed": lambda value, path, drive, _: relative_speed(value, path, drive),
     "frequency": lambda value, path, *_: frequency(value, path),
+    "share": _share_within,
     "time": lambda value, path, *_: seconds(value, path),
     "load per length": lambda value, path, *_: load_per_length(value, path),
     "torque step": lambda value, *_: torque_step(value),

@@ -294,7 +294,7 @@ def test_what_a_job_has_found_is_downloaded_while_its_state_stands(tmp_path: Pat
         choice = next(one for one in user.find(ui.select).elements if "job stiffness" in one.options)
         choice.set_value("job stiffness")
         for kind in ("nc", "csv", "xlsx"):
-            user.find(f".{kind}").click()
+            user.find(kind=ui.button, content=f".{kind}").click()
             response = await user.download.next(timeout=10)
             taken = tmp_path / f"taken.{kind}"
             taken.write_bytes(response.content)

@@ -356,7 +356,8 @@ def error_answer(train: Train, sharing: Mapping[str, Any] | None, errors: Mappin
     if share > _WORTH and not k - 1 < _NO_CHANGE:
         without = float(first.get("without", np.nan))
         then = f"; {without:.3f} without it" if np.isfinite(without) else ""
-        text = f"{share:.0f} % of K_gamma\u00a0-\u00a01 ({of}): {first['label']}{then}."
+        name = str(first["label"])
+        text = f"{name[:1].upper()}{name[1:]}: {share:.0f} % of K_gamma\u00a0-\u00a01 ({of}){then}."
         level = "warn" if share >= _MOST and fails else "good"
         # what only the turning train feels would not lower the K_gamma that is held against the limit
         values = scaled(train, str(first["path"]), 0.5) if fails and of == "mean-load" else {}

@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from ...limits import RESONANCE_BAND
+from ...limits import NO_MATTER, RESONANCE_BAND
 from ...questions.studies import DetuneOptions
 from ...show.views import findings_of
 from ...system.system import System
@@ -54,7 +54,8 @@ def _offered(result: xr.Dataset, axis: SpeedAxis | None) -> tuple[OfferedChange,
             continue
         rpm = None if axis is None else speed * axis[1]
         at = "" if rpm is None else f" {number(rpm, 4)} rpm,"
-        result_text = f"{at} {'+' if away > 0 else '-'}{per_cent(abs(away))}".strip()
+        rest_in_band = f", {per_cent(left)} left" if left >= NO_MATTER else ""
+        result_text = f"{at} {'+' if away > 0 else '-'}{per_cent(abs(away))}{rest_in_band}".strip()
         rest = f"strongest resonance left within {per_cent(RESONANCE_BAND)}: {per_cent(left)} of the mean force"
         why = "; ".join(filter(None, [rest if math.isfinite(left) else "", str(note)]))
         offered.append(

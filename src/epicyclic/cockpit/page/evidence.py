@@ -378,7 +378,9 @@ class _Line:
             met |= bool(result_of(known).get("met"))
             for of_job in known.head.get("answers") or ():
                 if of_job["key"] == self._of_frame["key"]:
-                    answer, by_job = of_job, True
+                    # changes that a job has found stand below the answer of the frame, which knows more
+                    known_changes = {**self._of_frame, "changes": of_job["changes"]} if of_job.get("changes") else None
+                    answer, by_job = known_changes or of_job, True
         if answer != self._answer:
             self._answer = answer
             level = str(answer.get("level"))

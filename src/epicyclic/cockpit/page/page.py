@@ -50,7 +50,7 @@ def number_in(value: object, unit: str) -> float | None:
     if number is None or number.many:
         return None
     (size,) = number.values
-    if size and number.unit != unit:
+    if number.unit != unit and (size or number.unit):
         si = next((kind.unit for name, kind in KINDS.items() if is_unit_of(unit, name)), "")
         scale = factor(number.unit or si, unit) if unit else None
         size = math.nan if scale is None else float(f"{size * scale:.12g}")
@@ -159,6 +159,7 @@ class LeverControl(Element, component="lever.js"):
 
     def _typed(self, text: str) -> None:
         """Take a number in the unit of the lever, or a value with a unit of its own; nothing is the file's value."""
+        self._tell("")  # what was refused before
         if not text:
             self._to_file()
             return

@@ -73,7 +73,8 @@ class DetuneOptions:
             reads="relative speed",
         ),
     ] = 1.0
-    band: Annotated[float, Option("Distance from that speed that is enough, per speed [1].", above=0, most=0.9)] = (
-        RESONANCE_BAND
-    )
+    band: Annotated[
+        float,
+        Option('Distance from that speed that is enough, per speed, or e.g. "20 %".', above=0, most=0.9, reads="share"),
+    ] = RESONANCE_BAND
     changes: Annotated[int, Option("Changes that are computed, those of the least size.", least=1, most=100)] = 4

@@ -183,7 +183,8 @@ def detune(train: Train, options: DetuneOptions, *, progress: Progress = None) -
     near = resonances_near(system, modes, options.relative_speed, options.band)
     asked = [one for one in near if options.mode in (None, one.mode + 1) and options.order in (None, one.order)]
     if not asked and (options.mode or options.order):
-        path = "mode" if options.mode else "order"
+        unknown = options.mode is not None and all(one.mode + 1 != options.mode for one in near)
+        path = "mode" if unknown or options.order is None else "order"
         allowed = "; ".join(one.label for one in near[:_SHOWN]) or "none: nothing is to be moved"
         raise ModelError("no such resonance in the band", path=path, given=getattr(options, path), allowed=allowed)
     chosen = strongest(asked) if asked else None

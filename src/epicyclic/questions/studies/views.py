@@ -274,7 +274,9 @@ def detune_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
         force = f"the mode's force is {verdict.text}"
     text = f"{_resonance_text(result)}: {force}."
     change = "No number of the model moves it."
-    if result.sizes["change"] and texts(result, "status")[0] == "ok":
+    if verdict is not None and verdict.tone == "good":
+        change = "Nothing is to be done."
+    elif result.sizes["change"] and texts(result, "status")[0] == "ok":
         speed, away, left = (
             float(result[name].values[0]) for name in ("moved_speed", "moved_away", "left_force_ratio")
         )

@@ -119,6 +119,9 @@ def quantile_changes(before: Array, after: Array, probability: Array, scrambles:
     """
     rows = np.isfinite(before) & np.isfinite(after)
     known = rows.all(axis=tuple(range(1, rows.ndim)))
+    shape = (*before.shape[1:], probability.size)
+    if not known.any():
+        return jackknife(np.full(shape, np.nan), np.full((scrambles, *shape), np.nan))
     block = np.repeat(np.arange(scrambles), len(before) // scrambles)[known]
     first, second = (values[known].reshape(len(block), -1).T for values in (before, after))
     told = (1 - probability) * len(block) >= _LEAST_BEYOND
@@ -130,7 +133,6 @@ def quantile_changes(before: Array, after: Array, probability: Array, scrambles:
         before, after = (values[of != i].reshape(len(values), -1) for values, of in zip(ordered, blocks, strict=True))
         return _changes(before, after, probability, told)
 
-    shape = (*before.shape[1:], probability.size)
     whole = _changes(ordered[0], ordered[1], probability, told).reshape(shape)
     return jackknife(whole, np.array([left_out(i).reshape(shape) for i in range(scrambles)]))
 

@@ -237,11 +237,13 @@ def _what_buys(result: xr.Dataset, names: Sequence[str]) -> Table:
         "with interactions [%]": [total[i] for i in order],
         f"{at} per µm of standard deviation [1/µm]": [_digits(micron[i]) for i in order],
     }
-    lead = (
-        f"By what a tenth less spread changes {at}. In brackets: 95 % bands, of {ranking.samples} samples; tolerances "
-        f"of one place, as 1-2, are not told apart by them. Shares of the variance of K_gamma, "
-        f"{pair_labels(texts(one, 'pair'))[pair]}, {overlap(one.isel(pair=pair))}."
-    )
+    several = ""
+    if len(names) > 1:
+        several = (
+            "; tolerances of one place, as 1-2, are not told apart by them. Shares of the variance of K_gamma, "
+            f"{pair_labels(texts(one, 'pair'))[pair]}, {overlap(one.isel(pair=pair))}"
+        )
+    lead = f"By what a tenth less spread changes {at}. In brackets: 95 % bands, of {ranking.samples} samples{several}."
     return Table(title="What buys what", columns=columns, lead=lead, digits=3)
 
 

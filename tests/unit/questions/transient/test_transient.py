@@ -267,7 +267,7 @@ def test_a_killed_run_continues_to_the_same_bits(tmp_path: Path, document: dict[
         ({"contact": "glue"}, "contact"),
         ({"initial": "anywhere"}, "initial"),
         ({"initial": np.zeros(3)}, "not a state"),
-        ({"initial": np.full((2, 5), np.inf)}, "not a state"),
+        ({"initial": np.full((2, 5), np.inf)}, "initial = inf: out of range"),
         ({"torque_step": (1.5, 1e9)}, "torque step is out of range"),
         ({"torque_step": (np.nan, 0.001)}, "torque_step"),
         ({"torque_step": (1.5, np.inf)}, "torque_step"),

@@ -64,7 +64,7 @@ export class Hub {
     }
     if (frame.rev >= this.rev && frame.kind === "live") this.missing = frame.head.missing ?? {};
     // Frames of a job bring the answer that the job has found, and no other.
-    const resonance = frame.rev >= this.rev && frame.head.answers?.find((one) => one.key === "resonance");
+    const resonance = frame.rev >= this.rev && frame.kind !== "job" && frame.head.answers?.find((one) => one.key === "resonance");
     if (resonance) {
       this.resonance = resonance.speed == null ? null : resonance;
       changed.push("resonance");
