@@ -147,10 +147,9 @@ def test_five_tabs_hold_four_workers_at_most(tab: Tab, context: Any, cockpit: Co
         begun(one, "Contact loss", "contact_loss")
         begun(one, "Transient", "transient")
         most = max(most, len(workers(cockpit)))
-    for one in tabs[1:]:
-        one.page.get_by_role("tab", name="Jobs").click()
-        one.page.locator(".ck-job-row").get_by_text("waits for another job").first.wait_for()
-        most = max(most, len(workers(cockpit)))
+    tabs[-1].page.get_by_role("tab", name="Jobs").click()  # eight jobs were begun before its own
+    tabs[-1].page.locator(".ck-job-row").get_by_text("waits for another job").first.wait_for()
+    most = max(most, len(workers(cockpit)))
     assert 3 <= most <= 4
     for one in tabs[1:]:
         one.page.close()

@@ -40,7 +40,7 @@ def test_a_change_previews_and_a_click_is_one_step(tab: Tab) -> None:
     first = tab.page.locator(CHANGE).first
     first.wait_for()
     # the words of the terminal, and where the resonance is then
-    assert first.inner_text() == "radial planet bearing x 1.5: 696.5 rpm, +20 %"
+    assert first.inner_text() == "radial planet bearing x 1.5: 696.5 rpm, +20 %, 5.9 % left"
     assert "5.9 % of the mean force" in first.get_attribute("title")
     undo, rev = tab.page.get_by_role("button", name=re.compile("^Undo")), tab.rev
     assert undo.first.is_disabled()

@@ -23,6 +23,7 @@ from epicyclic.cockpit.state.frames import PageFrame, pack
 from epicyclic.cockpit.state.state import opened
 from epicyclic.errors import ModelError
 from epicyclic.options import Shape, shape_of
+from epicyclic.verbs.options import READERS
 
 MASS: dict[str, Any] = {
     "path": "stages.main.sun.mass",
@@ -617,7 +618,8 @@ def test_the_fields_of_a_job_are_options_of_its_verb(name: str) -> None:
         default = kind.defaults.get(parameter.name, parameter.default)
         if isinstance(default, (bool, int, float)):  # what a field shows as usual may be typed into it
             typed = ("no", "yes")[default] if isinstance(default, bool) else str(default)
-            assert shape.read(typed, parameter.name) == default
+            read = shape.read(typed, parameter.name)
+            assert (READERS[option.reads](read, parameter.name, None, option) if option.reads else read) == default
 
 
 def test_what_stands_in_the_fields_of_a_job_is_what_it_runs_with() -> None:

@@ -227,10 +227,7 @@ def test_load_factors_of_two_stages_are_apart() -> None:
 
 def test_a_verdict_of_stability_counts_what_was_judged() -> None:
     found = epicyclic.stability("ren2021", mesh_frequency=[100.0, 125.0, 150.0])
-    unknown = [name for name, values in found.data_vars.items() if values.dims[:1] == ("mesh_frequency",)]
-    for name in unknown:  # a speed that has no multipliers
-        if found[name].dtype.kind in "fc":
-            found[name][1] = np.nan
+    found["instability"][1] = ""  # a speed that has no multipliers
     words = printed(found)
     assert "Stable at 2 speeds judged, not known at 1" in words
     assert "everywhere" not in words

@@ -32,7 +32,7 @@ def test_a_resonance_that_matters_offers_the_changes_of_the_verb() -> None:
     (offered,) = answer["changes"]
     found = epicyclic.detune("ren2021", overrides=FAST).isel(change=0)
     assert offered["label"] == str(found["change"].values)
-    assert offered["result"] == "696.5 rpm, +20 %"
+    assert offered["result"] == "696.5 rpm, +20 %, 5.9 % left"
     assert offered["speed"] == pytest.approx(580 * float(found["moved_speed"]))
     assert offered["apply"] == {"stages.main.planet.bearing.radial": "1500000000.0 N/m"}
     # what it says is what the page says once it is applied: nothing that matters much
@@ -47,7 +47,7 @@ def test_the_speed_that_is_shown_is_the_one_to_leave() -> None:
     frames = list(compute(replace(REQUEST, overrides={}, relative_speed=5.8)))
     (offered,) = resonance(frames[-1].head)["changes"]
     assert (frames[-1].kind, offered["label"]) == ("changes", "radial planet bearing x 1.5")
-    assert offered["result"] == "696.5 rpm, +20 %"
+    assert offered["result"] == "696.5 rpm, +20 %, 5.9 % left"
     assert "changes" not in [frame.kind for frame in compute(replace(REQUEST, overrides={}))]
 
 
