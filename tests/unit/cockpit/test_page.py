@@ -21,6 +21,7 @@ from epicyclic.cockpit.page.page import LeverControl, cockpit_page
 from epicyclic.cockpit.processes.jobs import Job
 from epicyclic.cockpit.state.frames import PageFrame, pack
 from epicyclic.cockpit.state.state import opened
+from epicyclic.engine.source import Drive
 from epicyclic.errors import ModelError
 from epicyclic.options import Shape, shape_of
 from epicyclic.verbs.options import READERS
@@ -619,7 +620,9 @@ def test_the_fields_of_a_job_are_options_of_its_verb(name: str) -> None:
         if isinstance(default, (bool, int, float)):  # what a field shows as usual may be typed into it
             typed = ("no", "yes")[default] if isinstance(default, bool) else str(default)
             read = shape.read(typed, parameter.name)
-            assert (READERS[option.reads](read, parameter.name, None, option) if option.reads else read) == default
+            assert (
+                READERS[option.reads](read, parameter.name, Drive("ren2021"), option) if option.reads else read
+            ) == default
 
 
 def test_what_stands_in_the_fields_of_a_job_is_what_it_runs_with() -> None:

@@ -231,7 +231,7 @@ def test_a_verdict_of_stability_counts_what_was_judged() -> None:
     words = printed(found)
     assert "Stable at 2 speeds judged, not known at 1" in words
     assert "everywhere" not in words
-    assert "Stability not known at any of 1 speeds" in printed(found.isel(mesh_frequency=[1]))
+    assert "Stability not known at any of 1 speeds" in printed(found.isel(speed=[1]))
 
 
 def test_titles_and_notes_wrap_at_the_terminal() -> None:
