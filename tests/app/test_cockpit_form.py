@@ -40,7 +40,7 @@ def run(tab: Tab, words: str, name: str) -> None:
     """Run a job and wait until its result is drawn."""
     tab.page.get_by_role("tab", name=words, exact=True).click()
     tab.page.locator(f"[data-job={name}]").get_by_role("button", name=re.compile("^Run")).click()
-    tab.page.wait_for_function(f"() => window.cockpit.parts['job:{name}']")
+    tab.page.wait_for_function(f"() => window.cockpit.parts['job:{name}']", timeout=100_000)
     tab.page.wait_for_function(
         "() => [...cockpit.panes].find((pane) => pane.kind === 'evidence').plot?.series.length > 1"
     )

@@ -16,6 +16,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
+from ..limits import JUDGED_AT
 from ..results.dataset import EQUAL, largest
 
 Array = NDArray[np.float64]
@@ -523,7 +524,7 @@ def tenth_less(result: xr.Dataset) -> TenthLess:
     """The ranking of a result of `tolerance`, as its analysis has it; of the pair that is judged, or of the train."""
     one, pair = of_definition(result), str(result.attrs.get("ranked_pair", ""))
     kind = "tenth_less" if pair else "system_tenth_less"
-    at = int(np.flatnonzero(numbers(result, "probability") <= max(DRAWN) + 1e-9)[-1])
+    at = int(np.flatnonzero(numbers(result, "probability") <= JUDGED_AT + 1e-9)[-1])
     ends = []
     for suffix in ("", "_low", "_high"):
         values = one[kind + suffix].isel(probability=at)
@@ -547,7 +548,7 @@ def banded(value: float, low: float, high: float) -> str:
         return ""
     half = max(value - low, high - value)
     if not half > 0:
-        return f"{value:.3g}" if not half == 0 or value else "0"
+        return f"{value + 0.0:.3g}"  # without -0
     digits = max(0, 1 - math.floor(math.log10(half)))
     return f"{value:.{digits}f} [{low:.{digits}f}, {high:.{digits}f}]"
 

@@ -33,7 +33,18 @@ from ...system.tooth_pairs import mean_force, pair_of, tooth_warnings
 from ...teeth.geometry import FLANK_GRADES, SIZE_GRADES, run_out_width
 from ...train.train import Body, Train
 from ...warning_codes import WARNING_CODES, CodedText, code_of, coded
-from ..state.frames import LEVELS, Answer, Level, OfferedChange, force_unit, listed, number, ordinal, per_cent
+from ..state.frames import (
+    LEVELS,
+    Answer,
+    Level,
+    OfferedChange,
+    force_unit,
+    listed,
+    number,
+    ordinal,
+    per_cent,
+    signed_per_cent,
+)
 from .detuning import is_quick
 from .followed_mode import like_modes, mode_shapes
 
@@ -160,7 +171,6 @@ def halved_tolerance(train: Train, entry: str) -> dict[str, object]:
 
 Part = Mapping[str, Any] | None
 
-_MINUS = "\u2212"
 # A K_gamma this close to 1 is 1; a change of it below this is none (half a unit of the last digit shown).
 _ONE, _NO_CHANGE = 5e-7, 5e-4
 # Coefficients this close to the largest are the same: planets that symmetry loads alike differ by rounding alone.
@@ -545,7 +555,7 @@ def _order(meeting: Meeting) -> str:
 def _place(meeting: Meeting, to_rpm: float | None) -> str:
     """``92 rpm, -8 %``."""
     at = "" if to_rpm is None else f"{number(to_rpm * meeting.speed, 4)} rpm, "
-    return f"{at}{_MINUS if meeting.away < 0 else '+'}{per_cent(abs(meeting.away))}"
+    return f"{at}{signed_per_cent(meeting.away)}"
 
 
 def resonance_shift(

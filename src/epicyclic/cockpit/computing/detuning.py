@@ -12,7 +12,18 @@ from ...questions.studies import DetuneOptions
 from ...show.views import findings_of
 from ...system.system import System
 from ...train.train import Train
-from ..state.frames import LEVELS, Answer, OfferedChange, PageFrame, SpeedAxis, number, per_cent, speed_axis
+from ..state.frames import (
+    LEVELS,
+    MINUS,
+    Answer,
+    OfferedChange,
+    PageFrame,
+    SpeedAxis,
+    number,
+    per_cent,
+    signed_per_cent,
+    speed_axis,
+)
 from .job_kinds import bars, job_frame
 
 if TYPE_CHECKING:
@@ -55,11 +66,17 @@ def _offered(result: xr.Dataset, axis: SpeedAxis | None) -> tuple[OfferedChange,
         rpm = None if axis is None else speed * axis[1]
         at = "" if rpm is None else f" {number(rpm, 4)} rpm,"
         rest_in_band = f", {per_cent(left)} left" if left >= NO_MATTER else ""
-        result_text = f"{at} {'+' if away > 0 else '-'}{per_cent(abs(away))}{rest_in_band}".strip()
+        result_text = f"{at} {signed_per_cent(away)}{rest_in_band}".strip()
         rest = f"strongest resonance left within {per_cent(RESONANCE_BAND)}: {per_cent(left)} of the mean force"
         why = "; ".join(filter(None, [rest if math.isfinite(left) else "", str(note)]))
         offered.append(
-            OfferedChange(label=str(label), result=result_text, why=why, apply=json.loads(overrides), speed=rpm)
+            OfferedChange(
+                label=str(label).replace(" -", f" {MINUS}"),
+                result=result_text,
+                why=why,
+                apply=json.loads(overrides),
+                speed=rpm,
+            )
         )
     return tuple(offered[:_MOST])
 

@@ -412,7 +412,8 @@ class JobKind:
     effort : time per that of the live set of the train, with one mesh frequency and with several.
     grows : options that the time is proportional to, with their defaults; of a yes how many times as long it takes.
     counted : shares of the time from and to which the progress of the verb goes; before and after it says nothing.
-    verb : that it runs.  options : its keywords that may be chosen, all where none are named; a job refuses others.
+    verb : that it runs.  options : its keywords that may be chosen, a job refuses others; where none are named all
+    that write or read no file.
     defaults : its keywords unless chosen otherwise.  search : those that follow from the train.
     question : of `QUESTIONS`, that the first finding of its result answers.  frame : (result, train, chosen options) ->
     what the page shows; `found_frame` where there is none.  views : what that may draw, as ``show``.
@@ -439,7 +440,8 @@ class JobKind:
         from ...verbs.record import keywords, verbs
 
         known = keywords(verbs()[self.verb].run)
-        return {name: known[name] for name in self.options or known}
+        of_files = {name for name, (_, kind, _) in known.items() if name == "resume" or "Path" in str(kind)}
+        return {name: known[name] for name in self.options or known if name in self.options or name not in of_files}
 
     def seconds(self, live: float, frequencies: int) -> float:
         """About how long it takes with its defaults [s], where the live set of the train takes so long [s].

@@ -379,8 +379,8 @@ class _Line:
             for of_job in known.head.get("answers") or ():
                 if of_job["key"] == self._of_frame["key"]:
                     # changes that a job has found stand below the answer of the frame, which knows more
-                    known_changes = {**self._of_frame, "changes": of_job["changes"]} if of_job.get("changes") else None
-                    answer, by_job = known_changes or of_job, True
+                    changes = {"changes": of_job["changes"]} if of_job.get("changes") else None
+                    answer, by_job = {**self._of_frame, **changes} if changes else of_job, True
         if answer != self._answer:
             self._answer = answer
             level = str(answer.get("level"))

@@ -153,7 +153,11 @@ def mount(state: PageState | None) -> Callable[[Any], AbstractAsyncContextManage
 async def _begin(session: Session, state: PageState | None, tabs: Tabs, secret: str) -> None:
     """Open what a link brings, as a step after what the tab had; else that, else what the command line named."""
     call = f"return await cockpitRecovery.begin({literal(secret)})"
-    kept = await ui.run_javascript(call, timeout=_ANSWERED)
+    try:
+        kept = await ui.run_javascript(call, timeout=_ANSWERED)
+    except TimeoutError:  # the tab is gone, or too busy: it begins anew when it can
+        ui.navigate.reload()
+        return
     brought = kept if isinstance(kept, Mapping) else {}
     begun = False
     held = brought.get("secrets")

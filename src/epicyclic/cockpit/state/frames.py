@@ -173,11 +173,11 @@ class OfferedChange:
 class Answer:
     """One line of the page.
 
-    key : of `QUESTIONS`, whose text is the question.  text : one sentence or two.  figure : the number to remember, as
-    it is now, then : what it would be, with the change that is proposed or in all trains; each
-    with its unit, "" without one.  level : how it stands.
-    apply : overrides by path that act on it, None without.
-    apply_label : what they do.  evidence : what shows why: sweep, sharing, errors, relief or modes.
+    key : of `QUESTIONS`, whose text is the question.  text : one sentence or two.  level : how it stands.
+    figure : the number to remember, as it is now.  then : what it would be with the change that is proposed, or in
+    all trains.  Each with its unit, "" without one.
+    apply : overrides by path that act on it, None without.  apply_label : what they do.
+    evidence : what shows why: sweep, sharing, errors, relief or modes.
     job : that says more, None without.  stale : whether it belongs to an earlier state.
     limit : that they are held against: its ``value``, ``words`` and ``source``, ``path`` at which the model states it.
     assumed : reasons by path of the assumed values that it rests on.
@@ -211,6 +211,9 @@ class Answer:
             self.apply, self.apply_label = None, ""
 
 
+MINUS = "\u2212"
+
+
 def number(value: float, digits: int = 3) -> str:
     """A number of so many digits, without an exponent where people write none."""
     text = f"{value:.{digits}g}"
@@ -226,6 +229,11 @@ def per_cent(share: float, digits: int = 2) -> str:
     """A share [1] in per cent, to a tenth at most."""
     value = 100 * share
     return f"{value:.0f} %" if abs(value) >= 10 ** (digits - 1) else f"{value:.1f} %"
+
+
+def signed_per_cent(share: float) -> str:
+    """A share [1] that goes up or down, in per cent."""
+    return f"{MINUS if share < 0 else '+'}{per_cent(abs(share))}"
 
 
 def largest_known(values: NDArray[np.float64]) -> float:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from ...document.tables import leaves
 from ...engine.points import Outcome, outcomes
 from ...errors import ConvergenceError, ModelError
-from ...limits import NO_MATTER, ResonanceVerdict
+from ...limits import NO_MATTER, SAME_SHAPE, ResonanceVerdict
 from ...results.dataset import EQUAL, dataset, ranked
 from ...statics.tangent import linear
 from ...system.assembly import assemble, train_provenance
@@ -61,8 +61,6 @@ _TRIES, _ENOUGH = 3, 1.1
 _BESIDE = 2
 # Change of a centre distance or a ratio that is none: of a module of six digits.
 _SAME = 1e-4
-# Modal assurance criterion below which a mode is not found again.
-_ALIKE = 0.5
 _FAILING = (ModelError, ConvergenceError, ArithmeticError, np.linalg.LinAlgError)
 
 
@@ -170,8 +168,10 @@ def detune(train: Train, options: DetuneOptions, *, progress: Progress = None) -
 
     Returns
     -------
-    Dataset : over ``change`` what each gives and its overrides, or why it gives nothing; attribute ``resonance``: the
-        one that is moved, empty where no order excites a mode in the band.
+    Dataset : over ``change`` (c,), each computed on the changed train: ``moved_speed`` per operating speed [1],
+        ``moved_away`` from the speed that is to be free [1], ``moved_frequency`` [Hz], ``left_force_ratio`` of the
+        strongest resonance left in the band [1], ``change_overrides``, and ``status``: why it gives nothing.
+        Attribute ``resonance``: the one that is moved, empty where no order excites a mode in the band.
 
     Raises
     ------
@@ -394,7 +394,7 @@ class _Search:
         modes, tones = modes_of(system), tones_of_meshes(system)
         place, criterion, _ = mode_pairs(self.modes, modes)
         correlation, places = float(criterion[self.shapes].min()), place[self.shapes].tolist()
-        if min(places) < 0 or not correlation >= _ALIKE:
+        if min(places) < 0 or not correlation >= SAME_SHAPE:
             raise ModelError("the mode is not found again by its shape")
         tone = next(float(tone) for tone, stages in tones.items() if ", ".join(stages) == self.chosen.stage)
         hertz = modes.frequency[places]

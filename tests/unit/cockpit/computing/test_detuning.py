@@ -77,5 +77,5 @@ def test_a_large_train_asks_for_the_job() -> None:
     assert (found["mode"], found["figure"], found["level"]) == (answer["mode"], answer["figure"], answer["level"])
     assert found["speed"] == pytest.approx(answer["speed"])
     (offered,) = found["changes"]
-    assert offered["label"] == "differential module -15 %"
+    assert offered["label"] == "differential module −15 %"
     assert "centre distance 351.06 -> 298.4 mm" in offered["why"]

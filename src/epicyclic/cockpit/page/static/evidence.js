@@ -1,5 +1,5 @@
 // What an answer rests on: load sharing, what each error costs, lines or bars of a job.
-import { brief, hue, look, px, roundUp, short, written } from "./look.js";
+import { brief, look, px, roundUp, short, written } from "./look.js";
 import { make, Pane, Sheet } from "./pane.js";
 import { endsOf, ghostCurve, plotOf, rowsOf, zoomOfKey } from "./plot.js";
 import { about1, drawBars, drawSharing, FOOT, folded, heightFor } from "./rows.js";
@@ -8,6 +8,7 @@ const STALE = 0.4;
 const GAPS = { sharing: 0.05, period: 0.1 }; // least half width of the axes about 1: below, all is as good as equal
 const UNFOLDED = 14; // rows of load sharing that have room side by side with both sides of a herringbone pair
 const LINES = 8; // curves of a job that get a place in the key
+const DASHES = [null, [8, 4], [2, 3], [10, 3, 2, 3]]; // curves that are no meshes, which have the colours
 const CLOSEST = 1e-3; // part of an axis that can be zoomed into
 
 export class EvidencePane extends Pane {
@@ -214,6 +215,7 @@ export class EvidencePane extends Pane {
     curves.sort((a, b) => Number(a.strong) - Number(b.strong) || a.row - b.row);
     const strong = curves.filter((curve) => curve.strong).slice(-4);
     const colourOf = (curve) => (strong.includes(curve) ? this.colourOf(curve) : curve.pale ? look().pale : look().other);
+    strong.filter((curve) => !this.hub.meshColour(curve.label)).forEach((curve, at) => (curve.dash = DASHES[at]));
     this.styles = curves.map((curve) => ({ colour: colourOf(curve) }));
     this.curves = curves;
     this.data = [x, ...curves.map((curve) => rows[curve.row])];
@@ -226,7 +228,7 @@ export class EvidencePane extends Pane {
       onZoom: (range) => this.zoom(range),
     });
     this.plot.root.setAttribute("aria-hidden", "true");
-    curves.forEach((curve, i) => Object.assign(this.plot.series[i + 1], { width: curve.strong ? 2 : curve.pale ? 1.5 : 1, label: curve.label }));
+    curves.forEach((curve, i) => Object.assign(this.plot.series[i + 1], { width: curve.strong ? 2 : curve.pale ? 1.5 : 1, label: curve.label, dash: curve.dash }));
     this.lineKeys(part.head, strong);
     this.taken = part;
     this.describe(part.head.title ?? "", [...strong.map((curve) => curve.label), "Plus and minus zoom, arrow keys move along, Escape shows all"]);
@@ -250,8 +252,8 @@ export class EvidencePane extends Pane {
     this.schedule();
   }
 
-  colourOf({ label, row }) {
-    return this.hub.meshColour(label) ?? hue(row);
+  colourOf({ label }) {
+    return this.hub.meshColour(label) ?? look().ink;
   }
 
   lineKeys(head, strong) {
@@ -264,7 +266,7 @@ export class EvidencePane extends Pane {
     title.style.color = "var(--ck-ink)";
     const pale = this.curves.filter((curve) => curve.pale);
     const shown = strong.length > 1 || this.ghost ? strong.slice(0, LINES) : [];
-    const rows = shown.map((curve) => key(brief(curve.label), this.colourOf(curve)));
+    const rows = shown.map((curve) => key(brief(curve.label), this.colourOf(curve), curve.dash ? "ck-dashed" : ""));
     rows.unshift(...pale.map((curve) => key(curve.label, look().pale)));
     const more = this.curves.length - strong.length - pale.length;
     if (more) rows.push(key(`${more} more`, look().other));

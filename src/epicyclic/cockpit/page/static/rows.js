@@ -1,5 +1,5 @@
 // Plots whose rows have names: dots about the fair share with a strip over the hunting period, and bars from zero.
-import { font, hue, loadColour, look, roundUp, short, translucent } from "./look.js";
+import { font, loadColour, look, roundUp, short, translucent } from "./look.js";
 import { decimalsOf } from "./plot.js";
 
 export const ROW = { least: 12, most: 32 }; // [px]
@@ -115,7 +115,7 @@ function valueScale(context, x0, x1, scale) {
   context.lineWidth = 1;
   context.strokeStyle = look().edge;
   context.stroke();
-  context.font = `11px ${look().font}`;
+  context.font = font(11);
   context.fillStyle = look().ink;
   context.textAlign = "right";
   context.fillText("K_gamma 1", x0 - 8, y);
@@ -335,7 +335,7 @@ export function drawBars(context, width, height, data) {
     const thick = Math.min(16, 0.66 * lines.tall);
     if (Number.isFinite(at)) {
       context.globalAlpha = data.alpha;
-      context.fillStyle = row === data.strong ? hue(0) : look().pale;
+      context.fillStyle = row === data.strong ? look().ink : look().pale;
       context.fillRect(Math.min(place(0), place(at)), y - thick / 2, Math.max(1, Math.abs(place(at) - place(0))), thick);
       context.globalAlpha = 1;
     }
