@@ -5,7 +5,7 @@ python benchmarks/cockpit_page.py [DRIVE ...] [--moves 50] [--long 500] [--pictu
 Prints a row for each drive: median and 95 % of 50 moves [ms], of them spent computing, the rest (median of the
 differences), updates a second in a drag, from the release of a drag to the painted curve with shaft orders (median and
 95 % of 20) [ms], growth of the heap of the page and of the server's memory over 500 moves.  ``xu2020+run-outs`` adds
-the run-outs of `cockpit.py` to a drive.  With --pictures it writes one PNG for each state of the page, three sizes,
+the run-outs of `cockpit.py` to a drive.  With --pictures it writes one PNG for each state of the page, five sizes,
 light and dark, into a folder.
 """
 
@@ -30,7 +30,13 @@ import psutil
 from playwright.sync_api import Browser, Page, sync_playwright
 
 ARGUMENTS = ["--no-sandbox", "--disable-gpu", "--enable-precise-memory-info"]
-SIZES = {"laptop": (1280, 800), "screen": (1920, 1080), "narrow": (800, 1000)}
+SIZES = {
+    "1280x800": (1280, 800),
+    "1440x757": (1440, 757),
+    "1920x1080": (1920, 1080),
+    "2560x1440": (2560, 1440),
+    "800x600": (800, 600),
+}
 WARM = 5  # moves before it counts: the first run through every path of the browser's own compiler
 # [s] between two moves, in turn: within a row of keys, while all of the state at rest is computed, and after it.  None
 # is near the 0.4 s after which a row of keys ends: the frame of that would be taken for one of the next key.
@@ -116,7 +122,7 @@ def model_of(name: str, folder: Path) -> str:
     return str(path)
 
 
-def opened_page(browser: Browser, running: Running, size: tuple[int, int] = SIZES["laptop"]) -> Page:
+def opened_page(browser: Browser, running: Running, size: tuple[int, int] = SIZES["1280x800"]) -> Page:
     """The page, with its first figure painted."""
     page = browser.new_page(viewport={"width": size[0], "height": size[1]})
     page.goto(running.address)

@@ -1,4 +1,4 @@
-"""Pictures of the cockpit: every state of the page, three sizes, light and dark, one PNG each, to be looked at.
+"""Pictures of the cockpit: every state of the page, five sizes, light and dark, one PNG each, to be looked at.
 
 What a small drive shows for an instant only is held: its process that computes is stopped for the picture.
 """
@@ -12,11 +12,12 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 from cockpit_page import SIZES, Running, server
 from playwright.sync_api import Browser, Page
 from playwright.sync_api import TimeoutError as NotThere
+
+from epicyclic.document.document import drive_text
 
 __all__ = ["take_pictures"]
 
@@ -138,6 +139,19 @@ def older_job(page: Page) -> None:
     time.sleep(SETTLED)
 
 
+def limit(page: Page) -> None:
+    """The window in which the limit of K_gamma is set."""
+    computed(page)
+    page.locator("[data-answer=planet] .ck-limit").click()
+
+
+def detuned(page: Page) -> None:
+    """Changes that move the named resonance, one of them previewed."""
+    computed(page)
+    page.locator("[data-answer=resonance] .ck-change:visible").first.hover(timeout=WAITS)
+    time.sleep(SETTLED)
+
+
 STATES: dict[str, Callable[[Page], None]] = {
     "computed": computed,
     "mode": mode,
@@ -157,12 +171,15 @@ STATES: dict[str, Callable[[Page], None]] = {
     "running": job_of("contact_loss", wait=False),
     "older-job": older_job,
     **{name: job_of(name) for name in ("contact", "relief", "stiffness", "tolerance", "transient", "sensitivity")},
+    "contact-loss": job_of("contact_loss"),
+    "limit": limit,
+    "detune": job_of("detune"),
 }
 
 
 @contextmanager
-def page_of(browser: Browser, running: Running, size: tuple[int, int], theme: Any) -> Iterator[Page]:
-    context = browser.new_context(viewport={"width": size[0], "height": size[1]}, color_scheme=theme)
+def page_of(browser: Browser, running: Running) -> Iterator[Page]:
+    context = browser.new_context(viewport=dict(zip(("width", "height"), SIZES["1280x800"], strict=True)))
     try:
         page = context.new_page()
         page.goto(running.address)
@@ -182,6 +199,10 @@ def take_pictures(browser: Browser, folder: Path, drive: str = "ren2021") -> Non
             _pictures(browser, running, folder, STATES)
             _pictures(browser, running, folder, {"loading": loading}, held=True)
             _gone(browser, running, folder)
+        fast = Path(kept) / "fast.toml"  # the first mesh order meets a mode, and the teeth part
+        fast.write_text(drive_text("ren2021").replace('"100 rpm"', '"580 rpm"'), encoding="utf-8")
+        with server(str(fast), Path(kept)) as running:
+            _pictures(browser, running, folder, {"detuned": detuned})
 
 
 def _pictures(
@@ -189,20 +210,26 @@ def _pictures(
 ) -> None:
     """held : the server's processes are stopped once the page is computed."""
     for name, state in states.items():
-        for size, pixels in SIZES.items():
-            for theme in ("light", "dark"):
-                with page_of(browser, running, pixels, theme) as page:
-                    try:
-                        if held:
-                            computed(page)
-                            _signal(running, signal.SIGSTOP)
-                        state(page)
-                    except NotThere as error:
-                        print(f"not reached: {name}, {size}, {theme}: {str(error).splitlines()[0]}", flush=True)
-                    time.sleep(DRAWN)
-                    page.screenshot(path=folder / f"{name}-{size}-{theme}.png")
-                    if held:
-                        _signal(running, signal.SIGCONT)
+        with page_of(browser, running) as page:
+            try:
+                if held:
+                    computed(page)
+                    _signal(running, signal.SIGSTOP)
+                state(page)
+            except NotThere as error:
+                print(f"not reached: {name}: {str(error).splitlines()[0]}", flush=True)
+            _in_all_sizes(page, folder, name)
+            if held:
+                _signal(running, signal.SIGCONT)
+
+
+def _in_all_sizes(page: Page, folder: Path, name: str) -> None:
+    for size, (width, height) in SIZES.items():
+        page.set_viewport_size({"width": width, "height": height})
+        for theme in ("light", "dark"):
+            page.emulate_media(color_scheme=theme)  # type: ignore[arg-type]
+            time.sleep(DRAWN)
+            page.screenshot(path=folder / f"{name}-{size}-{theme}.png")
 
 
 def _signal(running: Running, number: int) -> None:
@@ -212,16 +239,8 @@ def _signal(running: Running, number: int) -> None:
 
 def _gone(browser: Browser, running: Running, folder: Path) -> None:
     """The page when its server is gone."""
-    pages = []
-    for size, pixels in SIZES.items():
-        for theme in ("light", "dark"):
-            context = browser.new_context(viewport={"width": pixels[0], "height": pixels[1]}, color_scheme=theme)
-            page = context.new_page()
-            page.goto(running.address)
-            computed(page)
-            pages.append((f"disconnected-{size}-{theme}.png", page))
-    running.process.send_signal(signal.SIGINT)
-    time.sleep(SETTLED)
-    for name, page in pages:
-        page.screenshot(path=folder / name)
-        page.context.close()
+    with page_of(browser, running) as page:
+        computed(page)
+        running.process.send_signal(signal.SIGINT)
+        time.sleep(SETTLED)
+        _in_all_sizes(page, folder, "disconnected")
