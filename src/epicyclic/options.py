@@ -22,6 +22,10 @@ Progress = Callable[[float], None]
 """Called with the share done, 0..1."""
 
 
+ALL_CASES = "all"
+"""Stands for every load case of a model file, so no case has this name."""
+
+
 @dataclass(frozen=True, slots=True, repr=False)
 class Option:
     """What help, documentation and command line say of a keyword.

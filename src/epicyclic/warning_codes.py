@@ -378,6 +378,10 @@ points-failed study.md
 Some points or samples could not be computed and count nowhere.
 Read their status and reason; narrow the range that fails.
 
+case-failed cases.md
+A load case could not be computed; the others are.
+Read its reason: a speed or torque too few or too many, or a coupling that is open.
+
 more-warnings study.md
 More different warnings of single points than are told.
 Run the verb at one point for all of its warnings.

@@ -316,18 +316,20 @@ def run_verb(
     *,
     model: str,
     sets: list[str] | None,
+    case: str | None,
     as_json: bool,
     output: Path | None,
     figure: list[str] | None = None,
     whole: bool = False,
+    further: Callable[[xr.Dataset], xr.Dataset] = lambda result: result,
     **given: Any,
 ) -> None:
     """Run one verb; print its result for people or as JSON, and write it, or figures of it, to a file.
 
     Parameters
     ----------
-    flags : keyword -> flag, for errors.  sets, as_json, output, figure, whole : as on the command line.
-    given : keyword -> value of the verb.
+    flags : keyword -> flag, for errors.  sets, case, as_json, output, figure, whole : as on the command line.
+    further : what other verbs say beside the result.  given : keyword -> value of the verb.
 
     Raises
     ------
@@ -344,16 +346,16 @@ def run_verb(
         takes_folder=takes_folder,
     )
     with reported(), _flagged(flags), keeping as folder:
-        further = (*verb.writers, *((".toml",) if verb.model_text else ()))
-        require_output(output, figure, verb.gives, as_json=as_json, further=further)
+        suffixes = (*verb.writers, *((".toml",) if verb.model_text else ()))
+        require_output(output, figure, verb.gives, as_json=as_json, further=suffixes)
         import_model_rooms()
-        overrides = parsed_overrides(sets)
+        overrides = parsed_overrides(sets, case)
         with progress_bar(f"{verb.name} {model}") as step:
             more: dict[str, Any] = {} if folder is None else {"folder": folder}
             if "progress" in signature(verb.run).parameters:
                 more["progress"] = lambda done, of=1: step(done if of == 1 else done / of)
-            result = verb.run(model, overrides=overrides or None, **options, **more)
-        if output is not None and not figure and (kind := output.suffix.lower()) in further:
+            result = further(verb.run(model, overrides=overrides or None, **options, **more))
+        if output is not None and not figure and (kind := output.suffix.lower()) in suffixes:
             if verb.model_text is not None and kind == ".toml":
                 write_text(output, verb.model_text(result))
             else:
@@ -373,7 +375,7 @@ def run_verb(
 @contextmanager
 def _flagged(flags: Mapping[str, str]) -> Iterator[None]:
     """Name keywords by their flags in errors."""
-    names = {"overrides": "--set", **flags}
+    names = {"overrides": "--set", "case": "--case", **flags}
     try:
         yield
     except ModelError as error:
@@ -410,6 +412,12 @@ Sets = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="PATH=VALUE", help="Put a value in place of the file's; may be repeated."),
 ]
+Case = Annotated[
+    str | None,
+    typer.Option(
+        "--case", metavar="NAME", help="Load case of the model, or all of them; default the nominal operation."
+    ),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON, xarray's Dataset.to_dict(), on stdout.")]
 Output = Annotated[Path | None, file_option(f"Write the result: {FORMATS}.")]
 
@@ -429,6 +437,7 @@ def command(verb: Verb) -> Callable[..., None]:
         "model": (Model, Parameter.empty),
         **typed_options({name: (one.default, kind, option) for name, (one, kind, option) in shown.items()}),
         "sets": (Sets, None),
+        "case": (Case, None),
         "as_json": (Json, False),
         "figure": (Annotated[list[str] | None, figure_option(verb.gives)], None),
         "output": (Annotated[Path | None, file_option(words)], None),

@@ -13,9 +13,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ..errors import ConvergenceError, ModelError
+from ..options import ALL_CASES
 from ..results.files import write_text
 from ..rexs.file import is_rexs_name
 from .command import (
+    Case,
     Json,
     Output,
     Sets,
@@ -222,6 +224,7 @@ def report(
         typer.Argument(metavar="MODEL", help="Model files (.toml) or ready drives; several are put side by side."),
     ],
     sets: Sets = None,
+    case: Case = None,
     sections: Annotated[
         str | None,
         typer.Option(
@@ -234,64 +237,83 @@ def report(
     ] = False,
 ) -> None:
     """What passes and what to change, and everything the model allows, in one HTML file that opens offline."""
-    several = len(models) > 1
+    several = len(models) > 1 or case == ALL_CASES
     with reported(), kept(None if several else output, keeps="" if several else "-o FILE") as folder:
         target_of(output, (".html",))
         require_stdout()
         if len(models) > _MOST:
             raise ModelError("too many models", path="MODEL", given=len(models), allowed=f"{_MOST} at most")
         if several and resume:
-            raise ModelError("goes with one model alone", path="--resume", given=", ".join(models))
+            raise ModelError("goes with one model and one case", path="--resume", given=", ".join(models))
         from ..verbs.record import STUDIES, report_verbs
 
+        variants = _variants(models, parsed_overrides(sets, case))
         if several:  # every model is read before the first is computed, which takes seconds
             from ..engine.source import train_of
 
-            for model in models:
-                train_of(model, overrides=parsed_overrides(sets))
+            for name, (model, overrides) in list(variants.items()):
+                try:
+                    train_of(model, overrides=overrides)
+                except ModelError as error:
+                    if case != ALL_CASES or len(variants) == 1:
+                        raise
+                    complain(f"left out: case {name}: {error}")
+                    del variants[name]
         names = None if sections is None else sections.split(",")
         steps = len(names) + 1 if names else len(report_verbs()) + len(STUDIES) + 1
         results: dict[str, dict[str, Any]] = {}
-        with progress_bar(f"report {' '.join(models)}", steps * len(models) + 1) as step:
-            for name, model in _named(models).items():
+        with progress_bar(f"report {' '.join(models)}", steps * len(variants) + 1) as step:
+            for name, (model, overrides) in variants.items():
                 more = {} if several else {"folder": folder, "resume": resume}
-                results[name] = _run(model, sets, names, step, more)
+                results[name] = _run(model, overrides, names, step, more)
             step("figures")
             from ..engine.workers import each
             from ..show.report import write_report, write_variants_report
 
             if several:
-                write_variants_report(output, results, compared=_compared(models, sets))
+                write_variants_report(
+                    output, results, compared=None if case == ALL_CASES else _compared(models, sets, case)
+                )
             else:
                 write_report(output, next(iter(results.values())), each=partial(each, pickled=False))
         with on_stdout():
             _print(results, output)
 
 
-def _named(models: Sequence[str]) -> dict[str, str]:
-    """What each model is called in the page: its file without folder and ending; one that comes again is numbered."""
-    from ..questions.studies.compare import distinct_names
+def _variants(models: Sequence[str], overrides: dict[str, object]) -> dict[str, tuple[str, dict[str, object]]]:
+    """Model and overrides by what each is called in the page: its case, or its file without folder and ending.
 
-    return dict(zip(distinct_names([Path(model).stem or model for model in models]), models, strict=True))
+    A name that comes again is numbered.
+    """
+    from ..questions.studies.compare import distinct_names
+    from ..verbs.cases import case_names
+
+    found, names = list[tuple[str, dict[str, object]]](), list[str]()
+    for model in models:
+        cases = case_names(model, overrides) if overrides.get("case") == ALL_CASES else ()
+        stem = Path(model).stem or model
+        names += [case if len(models) == 1 else f"{stem}, {case}" for case in cases] or [stem]
+        found += [(model, {**overrides, "case": case}) for case in cases] or [(model, overrides)]
+    return dict(zip(distinct_names(names), found, strict=True))
 
 
 def _run(
-    model: str, sets: list[str] | None, sections: list[str] | None, step: Any, more: dict[str, Any]
+    model: str, overrides: dict[str, object], sections: list[str] | None, step: Any, more: dict[str, Any]
 ) -> dict[str, Any]:
     from ..verbs.record import run_report
 
     try:
-        return run_report(model, overrides=parsed_overrides(sets), sections=sections, progress=step, **more)
+        return run_report(model, overrides=overrides, sections=sections, progress=step, **more)
     except ModelError as error:
         raise (error.at("--sections") if error.path == "sections" else error) from None
 
 
-def _compared(models: Sequence[str], sets: list[str] | None) -> Any:
+def _compared(models: Sequence[str], sets: list[str] | None, case: str | None) -> Any:
     """What differs between the models, as `compare` says it; None where it cannot."""
     from ..questions.studies.compare import compare as run
 
     try:
-        return run(*models, overrides=parsed_overrides(sets) or None)
+        return run(*models, overrides=parsed_overrides(sets, case) or None)
     except (ModelError, ConvergenceError) as error:
         complain(f"left out: what differs between the models: {error}")
         return None

@@ -10,17 +10,22 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from ..errors import ConvergenceError, ModelError
+from ..options import ALL_CASES
 from ..results.files import write_text
 from ..verbs.record import verbs
-from .command import Commands, Json, Model, Output, Sets, command, file_option
+from .command import Case, Commands, Json, Model, Output, Sets, command, file_option
 from .commands import app as cockpit
 from .commands import audit, compare, explain, report, show, study, systems
 from .new import export, import_rexs, new_command
 from .output import collect_again, figure_option, open_streams, parsed_overrides, print_file, reported, target_of
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 app = typer.Typer(
     name="epicyclic",
@@ -60,6 +65,7 @@ def check(
         bool, typer.Option("--all", help="Print every table: bodies, gears, links, deviations, the origin of values.")
     ] = False,
     sets: Sets = None,
+    case: Case = None,
     as_json: Json = False,
     figure: Annotated[list[str] | None, figure_option(["check"])] = None,
     output: Output = None,
@@ -72,14 +78,34 @@ def check(
 
             if output is not None:
                 target_of(output, (".toml",))
-            text = model_text(resolved_document(load(model, overrides=parsed_overrides(sets))))
+            text = model_text(resolved_document(load(model, overrides=parsed_overrides(sets, case))))
             if output is None:
                 print_file(text)
             else:
                 write_text(output, text)
     else:
         run = command(verbs()["check"])
-        run(model=model, sets=sets, as_json=as_json, figure=figure, output=output, whole=everything)
+
+        def with_efficiency(result: xr.Dataset) -> xr.Dataset:
+            """Efficiency of every case beside what the train is in it, where it is known."""
+            if case != ALL_CASES:
+                return result
+            try:
+                found = verbs()["efficiency"].run(model, overrides=parsed_overrides(sets, case))
+            except (ModelError, ConvergenceError):
+                return result
+            return result.assign(train_efficiency=found["train_efficiency"])
+
+        run(
+            model=model,
+            sets=sets,
+            case=case,
+            as_json=as_json,
+            figure=figure,
+            output=output,
+            whole=everything,
+            further=with_efficiency,
+        )
 
 
 for _verb in verbs().values():

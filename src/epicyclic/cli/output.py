@@ -189,18 +189,19 @@ def reported() -> Iterator[None]:
         raise typer.Exit(1) from None
 
 
-def parsed_overrides(sets: list[str] | None) -> dict[str, object]:
-    """Overrides of repeated ``--set PATH=VALUE``; the last one of a path counts.
+def parsed_overrides(sets: list[str] | None, case: str | None = None) -> dict[str, object]:
+    """Overrides of repeated ``--set PATH=VALUE``, the last one of a path counts, and of ``--case NAME``.
 
     Raises
     ------
     ModelError : no path or no = in a text.
     """
+    chosen: dict[str, object] = {} if case is None else {"case": case}
     if not sets:
-        return {}
+        return chosen
     from ..document.overrides import parse_setting
 
-    return dict(parse_setting(text) for text in sets)
+    return {**dict(parse_setting(text) for text in sets), **chosen}
 
 
 def target_of(path: Path, suffixes: tuple[str, ...]) -> None:

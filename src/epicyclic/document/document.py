@@ -25,6 +25,7 @@ from ..errors import ModelError
 from ..rexs.file import is_rexs_name
 from ..user_input import read_bytes, read_text
 from ..warning_codes import CodedText, coded
+from .cases import at_case, of_case
 from .overrides import check_alternatives, follow_teeth, layer_of, replace_alternatives, settings_of, stepwise
 from .schema import FORMAT, ModelFile, Names, check_names, collect, nearest
 from .schema_fields import curve_fault
@@ -348,7 +349,7 @@ Origin = Literal["given", "set"]
 class Document:
     """A model file with its overrides, read.
 
-    model : validated, in SI, references as full member paths.
+    model : validated, in SI, references as full member paths; at the case that it names.
     data : the same as nested tables as written, shorthands expanded, overrides laid over (plain JSON).
     origin : by path of every value in `data`, whether the file gives it or an override sets it.
     source : name of the ready drive, path of the file, or "dict".
@@ -381,6 +382,9 @@ def read(source: Source, overrides: Mapping[str, object] | None = None) -> Docum
     names = collect(base, layer)
     check_names(names, base, layer)
     file, above = expand(base, names), expand(layer, names)
+    case = str(above.get("case", file.get("case")))
+    if isinstance(stated := value_at(file, ["cases", case]), dict):
+        above = of_case(above, case, stated)
     for expanded in (file, above):
         check_alternatives(expanded)
     check_assumed(base, file, names)
@@ -393,15 +397,16 @@ def read(source: Source, overrides: Mapping[str, object] | None = None) -> Docum
     names = collect(merged)  # an override may have removed what is referred to
     data = expand(still_toleranced(still_assumed(merged, overridden), file, above, names), names)
     data, followed, hints, moved = follow_teeth(data, file, frozenset(overridden), names)
-    of_file, typed = {} if isinstance(source, Mapping) else base, settings_of(overrides or {})
+    as_written, typed = {} if isinstance(source, Mapping) else base, settings_of(overrides or {})
     try:
         model, has_bare = validate(data, names)
     except ModelError:  # the size of a number without a unit is not to be believed
-        _check_units_stated(data, names, of_file, typed, overridden)
+        _check_units_stated(data, names, as_written, typed, overridden)
         raise
     if has_bare:
-        _check_units_stated(data, names, of_file, typed, overridden)
+        _check_units_stated(data, names, as_written, typed, overridden)
     check_tolerance(data, names)
+    model = at_case(model)
     origin: dict[str, Origin] = {path: "set" if path in overridden | moved else "given" for path, _ in leaves(data)}
     return Document(model=model, data=data, origin=origin, source=name, warnings=(*followed, *hints), hints=hints)
 

@@ -166,26 +166,36 @@ _OPERATION = ("torque", "power")
 def check_alternatives(layer: PlainTable) -> None:
     """Raise ModelError where one layer says the same in two ways."""
     _check(layer, "")
-    operation = layer.get("operation")
-    if isinstance(operation, dict):
+    for path, operation in _operations(layer):
         torques = _given(operation.get("torque"))
         for member in _given(operation.get("power")) & torques:
-            _clash(f"operation.power.{member}", "torque", ("torque", "power"))
+            _clash(f"{'.'.join(path)}.power.{member}", "torque", ("torque", "power"))
 
 
 def replace_alternatives(base: PlainTable, layer: PlainTable) -> PlainTable:
     """Return `base` without the keys that `layer` states by an alternative."""
     result = _replace(base, layer)
-    before, after = result.get("operation"), layer.get("operation")
-    if isinstance(before, dict) and isinstance(after, dict):
-        operation = dict(before)
+    before = dict(_operations(result))
+    for path, after in _operations(layer):
+        if path not in before:
+            continue
+        operation = dict(before[path])
         for mine, other in permutations(_OPERATION):
             stated = after.get(other)
             removed = {path for path, _ in leaves(stated)} if isinstance(stated, dict) else set()
             for member in _given(after.get(mine)) & _given(operation.get(other)) - removed:
                 operation[other] = _with(operation[other], member.split("."), None)
-        result["operation"] = operation
+        result = _with(result, list(path), operation)
     return result
+
+
+def _operations(layer: PlainTable) -> Iterator[tuple[tuple[str, ...], PlainTable]]:
+    """Path and table of the nominal operation and of every case."""
+    cases = layer.get("cases")
+    named = {("cases", name): table for name, table in cases.items()} if isinstance(cases, dict) else {}
+    for path, table in ((("operation",), layer.get("operation")), *named.items()):
+        if isinstance(table, dict):
+            yield path, table
 
 
 def _check(table: PlainTable, path: str) -> None:

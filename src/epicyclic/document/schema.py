@@ -351,6 +351,7 @@ class OperationTable(SchemaTable):
     """What drives, holds and loads the train; keys are full member paths."""
 
     held: tuple[str, ...] = key((), "members that do not turn, by path")
+    open: tuple[str, ...] = key((), "couplings that are open, by name: clutches that carry no torque about z")
     speed: dict[str, Annotated[float, Unit("speed")]] = Field(
         default_factory=dict, description="absolute speed by member [rpm, rad/s], positive about +z"
     )
@@ -391,6 +392,16 @@ class LoadTable(SchemaTable):
     at: Place = key(0.0, "axial place, from the centre of the member")
 
 
+class CaseTable(OperationTable):
+    """A load case: an operating point beside the nominal one; what it leaves out is that of `[operation]`."""
+
+    loads: dict[str, LoadTable] = Field(
+        default_factory=dict, description="external forces and moments by name, beside those of the file or in place"
+    )
+    duration: Annotated[float, Unit("time")] | None = key(None, "time spent in this case [h]", ge=0)
+    share: float | None = key(None, "share of the time spent in this case", ge=0, le=1)
+
+
 class StageLimitsTable(SchemaTable):
     """What numbers of a stage are held against."""
 
@@ -428,10 +439,24 @@ class ModelFile(SchemaTable):
         default_factory=OperationTable, description="what drives, holds and loads the train"
     )
     loads: dict[str, LoadTable] = Field(default_factory=dict, description="external forces and moments by name")
+    case: str = key("", "case that is computed, by name; default the nominal operation")
+    cases: dict[str, CaseTable] = Field(default_factory=dict, description="load cases by name")
     deviations: DeviationsTable = Field(default_factory=DeviationsTable, description="what differs from nominal")
+
+    def operation_path(self, name: str) -> str:
+        """Table that states a key of the operation: that of the case, else `operation`."""
+        stated = self.cases[self.case].model_fields_set if self.case else set()
+        return f"cases.{self.case}" if case_states(name, stated) else "operation"
+
+
+def case_states(name: str, stated: Iterable[str]) -> bool:
+    """Whether a case of these keys states a key of the operation; a torque or power stands in place of both."""
+    return name in stated or (name in LOADING and not LOADING.isdisjoint(stated))
 
 
 SIDES = ("left", "right")
+LOADING = frozenset({"torque", "power"})
+"""Keys of an operation that load members: one member has one of them."""
 _TAKEN = (*SIDES, "meshes", "members", "bearings")
 _NAME = re.compile(r"[A-Za-z0-9_]{1,60}")
 _LINK_NAME = re.compile(r"[A-Za-z0-9_-]{1,60}")
@@ -478,7 +503,7 @@ def check_names(names: Names, *layers: Mapping[str, object]) -> None:
                 raise ModelError(problem, path=f"stages.{stage}.{member}", allowed=f"kind = {', '.join(_KINDS)}")
     for body in names.bodies:
         _check_name(body, f"bodies.{body}", _NAME, _TAKEN)
-    for table, layer in product(("couplings", "loads"), layers):
+    for table, layer in product(("couplings", "loads", "cases"), layers):
         for name, _ in _tables(layer.get(table)):
             check_label(name, f"{table}.{name}")
 

@@ -227,6 +227,7 @@ def expand(layer: PlainTable, names: Names) -> PlainTable:
         "stages": _stages,
         **{kind: partial(_entries, kind=kind) for kind in ("bodies", "couplings", "loads")},
         "operation": _operation,
+        "cases": _cases,
         "deviations": _deviations,
         "assumed": lambda table, names: _by_path(table, names, "assumed"),
         "tolerance": _tolerances,
@@ -318,8 +319,8 @@ def _pairs(table: PlainTable, path: str) -> PlainTable:
     return result
 
 
-def _entries(table: PlainTable, kind: str, names: Names) -> PlainTable:
-    """Expand `[bodies]`, `[couplings]` or `[loads]`: supports, links, and what they stand on."""
+def _entries(table: PlainTable, kind: str, names: Names, path: str = "") -> PlainTable:
+    """Expand `[bodies]`, `[couplings]` or `[loads]`, at a path: supports, links, and what they stand on."""
 
     def entry(stated: PlainTable, path: str) -> PlainTable:
         result = _link(stated, path, names) if kind == "couplings" else dict(stated)
@@ -331,18 +332,30 @@ def _entries(table: PlainTable, kind: str, names: Names) -> PlainTable:
             result["on"] = reference(on, names, path=f"{path}.on")
         return result
 
-    return _each(table, kind, entry)
+    return _each(table, path or kind, entry)
 
 
-def _operation(table: PlainTable, names: Names) -> PlainTable:
+def _operation(table: PlainTable, names: Names, path: str = "operation") -> PlainTable:
     """Expand `[operation]`: the stage put in front of every member."""
     result = dict(table)
     for name in ("speed", "torque", "power"):
         if isinstance(by_member := table.get(name), dict):
-            result[name] = _full(by_member, names, f"operation.{name}")
+            result[name] = _full(by_member, names, f"{path}.{name}")
     if isinstance(held := table.get("held"), list):
-        result["held"] = [reference(m, names, path="operation.held", sides=False) for m in held]
+        result["held"] = [reference(m, names, path=f"{path}.held", sides=False) for m in held]
     return result
+
+
+def _cases(table: PlainTable, names: Names) -> PlainTable:
+    """Expand `[cases]`: each as an operation with loads of its own."""
+
+    def case(stated: PlainTable, path: str) -> PlainTable:
+        result = _operation(stated, names, path)
+        if isinstance(loads := stated.get("loads"), dict):
+            result["loads"] = _entries(loads, "loads", names, f"{path}.loads")
+        return result
+
+    return _each(table, "cases", case)
 
 
 def _full(table: PlainTable, names: Names, path: str) -> PlainTable:
@@ -465,6 +478,8 @@ def normalise(data: PlainTable, names: Names) -> PlainTable:
     result = dict(data)
     if isinstance(operation := data.get("operation"), dict):
         result["operation"] = _normalised_operation(operation, names)
+    if isinstance(cases := data.get("cases"), dict):
+        result["cases"] = _each(cases, "cases", lambda table, path: _normalised_operation(table, names, path))
     if isinstance(deviations := data.get("deviations"), dict):
         result["deviations"] = _normalised_deviations(deviations, names)
     if isinstance(couplings := data.get("couplings"), dict):
@@ -472,12 +487,12 @@ def normalise(data: PlainTable, names: Names) -> PlainTable:
     return result
 
 
-def _normalised_operation(table: PlainTable, names: Names) -> PlainTable:
+def _normalised_operation(table: PlainTable, names: Names, path: str = "operation") -> PlainTable:
     """Flatten speeds, torques and powers to full member paths."""
-    result = _with_tuple(table, "held")
+    result = _with_tuple(_with_tuple(table, "held"), "open")
     for name in ("speed", "torque", "power"):
         if isinstance(table.get(name), dict):
-            result[name] = _by_member(table[name], names, f"operation.{name}", sides=name != "speed")
+            result[name] = _by_member(table[name], names, f"{path}.{name}", sides=name != "speed")
     if isinstance(gravity := table.get("gravity"), bool):
         result["gravity"] = f"[0, {-STANDARD_GRAVITY}, 0] m/s^2" if gravity else None
     return result

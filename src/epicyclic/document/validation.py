@@ -13,6 +13,7 @@ from typing import Any, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 
 from ..errors import ModelError
+from .cases import check_cases
 from .deviations import check_pitch
 from .schema import (
     KIND_BY_NAME,
@@ -213,7 +214,7 @@ def check(model: ModelFile) -> None:
         if name not in model.stages:
             problem, allowed = f"no such stage{nearest(name, model.stages)}", f"one of {', '.join(model.stages)}"
             raise ModelError(problem, path=f"limits.stages.{name}", allowed=allowed)
-    _check_operation(model)
+    check_cases(model.cases)
     _check_deviations(model)
 
 
@@ -292,21 +293,6 @@ def _check_bolts(path: str, link: LinkTable | None) -> None:
         if table is not None and table.bolts is not None:
             where = f"{path}.{name}.bolts" if name else f"{path}.bolts"
             raise ModelError("no bolts here", path=where, given=table.bolts.radius, allowed="in supports and couplings")
-
-
-def _check_operation(model: ModelFile) -> None:
-    """Check that held members are named once and given no speed, and that one member takes the balance."""
-    operation = model.operation
-    for i, member in enumerate(operation.held):
-        if member in operation.held[:i]:
-            raise ModelError("held twice", path="operation.held", given=member, allowed="each member once")
-        if operation.speed.get(member, 0.0) != 0.0:
-            path = f"operation.speed.{member}"
-            raise ModelError("is held", path=path, given=operation.speed[member], allowed="no speed of a held member")
-    balance = [m for m, torque in operation.torque.items() if torque == "balance"]
-    if len(balance) > 1:
-        path = f"operation.torque.{balance[1]}"
-        raise ModelError(f"{balance[0]} takes it already", path=path, given="balance", allowed="one balance")
 
 
 def _check_deviations(model: ModelFile) -> None:

@@ -137,6 +137,29 @@ def dataset(
     return result
 
 
+_OF_CASES = ("case", "case_duration", "case_share", "case_status", "case_reason")
+
+
+def cases_of(result: xr.Dataset) -> dict[str, xr.Dataset]:
+    """Case -> its own result, of a result over the cases of a model; a case that failed is not among them."""
+    found = {}
+    for name, attributes in json.loads(result.attrs["cases"]).items():
+        one = result.sel(case=name).drop_vars([str(key) for key in result.variables if str(key) in _OF_CASES])
+        for dim in one.dims:  # labels that other cases alone have
+            if (own := f"{dim}_of_point") in one:
+                one = one.isel({dim: np.flatnonzero(one[own].notnull())})
+                one = one.assign_coords({dim: one[own]}).drop_vars(own)
+            elif known := [array.notnull() for array in one.values() if dim in array.dims and array.dtype.kind in "fc"]:
+                own_labels = [array.any([other for other in array.dims if other != dim]).values for array in known]
+                one = one.isel({dim: np.logical_or.reduce(own_labels)})
+        one = one.drop_vars(set(one.coords) - set(attributes.pop("labels")))
+        whole = {key: kind for key, kind in attributes.pop("whole_numbers").items() if not one[key].isnull().any()}
+        shared = {key: value for key, value in result.attrs.items() if key not in ("of", "cases")}
+        found[name] = one.assign({key: one[key].astype(kind) for key, kind in whole.items()})
+        found[name].attrs = {**shared, **attributes}
+    return found
+
+
 def _index(name: Hashable, values: Any) -> Any:
     """A list or array of labels as a pandas index: xarray then does not try whether it is one of pint's arrays, which
     would import pint, half a second, for nothing."""

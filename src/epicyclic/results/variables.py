@@ -535,6 +535,10 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "first_value": ("", "value of the first result where the difference is largest"),
     "other_value": ("", "value of this result where the difference is largest"),
     "difference_place": ("", "labels of the place where the difference is largest"),
+    "case_duration": ("s", "time spent in the case"),
+    "case_share": ("1", "share of the time spent in the case"),
+    "case_status": ("", "ok, or why the case holds nothing: wrong input, no convergence"),
+    "case_reason": ("", "message of a case that failed"),
     "compared_values": ("1", "values of the variable that are compared"),
 }
 

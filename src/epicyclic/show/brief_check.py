@@ -64,6 +64,54 @@ def _couplings(result: xr.Dataset) -> list[Table]:
     return [Table(title=title, columns=named_columns(headings, rows))] if rows else []
 
 
+def check_over_cases(cases: Mapping[str, xr.Dataset]) -> list[Table]:
+    """A line a case: ratio, speed and torque of every member that is no planet, and power; then its couplings."""
+    members = {name: [one for one in members_of(result) if one.kind != "planet"] for name, result in cases.items()}
+    first = next(iter(members.values()), [])
+    ends = {name: power_ends(own) for name, own in members.items()}
+    columns: dict[str, Any] = {
+        "case": list(cases),
+        "ratio": [ratio_of(end, driven[0]) if end and driven else "" for end, driven in ends.values()],
+        "power [kW]": [end.power * 1e-3 if end else np.nan for end, _ in ends.values()],
+        "efficiency [%]": [100 * float(result.get("train_efficiency", np.nan)) for result in cases.values()],
+    }
+    for heading, of in (("{} [rpm]", "speed"), ("{} [N m]", "torque")):
+        for at, member in enumerate(first):
+            values = [getattr(own[at], of) for own in members.values()]
+            if of == "speed" or any(values):
+                columns[heading.format(member.name)] = values
+    rows = {name: (_through(result), _slips(result, members[name])) for name, result in cases.items()}
+    paths = list(dict.fromkeys(path for through, slips in rows.values() for path in (*through, *slips)))
+    joined: dict[str, Any] = {"case": list(cases)} if paths else {}
+    for path in paths:
+        joined[f"{path} [N m]"] = [through.get(path, np.nan) for through, _ in rows.values()]
+        joined[f"{path} slip [rpm]"] = [slips.get(path, np.nan) for _, slips in rows.values()]
+    title = "Couplings and shafts (torque on the second member; slip of an open one, its speed less that of the first)"
+    return [Table(title="Operation", columns=columns), *([Table(title=title, columns=joined)] if paths else [])]
+
+
+def _through(result: xr.Dataset) -> dict[str, float]:
+    """Torque [N m] through every coupling and inner shaft that power takes."""
+    if "path_torque" not in result.variables:
+        return {}
+    torques = zip(texts(result, "path"), numbers(result, "path_torque", "path"), strict=True)
+    return {path.removeprefix(_COUPLED): float(torque) for path, torque in torques if not path.startswith("stages.")}
+
+
+def _slips(result: xr.Dataset, members: Sequence[Member]) -> dict[str, float]:
+    """Speed of the second end less that of the first [rpm] of every coupling without stiffness about z."""
+    speed = {one.name: one.speed for one in members}
+    member = dict(zip(texts(result, "body"), texts(result, "member", "body"), strict=True))
+    about_z = result["link_stiffness"].sel(direction="rz").values
+    ends = zip(*(texts(result, f"link_{end}", "link") for end in ("first", "second")), strict=True)
+    kinds = zip(texts(result, "link"), texts(result, "link_kind", "link"), about_z, ends, strict=True)
+    return {
+        link.removeprefix(_COUPLED): speed.get(member[second], np.nan) - speed.get(member[first], np.nan)
+        for link, kind, stiffness, (first, second) in kinds
+        if kind == "coupling" and stiffness == 0 and first in member and second in member
+    }
+
+
 def ratio(members: Sequence[Member]) -> str:
     """Ratio of speed from the driving to every driven member in a sentence; of any two where no power is known."""
     turning = [one for one in members if np.isfinite(one.speed) and one.speed != 0 and one.kind != "planet"]

@@ -13,7 +13,11 @@ from dataclasses import KW_ONLY, dataclass, replace
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from .elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table, force_table
+import numpy as np
+
+from ..results.dataset import cases_of
+from .elements import Company, Drawing, Finding, KeyFigure, Part, Section, Styled, Table, force_table
+from .series import texts
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -42,6 +46,9 @@ def sections_of_any(result: xr.Dataset, company: Company) -> Sequence[Section]:
     return [Section(anchor="studies", title="Studies", parts=parts)]
 
 
+Datasets = Mapping[str, "xr.Dataset"]
+
+
 @dataclass(frozen=True, slots=True)
 class ResultView:
     """How a kind of result is shown.
@@ -51,6 +58,7 @@ class ResultView:
     brief : tables of one screen, where `tables` are more.
     key_figures : what is read first, in both.  findings : first page of the report: what passes, what not, what to
     change.  front : tables and figures of the first page.  headline : what the train is, one sentence.
+    over_cases : tables that set the load cases of a model beside each other, a row a case; case -> its result.
 
     Figures are imported inside `sections` and `front`, so that a terminal does not wait for plotly.
     """
@@ -65,12 +73,10 @@ class ResultView:
     findings: Callable[[xr.Dataset, Company], Sequence[Finding]] = lambda result, company: ()
     front: Callable[[xr.Dataset, Company], Sequence[Part]] = lambda result, company: ()
     headline: Callable[[xr.Dataset], str] = lambda result: ""
+    over_cases: Callable[[Datasets], Sequence[Table]] = lambda cases: ()
 
 
 GENERAL = ResultView("", 900, tables_of_any, sections_of_any)
-
-
-Datasets = Mapping[str, "xr.Dataset"]
 Each = Callable[[Callable[[tuple[str, "xr.Dataset"]], Sequence[Section]], Sequence[tuple[str, "xr.Dataset"]]], Any]
 # kinds of results by the room whose module `views` has their views, imported when one is shown
 _KINDS = {
@@ -166,10 +172,59 @@ def has_view(kind: str) -> bool:
 
 def view_of(kind: str) -> ResultView:
     """The view of a kind of result; of one without its own the general one."""
+    if kind == CASES.kind:
+        return CASES
     if not has_view(kind):
         return GENERAL
     views: tuple[ResultView, ...] = import_module(f"..{_HOME[kind]}.views", __package__).VIEWS
     return next(view for view in views if view.kind == kind)
+
+
+# --- load cases ------------------------------------------------------------------------------------------------------
+
+
+def cases_tables(result: xr.Dataset) -> list[Table]:
+    """Weight and worst finding of every case, and what the kind of the results sets beside each other."""
+    found = cases_of(result)
+    view = view_of(str(result.attrs["of"]))
+    said = {name: findings_of({view.kind: one}) for name, one in found.items()}
+    worst = {name: next(iter(own), None) for name, own in said.items()}
+    names, reasons = texts(result, "case"), texts(result, "case_reason", "case")
+    verdicts: list[Any] = []
+    for name, reason in zip(names, reasons, strict=True):
+        own = worst.get(name)
+        text, tone = (reason, "bad") if reason else (own.text, own.tone) if own else ("", "")
+        verdicts.append(Styled(text=text, tone=tone) if text else "")
+    columns = {
+        "case": names,
+        "duration [h]": list(result["case_duration"].values / 3600),
+        "share [%]": list(100 * result["case_share"].values),
+        str(result.attrs["of"]): verdicts,
+    }
+    weights = Table(title="Load cases", columns=columns, lead=least_margin(result, said))
+    return [weights, *view.over_cases(found)]
+
+
+def least_margin(result: xr.Dataset, said: Mapping[str, Sequence[Finding]]) -> str:
+    """The case whose number comes nearest to its limit, and how long it lasts; empty where none has a limit."""
+    margins = [
+        (one.value / one.limit, name) for name, own in said.items() for one in own if np.isfinite(one.value / one.limit)
+    ]
+    if not margins:
+        return ""
+    most, name = max(margins, key=lambda pair: pair[0])
+    share = float(result["case_share"].sel(case=name))
+    lasts = "" if np.isnan(share) else f", {100 * share:.3g} % of the time"
+    return f"Least margin in {name}{lasts}: {100 * most:.3g} % of the limit."
+
+
+def cases_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
+    """The tables, with the kind of the results in the title."""
+    kind = str(result.attrs["of"])
+    return [Section(anchor=f"cases-{kind}", title=f"Load cases: {kind}", parts=cases_tables(result))]
+
+
+CASES = ResultView("cases", 15, cases_tables, cases_sections)
 
 
 def _ordered(results: Datasets) -> list[tuple[str, xr.Dataset]]:

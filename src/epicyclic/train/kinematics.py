@@ -437,7 +437,11 @@ def _external_torques(
     scale = max(abs(value * motion[name]) for motion in motions.values() for name, value in loads.items())
     balanced = all(abs(value) <= UNBALANCED * scale for value in missing.values())
     sums = ", ".join(f"{float(value):.6g} N m at {end}" for end, value in missing.items())
-    balancing = list(balance)
+    balancing = list(dict.fromkeys(balance))
+    if len(balancing) > len(motions):
+        taken = " and ".join(balancing[: len(motions)])
+        path, allowed = f"operation.torque.{balancing[-1]}", "one balance for each freedom of the train"
+        raise ModelError(f"{taken} takes it already", path=path, given="balance", allowed=allowed)
     if not balancing and not balanced:
         # the free ends take the balance, if they are no more than the freedoms
         idle = [name for name in ends if name not in held and name not in loads]

@@ -256,7 +256,7 @@ def kinematics_of(model: ModelFile, plans: Sequence[Plan], log: ResolutionLog) -
     balance: list[str] = []
     for name, value in operation.torque.items():
         member = member_of(name)
-        log.note(f"operation.torque.{name}", value, "N m")
+        log.note(f"{model.operation_path('torque')}.torque.{name}", value, "N m")
         if isinstance(value, str):
             balance.append(member)
         else:
@@ -265,11 +265,11 @@ def kinematics_of(model: ModelFile, plans: Sequence[Plan], log: ResolutionLog) -
     for name, power in operation.power.items():
         member = member_of(name)
         powers[member] = powers.get(member, 0.0) + power
-        log.note(f"operation.power.{name}", power, "W")
+        log.note(f"{model.operation_path('power')}.power.{name}", power, "W")
     speeds: dict[str, Fraction] = {}  # exact, in revolutions per minute
     for name, speed in operation.speed.items():
         speeds[member_of(name)] = Fraction(speed * 30 / math.pi).limit_denominator(10**6)
-        log.note(f"operation.speed.{name}", speed, "rad/s")
+        log.note(f"{model.operation_path('speed')}.speed.{name}", speed, "rad/s")
     return solve_kinematics(
         members=members,
         gearings=gearings_of(plans),
@@ -602,10 +602,11 @@ def load(source: str | Path | Mapping[str, object], overrides: Mapping[str, obje
     try:
         return resolve(document)
     except ModelError as error:
-        if not document.hints:
-            raise
-        allowed = "; ".join(filter(None, (error.allowed, *document.hints)))
-        raise ModelError(error.problem, path=error.path, given=error.given, allowed=allowed) from None
+        allowed, path = "; ".join(filter(None, (error.allowed, *document.hints))), error.path
+        if path.startswith("operation."):
+            key = path.split(".")[1]
+            path = f"{document.model.operation_path(key)}{path.removeprefix('operation')}"
+        raise ModelError(error.problem, path=path, given=error.given, allowed=allowed) from None
 
 
 def resolve(document: Document) -> Train:
@@ -639,7 +640,7 @@ def resolve(document: Document) -> Train:
     resolve_deviations(model, deviated)
     gravity = model.operation.gravity or (0.0, 0.0, 0.0)
     if model.operation.gravity is not None:
-        log.note("operation.gravity", list(gravity), "m/s^2")
+        log.note(f"{model.operation_path('gravity')}.gravity", list(gravity), "m/s^2")
     return Train(
         title=model.title,
         frames=frames_of(plans),

@@ -34,7 +34,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, ForwardRef, get_args, get_origin
 
 from ..errors import ConvergenceError, ModelError
-from ..options import Option, option_fields, shape_of
+from ..options import ALL_CASES, Option, option_fields, shape_of
 from ..user_input import check_arguments
 from ..warning_codes import CodedText, coded, placed
 
@@ -148,6 +148,10 @@ def takes(options: type[Any] | None = None) -> Callable[[Analysis], Analysis]:
             from ..engine.source import Drive
             from .options import READERS
 
+            if (bound.get("overrides") or {}).get("case") == ALL_CASES:
+                from .cases import over_cases
+
+                return over_cases(run, bound.pop("source"), bound.pop("overrides"), bound)
             drive = Drive(bound.pop("source"), bound.pop("overrides", None))
             more = {"progress": bound.pop("progress", None)} if reports else {}
             values = {name: value for name, value in bound.items() if value is not None}

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...show.brief_check import brief_tables, driven_kinds, power_ends, ratio_of
+from ...show.brief_check import brief_tables, check_over_cases, driven_kinds, power_ends, ratio_of
 from ...show.elements import (
     Company,
     Drawing,
@@ -424,6 +424,7 @@ VIEWS = (
         key_figures=check_key_figures,
         findings=check_findings,
         headline=check_headline,
+        over_cases=check_over_cases,
     ),
     ResultView("matrices", 890, matrices_tables, matrices_sections),
 )

@@ -1,0 +1,129 @@
+"""A verb over every load case of a model, in one Dataset: its variables along the dimension `case`."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..document.document import read
+from ..engine.points import along, attempt
+from ..engine.source import Source, StudyAxis
+from ..errors import ModelError
+from ..options import ALL_CASES
+from ..results.dataset import dataset
+from ..system.system import System
+from ..train.train import Train
+from ..warning_codes import coded, placed
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from ..engine.source import Overrides
+
+
+def over_cases(
+    run: Callable[..., xr.Dataset], source: Source, overrides: Overrides, keywords: Mapping[str, Any]
+) -> xr.Dataset:
+    """Results of a verb at every case of a model; a case that has none says why, and the others go on.
+
+    Parameters
+    ----------
+    run : the public function of the verb, called with the keywords.  overrides : with ``case = "all"``.
+
+    Returns
+    -------
+    Dataset : the variables of the verb with a first dimension ``case`` (c,), its ``case_duration`` [s] and
+        ``case_share`` [1], ``case_status`` and ``case_reason``; attribute ``of``, the kind of the results, and
+        ``cases``, JSON of the attributes of each.
+
+    Raises
+    ------
+    ModelError : a source without a model file, a model without cases, keywords of a run that is kept; every case fails.
+    """
+    if kept := [name for name in ("folder", "resume", "store") if keywords.get(name)]:
+        raise ModelError("goes with one case", path=kept[0], given=keywords[kept[0]], allowed="case = one name")
+    axis = _axis_of_cases(_cases(source, overrides))
+    progress, count = keywords.get("progress"), len(axis.changes)
+
+    def at_case(index: int) -> xr.Dataset:
+        def step(done: float, of: int = 0) -> None:
+            assert progress is not None
+            _ = progress(index * of + done, count * of) if of else progress((index + done) / count)
+
+        told = {} if progress is None else {"progress": step}
+        return run(source, overrides={**overrides, **axis.changes[index]}, **{**keywords, **told})
+
+    found = [attempt(at_case, index) for index in range(count)]
+    results, names = [one.value for one in found], [str(changes["case"]) for changes in axis.changes]
+    if (first := next((one for one in results if one is not None), None)) is None:
+        assert found[0].error is not None
+        raise ModelError(f"every case fails, {names[0]} with: {found[0].reason}", path="case", given=ALL_CASES)
+    said = [
+        coded("case-failed", f"{name} has no result: {one.reason}")
+        for name, one in zip(names, found, strict=True)
+        if one.reason
+    ]
+    for name, result in zip(names, results, strict=True):
+        said += (
+            [] if result is None else [placed(f"case {name}", text) for text in json.loads(result.attrs["warnings"])]
+        )
+    made = dataset(
+        {
+            "case_status": ("case", np.array([one.status for one in found], dtype=object)),
+            "case_reason": ("case", np.array([one.reason for one in found], dtype=object)),
+        },
+        verb="cases",
+        options=json.loads(first.attrs["options"]),
+        provenance={name: first.attrs[name] for name in _PROVENANCE if name in first.attrs},
+        warnings=said,
+    )
+    own = {name: _own_attributes(one) for name, one in zip(names, results, strict=True) if one is not None}
+    more = {"of": str(first.attrs["verb"]), "cases": json.dumps(own)}
+    whole = along([axis], results)
+    return whole.assign(made.data_vars).assign_attrs(made.attrs | more)
+
+
+_PROVENANCE = ("title", "doi", "model", "assumed")
+
+
+def _own_attributes(result: xr.Dataset) -> dict[str, Any]:
+    """Attributes of one case beside those that all share; types of what may be joined with nan, its coordinates."""
+    own = {
+        str(name): value.item() if isinstance(value, np.generic) else value
+        for name, value in result.attrs.items()
+        if name not in _PROVENANCE
+    }
+    kinds = {str(name): one.dtype.name for name, one in result.variables.items() if one.dtype.kind in "bi"}
+    return {**own, "whole_numbers": kinds, "labels": [str(name) for name in result.coords]}
+
+
+def case_names(source: Source, overrides: Overrides) -> tuple[str, ...]:
+    """Names of the cases of a model.  Raises ModelError: a model without cases, a source without a model file."""
+    return tuple(_cases(source, overrides))
+
+
+def _cases(source: Source, overrides: Overrides) -> Mapping[str, Any]:
+    if isinstance(source, Train | System):
+        raise ModelError("cases belong to a model file", path="case", given=ALL_CASES, allowed="a model file or dict")
+    cases = read(source, {path: value for path, value in overrides.items() if path != "case"}).model.cases
+    if not cases:
+        allowed = "tables [cases.NAME] in the model file"
+        raise ModelError("the model has no cases", path="case", given=ALL_CASES, allowed=allowed)
+    return cases
+
+
+def _axis_of_cases(cases: Mapping[str, Any]) -> StudyAxis:
+    """The cases of a model, with what each weighs."""
+    durations = np.array([np.nan if case.duration is None else case.duration for case in cases.values()])
+    shares = np.array([np.nan if case.share is None else case.share for case in cases.values()])
+    if np.isfinite(durations).any():
+        shares = durations / np.nansum(durations) if np.nansum(durations) > 0 else durations
+    labels = {
+        "case": (np.array(list(cases), dtype=object), {"long_name": "load case"}),
+        "case_duration": (durations, {"units": "s", "long_name": "time spent in the case"}),
+        "case_share": (shares, {"units": "1", "long_name": "share of the time spent in the case"}),
+    }
+    return StudyAxis(name="case", changes=tuple({"case": name} for name in cases), labels=labels)

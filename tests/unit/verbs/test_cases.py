@@ -1,0 +1,153 @@
+"""Verbs over all cases: each case as it is alone, one that fails, files, terminal and report."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from typer.testing import CliRunner
+
+import epicyclic
+from epicyclic import ModelError
+from epicyclic.cli.main import app
+from epicyclic.results.dataset import cases_of
+from epicyclic.show.views import tables_of
+
+SPEEDS = {"low": "700 rpm", "high": "1100 rpm"}
+MODEL: dict[str, Any] = {
+    "format": 2,
+    "title": "Cases",
+    "damping": {"modal": 0.03},
+    "stages": {
+        "main": {
+            "planets": 3,
+            "module": "4 mm",
+            "face_width": "50 mm",
+            "sun": {"teeth": 24, "support": {"x": "5e7 N/m", "y": "5e7 N/m"}},
+            "planet": {"teeth": 30, "bearing": {"x": "4e8 N/m", "y": "4e8 N/m"}},
+            "ring": {"teeth": 84},
+            "carrier": {"mass": "40 kg", "inertia": "0.5 kg m^2"},
+        }
+    },
+    "operation": {"held": ["ring"], "speed": {"sun": "1500 rpm"}, "torque": {"sun": "800 N m"}},
+    "deviations": {"planet": {"position": {"y": "[20, 0, 0] um"}}},
+    "cases": {
+        "low": {"speed": {"sun": SPEEDS["low"]}, "torque": {"sun": "300 N m"}, "duration": "30 h"},
+        "high": {"speed": {"sun": SPEEDS["high"]}, "duration": "10 h"},
+    },
+}
+UNDETERMINED = {**MODEL["cases"], "loose": {"held": [], "duration": "0 h"}}
+
+
+def same(one: xr.Dataset, other: xr.Dataset) -> None:
+    assert set(one.variables) == set(other.variables)
+    for name, array in other.variables.items():
+        assert one[name].dims == array.dims, name
+        assert one[name].dtype.kind == array.dtype.kind or array.dtype.kind in "OU", name
+        if array.dtype.kind in "fcib":
+            np.testing.assert_array_equal(one[name].values, array.values, err_msg=str(name))
+        else:
+            assert list(map(str, one[name].values.ravel())) == list(map(str, array.values.ravel())), name
+
+
+@pytest.mark.parametrize(
+    ("verb", "options"), [("check", {}), ("modes", {}), ("sharing", {}), ("steady", {}), ("sweep", {"points": 7})]
+)
+def test_each_case_is_as_it_is_alone(verb: str, options: dict[str, Any]) -> None:
+    run = getattr(epicyclic, verb)
+    whole = run(MODEL, overrides={"case": "all"}, **options)
+    assert whole.attrs["verb"] == "cases"
+    assert list(whole["case"].values) == ["low", "high"]
+    assert whole["case_duration"].values.tolist() == [108000, 36000]
+    assert whole["case_share"].values.tolist() == [0.75, 0.25]
+    cases = cases_of(whole)
+    for name in SPEEDS:
+        alone = run(MODEL, overrides={"case": name}, **options)
+        same(cases[name], alone)
+        shared = {"title", "doi", "model", "assumed"}
+        assert {k: v for k, v in cases[name].attrs.items() if k not in shared} == {
+            k: v for k, v in alone.attrs.items() if k not in shared
+        }
+
+
+def test_a_case_that_is_not_determined_is_named_and_the_others_go_on() -> None:
+    whole = epicyclic.modes({**MODEL, "cases": UNDETERMINED}, overrides={"case": "all"})
+    assert whole["case_status"].values.tolist() == ["ok", "ok", "wrong input"]
+    (said,) = [text for text in json.loads(whole.attrs["warnings"]) if "has no result" in text]
+    assert said.startswith("loose has no result: operation.speed = ['main.sun']: the train has 2 freedoms")
+    assert list(cases_of(whole)) == ["low", "high"]
+    assert "2 freedoms" in str(tables_of(whole)[0].columns["modes"][2])
+    with pytest.raises(ModelError, match=r"case = all: every case fails, loose with: operation\.speed"):
+        epicyclic.modes({**MODEL, "cases": {"loose": UNDETERMINED["loose"]}}, overrides={"case": "all"})
+
+
+@pytest.mark.parametrize(
+    ("source", "options", "words"),
+    [
+        ("ren2021", {}, r"case = all: the model has no cases; allowed: tables \[cases.NAME\]"),
+        (epicyclic.load("ren2021"), {}, "case = all: cases belong to a model file"),
+        (
+            MODEL,
+            {"vary": {"sun.tip_relief.amount": ["5 um"]}, "folder": "somewhere"},
+            "folder = somewhere: goes with one case",
+        ),
+    ],
+)
+def test_refusals(source: Any, options: dict[str, Any], words: str) -> None:
+    verb = epicyclic.relief if options else epicyclic.modes
+    with pytest.raises(ModelError, match=words):
+        verb(source, overrides={"case": "all"}, **options)
+
+
+def test_progress_runs_once_over_all_cases() -> None:
+    said: list[float] = []
+
+    def step(done: int, of: int) -> None:
+        said.append(done / of)
+
+    epicyclic.sweep(MODEL, overrides={"case": "all"}, points=5, progress=step)
+    assert said == sorted(said)
+    assert said[-1] == 1
+    assert 0 < min(said) <= 0.5
+
+
+def toml(folder: Path, cases: dict[str, Any] = UNDETERMINED) -> str:
+    from epicyclic.document.writer import model_text
+
+    path = folder / "cases.toml"
+    path.write_text(model_text({**MODEL, "cases": cases}), encoding="utf-8")
+    return str(path)
+
+
+def test_terminal_and_file(tmp_path: Path) -> None:
+    model, saved = toml(tmp_path), tmp_path / "cases.nc"
+    done = CliRunner().invoke(app, ["modes", model, "--case", "all", "-o", str(saved)])
+    assert done.exit_code == 0, done.output
+    assert "resonances within" in done.output
+    again = CliRunner().invoke(app, ["show", str(saved)])
+    assert again.exit_code == 0, again.output
+    assert "Load cases" in again.output
+    assert "loose" in again.output
+    check = CliRunner().invoke(app, ["check", model, "--case", "all"]).output
+    for text in ("main.carrier", "75", "155.556", "244.444", "-1350", "-3600"):
+        assert text in check.split(), text
+    alone = CliRunner().invoke(app, ["check", model, "--case", "low"]).output
+    assert "700 rpm to 155.556 rpm" in alone
+    wrong = CliRunner().invoke(app, ["check", model, "--case", "lo"])
+    assert wrong.exit_code == 2
+    assert "--case = lo: no such case; did you mean 'low'?" in wrong.output
+
+
+def test_a_report_has_the_cases_side_by_side(tmp_path: Path) -> None:
+    page = tmp_path / "cases.html"
+    words = ["report", toml(tmp_path), "--case", "all", "--sections", "modes", "-o", str(page)]
+    done = CliRunner().invoke(app, words)
+    assert done.exit_code == 0, done.output
+    assert "left out: case loose: operation.speed" in done.output
+    text = page.read_text(encoding="utf-8")
+    assert text.count("low") > 3
+    assert text.count("high") > 3
