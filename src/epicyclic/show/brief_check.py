@@ -64,7 +64,7 @@ def _couplings(result: xr.Dataset) -> list[Table]:
     return [Table(title=title, columns=named_columns(headings, rows))] if rows else []
 
 
-def check_over_cases(cases: Mapping[str, xr.Dataset]) -> list[Table]:
+def check_over_cases(whole: xr.Dataset, cases: Mapping[str, xr.Dataset]) -> list[Table]:
     """A line a case: ratio, speed and torque of every member that is no planet, and power; then its couplings."""
     members = {name: [one for one in members_of(result) if one.kind != "planet"] for name, result in cases.items()}
     first = next(iter(members.values()), [])

@@ -58,7 +58,8 @@ class ResultView:
     brief : tables of one screen, where `tables` are more.
     key_figures : what is read first, in both.  findings : first page of the report: what passes, what not, what to
     change.  front : tables and figures of the first page.  headline : what the train is, one sentence.
-    over_cases : tables that set the load cases of a model beside each other, a row a case; case -> its result.
+    over_cases : tables that set the load cases of a model beside each other, a row a case; of the whole,
+    and case -> its result.
 
     Figures are imported inside `sections` and `front`, so that a terminal does not wait for plotly.
     """
@@ -73,7 +74,7 @@ class ResultView:
     findings: Callable[[xr.Dataset, Company], Sequence[Finding]] = lambda result, company: ()
     front: Callable[[xr.Dataset, Company], Sequence[Part]] = lambda result, company: ()
     headline: Callable[[xr.Dataset], str] = lambda result: ""
-    over_cases: Callable[[Datasets], Sequence[Table]] = lambda cases: ()
+    over_cases: Callable[[xr.Dataset, Datasets], Sequence[Table]] = lambda result, cases: ()
 
 
 GENERAL = ResultView("", 900, tables_of_any, sections_of_any)
@@ -185,15 +186,12 @@ def view_of(kind: str) -> ResultView:
 
 def cases_tables(result: xr.Dataset) -> list[Table]:
     """Weight and worst finding of every case, and what the kind of the results sets beside each other."""
-    found = cases_of(result)
-    view = view_of(str(result.attrs["of"]))
-    said = {name: findings_of({view.kind: one}) for name, one in found.items()}
-    worst = {name: next(iter(own), None) for name, own in said.items()}
+    said = _findings_by_case(result)
     names, reasons = texts(result, "case"), texts(result, "case_reason", "case")
     verdicts: list[Any] = []
     for name, reason in zip(names, reasons, strict=True):
-        own = worst.get(name)
-        text, tone = (reason, "bad") if reason else (own.text, own.tone) if own else ("", "")
+        worst = next(iter(said.get(name, ())), None)
+        text, tone = (reason, "bad") if reason else (worst.text, worst.tone) if worst else ("", "")
         verdicts.append(Styled(text=text, tone=tone) if text else "")
     columns = {
         "case": names,
@@ -201,21 +199,37 @@ def cases_tables(result: xr.Dataset) -> list[Table]:
         "share [%]": list(100 * result["case_share"].values),
         str(result.attrs["of"]): verdicts,
     }
-    weights = Table(title="Load cases", columns=columns, lead=least_margin(result, said))
-    return [weights, *view.over_cases(found)]
+    own = view_of(str(result.attrs["of"])).over_cases(result, cases_of(result))
+    return [Table(title="Load cases", columns=columns), *own]
 
 
-def least_margin(result: xr.Dataset, said: Mapping[str, Sequence[Finding]]) -> str:
-    """The case whose number comes nearest to its limit, and how long it lasts; empty where none has a limit."""
-    margins = [
-        (one.value / one.limit, name) for name, own in said.items() for one in own if np.isfinite(one.value / one.limit)
+def cases_findings(result: xr.Dataset, company: Company) -> list[Finding]:
+    """In which cases something fails, and which comes nearest to its limit, each with the time that it lasts."""
+    said, anchor = _findings_by_case(result), f"cases-{result.attrs['of']}"
+    failing = [name for name, own in said.items() if any(one.tone == "bad" for one in own)]
+    found = []
+    if failing:
+        text = f"Fails in {', '.join(failing)}{_lasting(result, failing)}."
+        found.append(Finding(tone="bad", text=text, anchor=anchor))
+    limited = [
+        (one.value / one.limit, name, one) for name, own in said.items() for one in own if one.value / one.limit > 0
     ]
-    if not margins:
-        return ""
-    most, name = max(margins, key=lambda pair: pair[0])
-    share = float(result["case_share"].sel(case=name))
-    lasts = "" if np.isnan(share) else f", {100 * share:.3g} % of the time"
-    return f"Least margin in {name}{lasts}: {100 * most:.3g} % of the limit."
+    if limited:
+        most, name, one = max(limited, key=lambda entry: entry[0])
+        text = f"Least margin in {name}{_lasting(result, [name])}: {100 * most:.3g} % of the limit."
+        found.append(Finding(tone=one.tone, text=text, anchor=anchor, value=one.value, limit=one.limit))
+    return found
+
+
+def _findings_by_case(result: xr.Dataset) -> dict[str, list[Finding]]:
+    kind = str(result.attrs["of"])
+    return {name: findings_of({kind: one}) for name, one in cases_of(result).items()}
+
+
+def _lasting(result: xr.Dataset, names: Sequence[str]) -> str:
+    """`, 38 % of the time`; nothing where the cases have no durations."""
+    share = float(result["case_share"].sel(case=list(names)).sum(skipna=False))
+    return "" if np.isnan(share) else f", {100 * share:.3g} % of the time"
 
 
 def cases_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
@@ -224,7 +238,7 @@ def cases_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     return [Section(anchor=f"cases-{kind}", title=f"Load cases: {kind}", parts=cases_tables(result))]
 
 
-CASES = ResultView("cases", 15, cases_tables, cases_sections)
+CASES = ResultView("cases", 15, cases_tables, cases_sections, findings=cases_findings)
 
 
 def _ordered(results: Datasets) -> list[tuple[str, xr.Dataset]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ import epicyclic
 from epicyclic import ModelError
 from epicyclic.cli.main import app
 from epicyclic.results.dataset import cases_of
-from epicyclic.show.views import tables_of
+from epicyclic.show.views import findings_of, tables_of
 
 SPEEDS = {"low": "700 rpm", "high": "1100 rpm"}
 MODEL: dict[str, Any] = {
@@ -113,6 +114,38 @@ def test_progress_runs_once_over_all_cases() -> None:
     assert said == sorted(said)
     assert said[-1] == 1
     assert 0 < min(said) <= 0.5
+
+
+def test_exceedance_over_the_duty_is_weighted_by_the_time() -> None:
+    model = {**MODEL, "tolerance": {"deviations.planet.position.y": "normal(0, 5 um)"}, "deviations": {}}
+    options: dict[str, Any] = {"samples": 512, "seed": 3}
+    whole = epicyclic.tolerance(model, overrides={"case": "all"}, **options)
+    alone = {name: epicyclic.tolerance(model, overrides={"case": name}, **options) for name in SPEEDS}
+    above = {name: float(one["system_exceedance"].values[0, 0]) for name, one in alone.items()}
+    assert 0 < above["high"] < above["low"] < 1
+    table = next(one for one in tables_of(whole) if one.title.startswith("K_gamma"))
+    assert table.columns["above 1.1 [%]"] == pytest.approx([100 * above["low"], 100 * above["high"]])
+    weighted = 0.75 * above["low"] + 0.25 * above["high"]  # 30 h and 10 h
+    said = re.search(r"cases: ([\d.]+) % of it above 1.1", table.lead)
+    assert said is not None
+    assert float(said[1]) == pytest.approx(100 * weighted, rel=5e-3)
+
+
+def test_findings_say_what_fails_how_long_and_what_has_the_least_margin() -> None:
+    model = {**MODEL, "tolerance": {"deviations.planet.position.y": "normal(0, 5 um)"}, "deviations": {}}
+    model["limits"] = {"k_gamma": 1.1}
+    whole = epicyclic.tolerance(model, overrides={"case": "all"}, samples=512, seed=3)
+    alone = {
+        name: findings_of({"": epicyclic.tolerance(model, overrides={"case": name}, samples=512, seed=3)})
+        for name in SPEEDS
+    }
+    tones = {name: next(one.tone for one in own if one.limit == 1.1) for name, own in alone.items()}
+    assert tones == {"low": "bad", "high": "caution"}
+    value = {name: next(one.value for one in own if one.limit == 1.1) for name, own in alone.items()}
+    first, second = findings_of({"": whole})
+    assert (first.tone, first.text) == ("bad", "Fails in low, 75 % of the time.")
+    assert second.text == f"Least margin in low, 75 % of the time: {100 * value['low'] / 1.1:.3g} % of the limit."
+    assert (second.value, second.limit) == (value["low"], 1.1)
 
 
 def toml(folder: Path, cases: dict[str, Any] = UNDETERMINED) -> str:

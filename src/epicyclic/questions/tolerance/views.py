@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -179,6 +179,32 @@ def _quantiles(result: xr.Dataset) -> Table:
     count = f"{int(result.attrs.get('done', 0)):,} samples".replace(",", "\u2009")
     lead = f"{count}; in brackets the 95 % band of each quantile."
     return Table(title="Mesh-load factor not exceeded in ... of the trains", columns=columns, lead=lead)
+
+
+def tolerance_over_cases(whole: xr.Dataset, cases: Mapping[str, xr.Dataset]) -> list[Table]:
+    """K_gamma of every case, how often it is above its limit, and that over all trains and the time they spend."""
+    share = dict(zip(texts(whole, "case"), whole["case_share"].values, strict=True))
+    rows = {name: of_definition(result) for name, result in cases.items()}
+    columns: dict[str, Any] = {"case": list(rows)}
+    for p in next(iter(rows.values()))["probability"].values:
+        columns[f"K_gamma in {percent(float(p))}"] = [
+            float(row["system_k_gamma_quantile"].sel(probability=p)) for row in rows.values()
+        ]
+    said = []
+    for limit in sorted({float(value) for row in rows.values() for value in row["limit"].values}):
+        above = {name: _above(row, limit) for name, row in rows.items()}
+        columns[f"above {limit:g} [%]"] = [100 * value for value in above.values()]
+        time = sum(share[name] for name in above)
+        weighted = sum(share[name] * value for name, value in above.items()) / time if time else np.nan
+        said += [f"{engineering(100 * weighted, 3)} % of it above {limit:g}"] if np.isfinite(weighted) else []
+    lead = f"Over all trains and the time that they spend in the cases: {', '.join(said)}." if said else ""
+    return [Table(title="K_gamma over the load cases", columns=columns, lead=lead)]
+
+
+def _above(row: xr.Dataset, limit: float) -> float:
+    """Share of the trains of a case above a limit; nan of a case that has another one."""
+    at = np.flatnonzero(np.isclose(row["limit"].values, limit))
+    return float(row["system_exceedance"].values[at[0]]) if at.size else np.nan
 
 
 def _with_bands(one: xr.Dataset, name: str) -> list[str]:
@@ -377,6 +403,7 @@ VIEWS = (
         tolerance_sections,
         key_figures=tolerance_key_figures,
         findings=tolerance_findings,
+        over_cases=tolerance_over_cases,
     ),
     ResultView(
         "allocate",
