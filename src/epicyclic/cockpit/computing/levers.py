@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...document.document import file_text, parse_text
+from ...document.schema import case_states
 from ...document.tables import PlainTable, leaves, split_path, value_at
 from ...document.units import Written, factor, written
 from ...engine.points import outcomes
@@ -196,14 +197,18 @@ class _Model:
                 )
 
     def operation(self) -> Iterator[Lever]:
-        """Torques, powers and speeds that the file states."""
+        """Torques, powers and speeds that the file states, of the case that is computed where it states them."""
+        of_case = f"cases.{self.document.get('case') or None}"
+        stated = {full.split(".")[2] for full in self.document if full.startswith(f"{of_case}.")}
         for table, kind in (("torque", "load"), ("power", "load"), ("speed", "speed")):
+            place = f"{of_case if case_states(table, stated) else 'operation'}.{table}."
             for full, value in self.document.items():
                 number = written(value)
-                if not full.startswith(f"operation.{table}.") or number is None or number.many or not number.values[0]:
+                if not full.startswith(place) or number is None or number.many or not number.values[0]:
                     continue
-                member = full.removeprefix(f"operation.{table}.")
-                short = in_short(self.train, full, self.document).removeprefix(f"operation.{table}.")
+                member = full.removeprefix(place)
+                nominal = f"operation.{table}.{member}"
+                short = in_short(self.train, nominal, self.document).removeprefix(f"operation.{table}.")
                 yield Lever(
                     kind=kind,
                     path=self.path_of(full),

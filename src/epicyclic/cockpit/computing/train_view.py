@@ -28,6 +28,7 @@ from ...show.drawing.front import front_centres, front_parts, front_shapes
 from ...show.drawing.section import section_shapes
 from ...show.drawing.section_layout import layout_of
 from ...statics.load_map import law_map, load_map
+from ...statics.record import least_load
 from ...statics.sample_loads import mean_loads, sample_loads
 from ...statics.tangent import linear
 from ...system.assembly import assemble
@@ -68,6 +69,8 @@ def operation_head(train: Train, *, relative_speed: float = 1.0) -> dict[str, An
         ],
         "torques": [[name(member), scale * value, unit] for member, value in loaded.items()],
         "relative_speed": relative_speed,
+        "case": train.document.get("case", ""),
+        "cases": list(cases) if isinstance(cases := train.document.get("cases"), Mapping) else [],
     }
 
 
@@ -456,10 +459,10 @@ def live_sharing(system: System, *, patience: float = 0.1) -> SharingView:
     coefficient, turning = spread.mean_load[0], spread.mean_load[1]
     parts = int(np.clip(min(spread.ratio.shape[1] // 4, spread.period), 1, _PARTS))  # as many as have some cycles each
     # the mean over the hunting period is exact, that of a few cycles stands in where it is not known
-    load = np.array(coefficient)
+    load, least = np.array(coefficient), float(least_load(spread.mean, most=spread.mean, rounding=0.0))
     for group in spread.groups:
         total = float(spread.mean[group].mean())
-        if total > 0:
+        if total > least:
             load[group] = np.where(np.isnan(coefficient[group]), spread.mean[group] / total, coefficient[group])
     return SharingView(
         mesh=spread.mesh,

@@ -15,6 +15,7 @@ from urllib.parse import unquote_to_bytes
 
 from nicegui import background_tasks, ui
 from nicegui.element import Element
+from nicegui.events import GenericEventArguments
 
 from ...errors import ConvergenceError, ModelError
 from ...show.plot import figure_names
@@ -473,6 +474,9 @@ class Header:
                 box("ck-split")
                 with ui.button().props("flat dense no-caps").classes("ck-warnings") as self._warnings:
                     self._list = ui.menu().classes("ck-wide")
+                with box("ck-select", "select") as self._case:
+                    self._case.props.update({"aria-label": "Load case", "title": "Load case that is computed"})
+                self._case.on("change", self._choose, js_handler="(e) => emit(e.target.value)")
                 self._facts = Words(classes="ck-facts")
                 self._speed = button("", lambda: session.operate_at(1.0), classes="ck-small ck-main")
             with self._of_model[1]:
@@ -480,8 +484,9 @@ class Header:
                 link_button(session)
                 take_away_button(session)
             ThemeButton()
-        hide(self._warnings, True)
-        hide(self._speed, True)
+        self._cases: tuple[str, tuple[str, ...]] = "", ()
+        for part in (self._warnings, self._speed, self._case):
+            hide(part, True)
 
     def follow(self) -> None:
         """Show the name of the state and whether it is saved; without a model, only the ways to one."""
@@ -499,6 +504,23 @@ class Header:
         hide(self._speed, relative == 1.0)
         self._speed.say(f"at {100 * relative:.3g} % speed: back to 100 %")
 
+    def _choose(self, event: GenericEventArguments) -> None:
+        name = str(event.args)
+        self._session.apply({"case": name or None}, f"case {name}" if name else "nominal operation")
+
+    def _show_cases(self, case: str, cases: tuple[str, ...]) -> None:
+        """The load cases of the model to choose from, the one that is computed chosen."""
+        if (case, cases) == self._cases:
+            return
+        self._cases = case, cases
+        hide(self._case, not cases)
+        self._case.clear()
+        with self._case:
+            for name in ("", *cases):
+                option = Words("option", name or "nominal operation")
+                option.props["value"] = name
+                option.props["selected"] = name == case
+
     def _say(self, name: str, title: str) -> None:
         self._name.say(name)
         if title != self._title:
@@ -513,6 +535,7 @@ class Header:
             for member, value, unit in [*(state.get("speeds") or ()), *(state.get("torques") or ())]:
                 if value:
                     facts.append(f"{member} {float(value):.4g} {unit}")
+            self._show_cases(str(state.get("case", "")), tuple(state.get("cases") or ()))
             self._facts.say(" · ".join(facts))
             prop(self._facts, "title", self._facts.text)
         checks = [(str(check.get("level")), str(check["text"])) for check in head.get("checks", ())]

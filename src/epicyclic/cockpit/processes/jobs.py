@@ -108,8 +108,8 @@ def _report(model: Loadable, target: Path, *, progress: Progress) -> Result:
 
 
 def levers_at(source: PlainTable, overrides: Mapping[str, object]) -> tuple[Mapping[str, Any], ...]:
-    """Levers of a model file as tables, whatever overrides move: a page that is opened again has the same ones.  Where
-    the file alone is no model, those of the file with its overrides.
+    """Levers of a model file as tables, at the case that overrides name, whatever else they move: a page that is opened
+    again has the same ones.  Where the file alone is no model, those of the file with its overrides.
 
     Raises
     ------
@@ -118,7 +118,7 @@ def levers_at(source: PlainTable, overrides: Mapping[str, object]) -> tuple[Mapp
     from ..computing.levers import levers_of
 
     try:
-        levers = levers_of(source, {})
+        levers = levers_of(source, {path: case for path, case in overrides.items() if path == "case"})
     except ModelError:
         levers = levers_of(source, overrides)
     return tuple(asdict(lever) for lever in levers)

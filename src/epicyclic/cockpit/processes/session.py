@@ -55,7 +55,8 @@ class Session:
         self.computed: PageState | None = None
         self._opened = 0, 0  # opening of the model that is shown, and number of its first state since
         self.levers: Levers = ()
-        self._levers_of: dict[str, Levers] = {}  # by the text of the model, so that undo brings them back at once
+        # by the text of the model and its case, so that undo brings them back at once
+        self._levers_of: dict[tuple[str, object], Levers] = {}
         self.pinned: PageState | None = None
         self._numbers_of_a = 0
         self.pinned_packed: dict[str, bytes] = {}
@@ -151,8 +152,8 @@ class Session:
 
     def _show_levers(self) -> None:
         """Have the levers of the present model: those chosen before, or chosen now while the last ones stand."""
-        if self.state is not None and self.state.base in self._levers_of:
-            self.levers = self._levers_of[self.state.base]
+        if self.state is not None and _of_levers(self.state) in self._levers_of:
+            self.levers = self._levers_of[_of_levers(self.state)]
         else:
             task = asyncio.get_running_loop().create_task(self.renew_levers())
             self._tasks.add(task)
@@ -168,9 +169,9 @@ class Session:
             levers = await self._worker.call(levers_at, source, overrides)
         except ModelError:
             return  # the failed frame says what is wrong
-        self._levers_of[state.base] = tuple(levers)
-        if self.state is not None and self.state.base == state.base:
-            self.levers = self._levers_of[state.base]
+        self._levers_of[_of_levers(state)] = tuple(levers)
+        if self.state is not None and _of_levers(self.state) == _of_levers(state):
+            self.levers = self._levers_of[_of_levers(state)]
             self._tell_state()
 
     def set(self, path: str, value: object, *, released: bool, key: str | None = None) -> None:
@@ -189,8 +190,7 @@ class Session:
 
     def apply(self, values: Mapping[str, object], label: str) -> None:
         """Set several values as one step. Raises ModelError as `set`."""
-        self.history = self.history.push(with_values(self._present(), values), label)
-        self._changed(released=True)
+        self._moved(self.history.push(with_values(self._present(), values), label))
 
     def set_text(self, text: str) -> None:
         """Take another model text. Raises ModelError where it is no TOML or names a file that it may not."""
@@ -215,7 +215,7 @@ class Session:
         if history.now is self.history.now:
             return
         before, self.history = self.state, history
-        if before is not None and self.state is not None and before.base != self.state.base:
+        if before is not None and self.state is not None and _of_levers(before) != _of_levers(self.state):
             self._show_levers()
         self._changed(released=True)
 
@@ -529,6 +529,11 @@ class _PageJobs(Jobs):
 
 
 _openings = itertools.count(1)
+
+
+def _of_levers(state: PageState) -> tuple[str, object]:
+    """What the choice of levers follows: the text of the model, and the case that is computed."""
+    return state.base, state.overrides.get("case")
 
 
 def _opening(state: PageState) -> PageState:
