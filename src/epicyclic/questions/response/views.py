@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ...limits import NO_MATTER
 from ...results.dataset import first_largest, largest
 from ...show.elements import (
     Company,
@@ -140,7 +141,7 @@ def sweep_key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
     found: list[KeyFigure] = []
     at_operation = np.flatnonzero(np.isclose(speed, 1.0, rtol=0, atol=1e-9))
     if at_operation.size and "dynamic_factor" in result.variables:
-        factor = result["dynamic_factor"].transpose("mesh", "speed").values[:, at_operation[0]]
+        factor = _judged_factor(result)[:, at_operation[0]]
         if np.isfinite(factor).any():
             mesh = _mesh(result, *first_largest(factor))
             found.append((f"{np.nanmax(factor):.3f}", f"largest K_v at the operating speed: {mesh}"))
@@ -163,7 +164,7 @@ def sweep_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
     if speed_range_of(result) == "modes" or "dynamic_factor" not in result.variables:
         return []
     speed = 100 * relative_speed(result)
-    factor = result["dynamic_factor"].transpose("mesh", "speed").values
+    factor = _judged_factor(result)
     if not np.isfinite(factor).any() or not np.isfinite(speed).all():
         return []
     mesh, at = _first_most(factor)
@@ -187,9 +188,18 @@ def sweep_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
         found.append(Finding(tone="good", text=text, anchor="sweep"))
     if idle.any():
         names = ", ".join(name for name, none in zip(texts(result, "mesh"), idle, strict=True) if none)
-        text = f"K_v is not defined in {names}: no load. Such teeth may rattle within their backlash."
+        text = f"K_v judges nothing in {names}: no load, or a drag alone. Such teeth may rattle within their backlash."
         found.append(Finding(tone="caution", text=text, anchor="sweep"))
     return found
+
+
+def _judged_factor(result: xr.Dataset) -> np.ndarray:
+    """K_v (mesh, speed) [1]; nan of meshes that idle, with less than a twentieth of the largest mean in their stage."""
+    factor = result["dynamic_factor"].transpose("mesh", "speed").values
+    mean = result["mesh_force_mean"].transpose("mesh", ...).values.reshape(len(factor), -1).max(axis=1)
+    stages = np.array([split_name(name)[0] for name in texts(result, "mesh")])
+    most = np.array([mean[stages == stage].max() for stage in stages])
+    return np.asarray(np.where((mean >= NO_MATTER * most)[:, None], factor, np.nan))
 
 
 def _first_most(values: np.ndarray) -> tuple[int, int]:

@@ -123,9 +123,19 @@ def test_no_resonance_and_no_headline_counts_it(model: str, swept: xr.Dataset) -
     words = " ".join(value for value, _ in sweep_key_figures(swept))
     assert "e+" not in words
     lines = [one.text for one in sweep_findings(swept, {})]
-    assert any(line.startswith("K_v is not defined in main/large-long/1") for line in lines)
+    assert any(line.startswith("K_v judges nothing in main/large-long/1") for line in lines)
     # teeth without load rattle at every speed; that is no range in which the loaded ones part
     assert not any("would part" in line for line in lines)
+
+
+def test_a_drag_alone_is_not_judged_by_its_dynamic_factor(model: str) -> None:
+    dragged = epicyclic.sweep(model, overrides={"operation.torque.large": "-0.2 N m"}, points=9, range="operation")
+    idle = np.array([name.startswith("main/large-long") for name in dragged.mesh.values])
+    assert np.nanmax(dragged.dynamic_factor.values[idle]) > 10
+    lines = [one.text for one in sweep_findings(dragged, {})]
+    assert any(line.startswith("K_v judges nothing in main/large-long/1") for line in lines)
+    assert all("large" not in line.split("largest K_v")[1] for line in lines if "largest K_v" in line)
+    assert not any("large" in words.replace("largest", "") for _, words in sweep_key_figures(dragged))
 
 
 @pytest.mark.parametrize("scale", [1e-12, 1e-9, -1e-9, 0.0])
