@@ -25,7 +25,7 @@ from ..errors import ModelError
 from ..rexs.file import is_rexs_name
 from ..user_input import read_bytes, read_text
 from ..warning_codes import CodedText, coded
-from .cases import at_case, of_case
+from .cases import of_case
 from .overrides import check_alternatives, follow_teeth, layer_of, replace_alternatives, settings_of, stepwise
 from .schema import FORMAT, ModelFile, Names, check_names, collect, nearest
 from .schema_fields import curve_fault
@@ -406,7 +406,6 @@ def read(source: Source, overrides: Mapping[str, object] | None = None) -> Docum
     if has_bare:
         _check_units_stated(data, names, as_written, typed, overridden)
     check_tolerance(data, names)
-    model = at_case(model)
     origin: dict[str, Origin] = {path: "set" if path in overridden | moved else "given" for path, _ in leaves(data)}
     return Document(model=model, data=data, origin=origin, source=name, warnings=(*followed, *hints), hints=hints)
 

@@ -13,7 +13,7 @@ from typing import Any, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 
 from ..errors import ModelError
-from .cases import check_cases
+from .cases import at_case, check_cases
 from .deviations import check_pitch
 from .schema import (
     KIND_BY_NAME,
@@ -355,7 +355,7 @@ def _values(table: object, path: str, skip: tuple[str, ...] = ()) -> Iterator[tu
 
 
 def validate(data: PlainTable, names: Names) -> tuple[ModelFile, bool]:
-    """Return the validated model, and whether a bare number stands in it. Raises one ModelError."""
+    """Return the validated model at its case, and whether a bare number stands in it. Raises one ModelError."""
     context = Reading()
     try:
         model = ModelFile.model_validate(normalise(data, names), context=context)
@@ -363,6 +363,7 @@ def validate(data: PlainTable, names: Names) -> tuple[ModelFile, bool]:
         raise error_of(error.errors(include_url=False)) from None
     try:
         check(model)
+        model = at_case(model)
     except ModelError as error:  # say what the file says, not its value in SI
         written = value_at(data, error.path.split("."))
         given = error.given if written is None or isinstance(written, dict) else written
