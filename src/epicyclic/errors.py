@@ -53,3 +53,12 @@ def _cut(text: str) -> str:
 
 def _middle_left_out(text: str, most: int) -> str:
     return text if len(text) <= most else f"{text[: most // 2]}...{text[-most // 2 :]}"
+
+
+def needs_turning() -> ModelError:
+    """What to say of a locked train to a question that asks for speeds."""
+    return ModelError(
+        "the train is locked: no member turns, and this needs one that does",
+        path="operation.held",
+        allowed="fewer held members, and the speed of one that turns",
+    )

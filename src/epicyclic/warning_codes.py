@@ -243,7 +243,7 @@ Nothing is damped: what a start or a step sets moving never dies away.
 State damping.modal, or damping of meshes and supports.
 
 no-backlash transient.md
-No backlash is given where teeth part: the far flanks are taken as never touching.
+No backlash is given where teeth part, or where a train is locked: the far flanks are taken as never touching.
 State backlash of the mesh.
 
 motion-unbounded transient.md

@@ -141,6 +141,11 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "slice_contact_lost": ("", "whether the loaded flank of the slice is without pressure at some time"),
     "face_load_factor": ("1", "largest over mean of the slice forces along the face, means over the record"),
     "displacement": ("m", "displacement, torsion as base-circle displacement"),
+    "angle": (
+        "rad",
+        "angle of the body of a locked train, from mid-backlash where that is known, else from first touch",
+    ),
+    "play": ("rad", "angle that the body of a locked train travels freely from flank to flank"),
     "mesh_contact": ("", "whether every slice touches, on either flank"),
     "group_force": ("N, N m for rz", "force or moment in a bearing, coupling or spline with a law"),
     "group_stretch": ("m, rad for rz", "displacement in a bearing, coupling or spline with a law"),

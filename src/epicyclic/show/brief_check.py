@@ -44,7 +44,17 @@ def _members(result: xr.Dataset) -> Table:
         "power [kW]": [one.power * 1e-3 for one in found],
         "mass [kg]": [one.mass for one in found],
     }
-    return Table(title="Members (torque of all bodies, mass of one)", lead=ratio(found), columns=columns)
+    lead = locked_words(result) or ratio(found)
+    return Table(title="Members (torque of all bodies, mass of one)", lead=lead, columns=columns)
+
+
+def locked_words(result: xr.Dataset) -> str:
+    """What a locked train is: which members are held, with the torque that each takes; "" of one that turns."""
+    held = json.loads(str(result.attrs.get("locked", "[]")))
+    torque = {one.name: f"{engineering(one.torque)} N m" for one in members_of(result) if one.torque}
+    takes = ", ".join(f"{name} ({torque.get(name, '0 N m')})" for name in held)
+    loaded = ", ".join(f"{name} ({text})" for name, text in torque.items() if name not in held) or "no member"
+    return f"Locked: no member turns; loaded {loaded}, held {takes}." if held else ""
 
 
 def _couplings(result: xr.Dataset) -> list[Table]:

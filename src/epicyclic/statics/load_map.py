@@ -416,7 +416,7 @@ def load_map(system: System, columns: Sequence[Line] = (), *, links: NDArray[np.
     flexible = _flexible(system, varying)
     require_balance(flexible.free, system.force[None], system)
     opening = np.zeros(flexible.stiffness.size)
-    opening[m : m + c] = meshes.backlash[far.mesh]
+    opening[: m + c] = system.flank_opening
     constant = _closed(flexible, opening, np.zeros_like(system.force))
     torque = _closed(flexible, np.zeros_like(opening), system.force)
 

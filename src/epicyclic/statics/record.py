@@ -434,9 +434,9 @@ def excitation_at(system: System, waves: ComplexArray, phases: Array, *, links: 
 
 
 def still_excitation(system: System) -> Array:
-    """Errors and force (m + R + c + n,) without any line: the backlash of far flanks [m], the load [N, N m]."""
-    loaded = np.zeros(len(system.meshes.name) + sum(len(group.rows) for group in system.groups))
-    return np.concatenate([loaded, system.meshes.backlash[system.far_flanks.mesh], system.force])
+    """Errors and force (m + R + c + n,) without any line: what flanks are open by [m], the load [N, N m]."""
+    loaded, far = np.split(system.flank_opening, [len(system.meshes.name)])
+    return np.concatenate([loaded, np.zeros(sum(len(group.rows) for group in system.groups)), far, system.force])
 
 
 def standing_excitation(system: System) -> Array:

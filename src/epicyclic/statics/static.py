@@ -13,7 +13,8 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable, Hashable, Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
+from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -57,12 +58,15 @@ class HeldTrain:
 
     loaded : from the loaded flanks and the rows of groups.  both : from all flanks, None where no backlash is finite.
     laws : of its groups.  system : that it is of.
+    touch : (n,) displacement of a locked train at first touch of its loaded flanks [m, rad]; zero where they do not
+        touch together, and of a train that turns, which counts from there.
     """
 
     loaded: Compliance
     both: Compliance | None
     laws: Laws
     system: System
+    touch: Array
 
     @property
     def whole(self) -> Compliance:
@@ -92,14 +96,28 @@ def held_train(system: System) -> HeldTrain:
     """The train seen from its flanks."""
     loaded, far, laws = compliance_of(system), system.far_flanks, system.laws
     if not far.mesh.size:
-        return HeldTrain(loaded=loaded, both=None, laws=laws, system=system)
+        return HeldTrain(loaded=loaded, both=None, laws=laws, system=system, touch=np.zeros(len(system.force)))
     # a motion that the loaded flanks leave free may be stopped by far ones, which then count as closed
     stops = np.max(np.abs(far.B.T @ loaded.free), axis=1, initial=0.0) > _STILL
     k0 = np.where(stops, system.meshes.stiffness[far.mesh], 0.0)
     B = np.hstack([system.meshes.B, far.B, system.group_rows])
     stiffness = np.concatenate([system.meshes.stiffness, k0, laws.row_stiffness])
     both = compliance(elastic_rows(system), B, stiffness)
-    return HeldTrain(loaded=loaded, both=both, laws=laws, system=system)
+    return HeldTrain(loaded=loaded, both=both, laws=laws, system=system, touch=_first_touch(system))
+
+
+def _first_touch(system: System) -> Array:
+    """Displacement (n,) [m, rad] that closes what loaded flanks are open by and strains no link; zero without one."""
+    opening = system.flank_opening[: len(system.meshes.name)]
+    if not opening.any():
+        return np.zeros(len(system.force))
+    flexible = [elastic_rows(system), system.group_rows * np.sqrt(system.laws.row_stiffness)]
+    weight = np.sqrt(system.meshes.stiffness)
+    rows = np.hstack([system.meshes.B * weight, *flexible])
+    right = np.pad(opening * weight, (0, rows.shape[1] - weight.size))
+    touch = np.asarray(np.linalg.lstsq(rows.T, right, rcond=None)[0], float)
+    together = np.max(np.abs(touch @ rows - right)) <= _STILL * np.max(right)
+    return touch if together else np.zeros_like(touch)
 
 
 def balanced(held: HeldTrain, force: Array) -> None:
@@ -126,22 +144,32 @@ def settled(
     ModelError : the load drives bodies apart and nothing holds them.  ConvergenceError : no equilibrium.
     """
     m = here.stiffness.shape[1]
+    gap = np.hstack([here.gap[:, :m], here.far_gap, here.gap[:, m:]])
+    # from first touch on: half a backlash beside a small torque would be a loss of digits
+    to_touch = held.whole.rows.T @ held.touch
+    gap -= to_touch
+    gap[np.abs(gap) < _STILL * np.max(np.abs(to_touch), initial=0.0)] = 0.0
+    if start is not None:
+        start = start - to_touch
+    elif held.system.locked is not None and not held.system.force.any():
+        start = np.tile(-to_touch, (len(gap), 1))  # no torque takes it out of mid-backlash
     if held.system.meshes.laws:
         contact = flanks(held.system).at(here.phases)
     else:
         linear = LinearAt(stiffness=np.hstack([here.stiffness, here.far_stiffness]))
         count = linear.stiffness.shape[1]
         contact = FlanksAt(parts=((linear, slice(0, count)),), count=count)
-    return equilibrium(
+    state = equilibrium(
         held.whole,
         stiffness=here.stiffness,
-        gap=np.hstack([here.gap[:, :m], here.far_gap, here.gap[:, m:]]),
+        gap=gap,
         force=here.force,
         flanks=contact,
         laws=held.laws,
         anchor=anchor,
         start=start,
     )
+    return replace(state, displacement=state.displacement + held.touch, approach=state.approach + to_touch)
 
 
 def quasi_static(
@@ -272,6 +300,9 @@ def static(system: System, options: StaticOptions, *, progress: Callable[[float]
     Links with a law (play, rolling elements, spline) follow it; attributes ``laws`` and ``history`` say which.  Meshes
     with a table follow it on both flanks.
 
+    A locked train has ``torque``, ``angle`` and ``play`` of every body that can turn: displacements then count from
+    mid-backlash, and its mesh cycles are the places at which it may be locked.
+
     The record is the common period of all lines, at most 64 mesh cycles of the first mesh, where none is given; of a
     body alone the common period in its turns, at most 2048 instants; 32 instants per mesh cycle or turn.
 
@@ -296,7 +327,7 @@ def static(system: System, options: StaticOptions, *, progress: Callable[[float]
         *_zero_warnings(system),
         *contact_warnings(system, contact),
     ]
-    return _dataset(system, record, pieces, contact, warnings)
+    return _dataset(train, record, pieces, contact, warnings)
 
 
 def rounding_of(system: System) -> float:
@@ -349,14 +380,81 @@ def contact_warnings(system: System, contact: FlankContact) -> list[CodedText]:
 
 
 def _zero_warnings(system: System) -> list[CodedText]:
-    """A warning where backlash is finite: the other sense of the torque has another zero, that far away."""
+    """A warning where backlash is finite: the other sense of the torque has another zero, that far away.
+
+    The angles of a locked train count from mid-backlash: there, of meshes without it.
+    """
     meshes = system.meshes
+    if system.locked is not None:
+        pairs = zip(meshes.pair, meshes.backlash, strict=True)
+        endless = dict.fromkeys(pair.removeprefix("stages.") for pair, gap in pairs if np.isinf(gap))
+        text = (
+            f"no backlash is given in {', '.join(endless)}: no play, and angles from first touch of the loaded flanks"
+        )
+        return [coded("no-backlash", text)] if endless else []
     play = {meshes.pair[i]: 1e6 * float(meshes.backlash[i]) for i in system.far_flanks.mesh.tolist()}
     if not play:
         return []
     listed = ", ".join(f"{pair.removeprefix('stages.')} {size:.4g} µm" for pair, size in play.items())
     text = "displacements count from first touch of the loaded flanks; a reversed torque starts at the far ones, behind"
     return [coded("zero-at-loaded-flank", f"{text} the backlash: {listed}")]
+
+
+# Elastic approach of the flanks at which the play of a locked train is taken, per backlash, and the least of it [m].
+_TOUCH, _LEAST_TOUCH = 1e-5, 1e-10
+
+
+def locked_columns(held: HeldTrain, displacement: Array) -> Columns:
+    """Torque [N m], angle (body, time) and play (body) [rad] of the bodies of a locked train; nothing of another.
+
+    Angles count from the middle of the play; where backlash is not known, there is no play, and they count from first
+    touch.  Bodies that nothing lets turn are left out.
+
+    Parameters
+    ----------
+    displacement : (T, n) [m, rad].
+    """
+    system = held.system
+    if system.locked is None:
+        return {}
+    turn = system.dofs.expand[5::6]
+    moving = np.flatnonzero(np.any(turn != 0, axis=1))
+    names, turn = [system.dofs.bodies[i] for i in moving], turn[moving]
+    angle = turn @ displacement.T
+    play: Columns = {}
+    if np.isfinite(system.meshes.backlash).all():
+        ends = _ends_of_travel(held, turn)
+        angle -= ends.mean(axis=1, keepdims=True)
+        play["play"] = ("body", ends[:, 0] - ends[:, 1])
+    return {
+        "body": ("body", np.array(names, dtype=object)),
+        "torque": ("body", np.array([system.locked.get(name, 0.0) for name in names])),
+        "angle": (("body", "time"), angle),
+        **play,
+    }
+
+
+def _ends_of_travel(held: HeldTrain, turn: Array) -> Array:
+    """Angles (b, 2) [rad] at which flanks stop bodies that a torque turns forwards and back, as it goes to zero.
+
+    Each body by itself, without other loads, displaced seats as they are: a(0) = 2 a(T) - a(2 T) of a small torque T,
+    exact for linear laws.
+
+    Parameters
+    ----------
+    turn : (b, n) angle of each body per displacement [rad].
+    """
+    meshes = held.system.meshes
+    arm = np.abs(meshes.B[[direction == "rz" for direction in held.system.dofs.direction]]).max()
+    torque = max(_TOUCH * float(meshes.backlash.max()), _LEAST_TOUCH) * float(meshes.stiffness.mean()) * arm
+    factors = np.array([1.0, 2.0, -1.0, -2.0])
+    here = excitation(held.system, Fraction(1), np.zeros(4 * len(turn), np.int64), 1)
+    probe = (torque * factors[:, None] * turn[:, None]).reshape(-1, turn.shape[1])
+    links = held.system.links
+    state = settled(held, here._replace(force=probe + (links.stiffness * here.link_gap) @ links.B.T))
+    angle = np.einsum("bn,bfn->bf", turn, state.displacement.reshape(len(turn), 4, -1))
+    ends: Array = 2 * angle[:, ::2] - angle[:, 1::2]
+    return ends
 
 
 def law_attributes(system: System, record: Record) -> dict[str, str]:
@@ -394,11 +492,12 @@ def free_position_warnings(system: System, free: Array) -> list[CodedText]:
 
 
 def _dataset(
-    system: System, record: Record, pieces: list[RecordPiece], contact: FlankContact, warnings: list[CodedText]
+    held: HeldTrain, record: Record, pieces: list[RecordPiece], contact: FlankContact, warnings: list[CodedText]
 ) -> xr.Dataset:
     """The labelled result."""
     from ..results.dataset import dataset
 
+    system = held.system
     displacement = np.concatenate([piece.state.displacement for piece in pieces])
     deflection = np.concatenate([piece.link_deflection for piece in pieces])
     force, face = contact.force, faces(system.meshes)
@@ -413,6 +512,9 @@ def _dataset(
         "link_row": np.array(system.links.name, dtype=object),
         "time": np.arange(record.instants) / record.samples / float(record.unit),
     }
+    angles = locked_columns(held, displacement)
+    if angles:
+        coords["body"] = angles.pop("body")[1]
     if system.groups:
         coords["group"] = np.array([group.name for group in system.groups], dtype=object)
     result = dataset(
@@ -425,6 +527,7 @@ def _dataset(
             "contact_lost": ("mesh", face.any(lost)),
             **contact_shares(system, face, contact),
             **_slice_columns(face, force, lost),
+            **angles,
             **group_columns(system, pieces),
         },
         coords,

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 def static(drive: "Drive", options: StaticOptions, progress: Progress | None = None) -> "xr.Dataset":
     """Static equilibrium over the record; the teeth can only push.
 
+    Of a locked train angles from mid-backlash, play and torsional stiffness.
+
     Raises
     ------
     ModelError : the model or an option is wrong, or a load that nothing holds.  ConvergenceError : no equilibrium.

@@ -6,8 +6,10 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ..show.elements import Company, Drawing, Section, Table, force_table
+from ..show.elements import Company, Drawing, KeyFigure, Section, Table, force_table
+from ..show.series import engineering
 from ..show.views import ResultView
 
 if TYPE_CHECKING:
@@ -29,7 +31,50 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
         "most [µrad]": [float(np.abs(twist[i]).max()) * 1e6 for i in torsion],
     }
     title = "Torsion of supports, necks, shafts and couplings"
-    return [force_table(result), *_link_forces(result), *([Table(title=title, columns=columns)] if torsion else [])]
+    twisted = [Table(title=title, columns=columns)] if torsion else []
+    return [*_angles(result), force_table(result), *_link_forces(result), *twisted]
+
+
+_ARCMIN = 180 * 60 / np.pi
+
+
+def _stiffness(result: xr.Dataset) -> NDArray[np.float64]:
+    """Torsional stiffness (body,) [N m/rad] of a locked train: torque per angle beyond the play; nan without."""
+    torque, angle = result["torque"].values, result["angle"].mean("time").values
+    elastic = angle - np.sign(torque) * (result["play"].values / 2 if "play" in result.variables else 0.0)
+    loaded = (torque != 0) & (elastic != 0)
+    stiffness: NDArray[np.float64] = np.divide(torque, elastic, where=loaded, out=np.full(torque.shape, np.nan))
+    return stiffness
+
+
+def _angles(result: xr.Dataset) -> list[Table]:
+    """Angle and play [arcmin] of the bodies of a locked train, and stiffness [N m/arcmin] of those that are loaded."""
+    if "angle" not in result.variables:
+        return []
+    known = "play" in result.variables
+    columns: dict[str, Any] = {
+        "body": [str(name) for name in result["body"].values],
+        "torque [N m]": list(result["torque"].values),
+        "mean angle [arcmin]": list(_ARCMIN * result["angle"].mean("time").values),
+        **({"play [arcmin]": list(_ARCMIN * result["play"].values)} if known else {}),
+        "stiffness [N m/arcmin]": list(_stiffness(result) / _ARCMIN),
+    }
+    zero = "mid-backlash, so that half of the play is in them" if known else "first touch"
+    lead = "The stiffness is the torque per elastic part of the angle."
+    return [Table(title=f"Locked train: angles from {zero}", columns=columns, lead=lead)]
+
+
+def key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
+    """Torsional stiffness [N m/arcmin] and play [arcmin] of a locked train at the bodies that are loaded."""
+    if "angle" not in result.variables:
+        return []
+    found: list[KeyFigure] = []
+    for place in np.flatnonzero(result["torque"].values):
+        name, stiffness = str(result["body"].values[place]), _stiffness(result)[place] / _ARCMIN
+        found.append((f"{engineering(stiffness)} N m/arcmin", f"torsional stiffness at {name}"))
+        if "play" in result.variables:
+            found.append((f"{engineering(_ARCMIN * result['play'].values[place])} arcmin", f"play at {name}"))
+    return found
 
 
 def _link_forces(result: xr.Dataset) -> list[Table]:
@@ -53,11 +98,11 @@ def _link_forces(result: xr.Dataset) -> list[Table]:
 
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
-    """Mesh forces over the record."""
+    """Angles of a locked train; mesh forces over the record."""
     from ..show.charts.over_time import mesh_forces
 
     parts = [Drawing(anchor="static-forces", figure=mesh_forces(result))] if "mesh_force" in result.variables else []
-    return [Section(anchor="static", title="Static forces", parts=parts)]
+    return [Section(anchor="static", title="Static forces", parts=[*_angles(result), *parts])]
 
 
-VIEWS = (ResultView("static", 50, tables, sections),)
+VIEWS = (ResultView("static", 50, tables, sections, key_figures=key_figures),)

@@ -28,7 +28,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import ModelError
+from ..errors import ModelError, needs_turning
 from ..warning_codes import CodedText
 from .flank_laws import LawRows
 from .link_laws import LawGroup, Laws, stacked
@@ -221,6 +221,7 @@ class System:
     far : the far flanks, for analyses of contact loss; None without finite backlash.
     euler : (n, n) terms s' E q on the left side while the speed changes; empty: none are known.
     spin_up : (n,) inertial load of the nominal motion per s', on the right side [N s]; empty: none is known.
+    locked : of a train that what is held locks the torque on every body that carries one [N m]; None: the train turns.
     """
 
     dofs: Dofs
@@ -247,6 +248,7 @@ class System:
     far: FarFlanks | None = None
     euler: Array = field(default_factory=lambda: np.zeros((0, 0)))
     spin_up: Array = field(default_factory=lambda: np.zeros(0))
+    locked: Mapping[str, float] | None = None
 
     def __repr__(self) -> str:
         """One line: title, numbers of coordinates, meshes, links and laws, mesh frequencies, lines and damping."""
@@ -275,6 +277,20 @@ class System:
         return np.concatenate([line.gap, line.far_gap if line.far_gap.size else np.zeros(far, complex)])
 
     @property
+    def flank_opening(self) -> Array:
+        """What all mesh rows and then all far flanks are open by without any displacement, (m + c,) [m].
+
+        Loaded flanks touch and far ones are open by the backlash; of a locked train, whose torque may pass through
+        zero, both are open by half of it where it is finite.
+        """
+        loaded, far = np.zeros(len(self.meshes.name)), self.far_flanks.mesh
+        behind = self.meshes.backlash[far]
+        if self.locked is not None:
+            behind = behind / 2
+            loaded[far] = behind
+        return np.concatenate([loaded, behind])
+
+    @property
     def laws(self) -> Laws:
         """Laws of the groups as arrays."""
         return stacked(self.groups)
@@ -300,6 +316,11 @@ class System:
         """C plus the dampers of the meshes, (n, n) [N s/m]."""
         B = self.meshes.B
         return self.C + (B * self.meshes.damping) @ B.T
+
+    def require_turning(self) -> None:
+        """Raise ModelError of a locked train, for a question that asks for speeds."""
+        if self.locked is not None:
+            raise needs_turning()
 
     def require_inertia(self) -> None:
         """Raise ModelError naming the first mass or inertia that is missing for a free coordinate."""

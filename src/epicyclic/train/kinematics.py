@@ -156,7 +156,7 @@ class Tie:
 class Kinematics:
     """Speeds, mesh frequencies, torques and power of all members.
 
-    freedoms : members whose speeds determine all others (held members left out).
+    freedoms : members whose speeds determine all others (held members left out); none of a locked train.
     ratio : speed of each member per speed of each freedom, ratio[member][freedom], exact.
     speed : absolute speed of each member, exact [rev/min], or None where the file gives no (or too few) speeds.
     frame_speed : the same for each frame (stage name, ``housing``).
@@ -191,12 +191,18 @@ class Kinematics:
     stated: tuple[str, ...] = ()
     reacting: tuple[str, ...] = ()
 
+    @property
+    def locked(self) -> bool:
+        """Whether what is held leaves no rigid motion: all speeds are 0, and a torque only deforms the train."""
+        return not self.freedoms
+
     def __repr__(self) -> str:
         """One line: freedoms, held members, number of members, mesh frequencies."""
         rates = ", ".join(f"{tone} {float(rate):.5g} Hz" for tone, rate in (self.mesh_frequency or {}).items())
         held = f", held {', '.join(self.held)}" if self.held else ""
         meshes = f", mesh frequency {rates}" if rates else ""
-        return f"Kinematics({len(self.ratio)} members, freedoms {', '.join(self.freedoms)}{held}{meshes})"
+        freedoms = "locked" if self.locked else f"freedoms {', '.join(self.freedoms)}"
+        return f"Kinematics({len(self.ratio)} members, {freedoms}{held}{'' if self.locked else meshes})"
 
 
 def solve_kinematics(
@@ -220,6 +226,9 @@ def solve_kinematics(
     makes them statically indeterminate, the solution of least norm (sum of lambda^2, the lambda of a mesh being its
     torque per tooth) replaces that of the unknown stiffnesses.
 
+    A train that is locked, of which what is held leaves no motion, is taken where torques load members that are not
+    held: a park lock, a bench test.  All its speeds are 0.
+
     members : every member and body once.  gearings, ties : equations of meshes and couplings.  held : members at rest.
     speeds : given absolute speeds [rev/min].  torques : given external torques [N m].
     powers : given external power, into the train positive [W].  balance : members whose torque balances the others.
@@ -229,9 +238,9 @@ def solve_kinematics(
 
     Raises
     ------
-    ModelError : unknown member, locked train (of a stage whose planets have no carrier: the table that is missing),
-        too few, too many or contradicting speeds, power at a member at rest, torques that do not balance, or several
-        ends that could balance them.
+    ModelError : unknown member, locked train without a torque, with a speed or with a balance (of a stage whose planets
+        have no carrier: the table that is missing), too few, too many or contradicting speeds, power at a member at
+        rest, torques that do not balance, or several ends that could balance them.
     """
     speeds, torques, powers = dict(speeds or {}), dict(torques or {}), dict(powers or {})
     given = {"held": held, "speed": speeds, "torque": torques, "power": powers, "balance": balance}
@@ -239,9 +248,13 @@ def solve_kinematics(
     rows = _equations(gearings, ties)
     preferred = [*speeds, *(m for m in ends if m not in speeds)]
     motions = _motions(members, _equations(gearings, ties, held), preferred)
-    if not motions:
+    if not motions and (not torques or any(speeds.values()) or not _motions(members, rows)):
         raise _locked(members, gearings, ties, held, ends)
-    speed = _speeds(motions, speeds, held)
+    if not motions and balance:
+        path = f"operation.torque.{balance[0]}"
+        allowed = "a torque in N m, or no key: the held members take the balance"
+        raise ModelError("nothing is to be balanced, the train is locked", path=path, given="balance", allowed=allowed)
+    speed = _speeds(motions, speeds, held) if motions else dict.fromkeys(members, Fraction(0))
     loads = _loads(torques, powers, speed, held)
     coupled = {name for tie in ties for name in (tie.a, tie.b)}
     ratio = {name: {end: motion[name] for end, motion in motions.items()} for name in members}
@@ -349,7 +362,8 @@ def _locked(
         "the train is locked, no member can turn",
         path="operation.held",
         given=list(held),
-        allowed="fewer held members, and teeth whose ratios agree around every loop",
+        allowed="fewer held members, and teeth whose ratios agree around every loop; or, of a train that is locked on "
+        "purpose, a torque on a member that is not held, and no speed",
     )
 
 
@@ -434,7 +448,8 @@ def _external_torques(
     """
     free = list(_motions(members, rows).values())
     missing = {end: -_work(loads, motion) for end, motion in motions.items()}
-    scale = max(abs(value * motion[name]) for motion in motions.values() for name, value in loads.items())
+    work = (abs(value * motion[name]) for motion in motions.values() for name, value in loads.items())
+    scale = max(work, default=Fraction(0))  # a locked train has no motion: what is held takes all
     balanced = all(abs(value) <= UNBALANCED * scale for value in missing.values())
     sums = ", ".join(f"{float(value):.6g} N m at {end}" for end, value in missing.items())
     balancing = list(dict.fromkeys(balance))

@@ -32,7 +32,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import ModelError
+from ..errors import ModelError, needs_turning
 from ..teeth.path_of_contact import touches_always
 from .kinematics import Gearing, Kinematics, Tie
 
@@ -278,8 +278,10 @@ def require_flow(kinematics: Kinematics) -> None:
 
     Raises
     ------
-    ModelError : such a train.
+    ModelError : such a train, or one that is locked.
     """
+    if kinematics.locked:
+        raise needs_turning()
     if kinematics.speed is None:
         raise ModelError("the speed of one member is missing", path="operation.speed", allowed="e.g. 1500 rpm")
     if kinematics.torque is None:

@@ -502,8 +502,14 @@ def _flanks(plan: Plan, gears: Sequence[ToothedGear], kinematics: Kinematics) ->
 
 
 def _sun_sense(plan: Plan, kinematics: Kinematics) -> int:
-    """Sign of the first gear's speed relative to the carrier; without speeds, of the first freedom turning positive."""
+    """Sign of the first gear's speed relative to the carrier; without speeds, of the first freedom turning positive.
+
+    Of a locked train the sense in which the first gear drives its mate: both senses of a torque are alike, mirrored.
+    """
     gear = f"{plan.name}.{plan.pairs[0].a}"
+    if kinematics.locked:
+        first = next(g for g in kinematics.gearings if g.pair == plan.pairs[0].path)
+        return -1 if (kinematics.mesh_torque or {}).get(first.pair, 0.0) * first.signed_b > 0 else 1
     carrier = None if plan.carrier is None else f"{plan.name}.{plan.carrier}"
     if kinematics.speed is not None:
         relative = kinematics.speed[gear] - (kinematics.speed[carrier] if carrier else 0)

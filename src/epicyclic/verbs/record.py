@@ -122,8 +122,10 @@ def help_of(verb: Verb) -> str:
     return "\n\n".join(" ".join(text.split()) for text in paragraphs if "\n    ----" not in text)
 
 
-def takes(options: type[Any] | None = None) -> Callable[[Analysis], Analysis]:
+def takes(options: type[Any] | None = None, *, turning: bool = False) -> Callable[[Analysis], Analysis]:
     """Make the public function of a verb of the function that computes it and the dataclass of its options.
+
+    turning : whether it is of a train that turns, and refuses one that is locked.
 
     The function that computes takes a `Drive`, the options where there are any, and ``progress`` where it has one.  The
     public one takes a source, overrides, the fields of the options as keywords, and ``progress``: it refuses arguments
@@ -155,6 +157,8 @@ def takes(options: type[Any] | None = None) -> Callable[[Analysis], Analysis]:
             drive = Drive(bound.pop("source"), bound.pop("overrides", None))
             more = {"progress": bound.pop("progress", None)} if reports else {}
             values = {name: value for name, value in bound.items() if value is not None}
+            if turning:
+                drive.system.require_turning()
             for name, (_, _, option) in known.items():
                 if option.reads and name in values:
                     values[name] = READERS[option.reads](values[name], name, drive, option)
@@ -516,6 +520,8 @@ def _steps(train: Train, folder: Path | None) -> dict[str, Callable[[], xr.Datas
     steps: dict[str, Callable[[], xr.Dataset]] = {
         name: partial(_run, verbs()[name], train, system, folder) for name in report_verbs()
     }
+    if train.kinematics.locked:  # in place of all that needs speeds
+        steps["static"] = partial(_run, verbs()["static"], train, system, folder)
     if "contact" in steps:
         steps["contact"] = lambda: verbs()["contact"].run(train, mesh=first_mesh(train), tolerance=_CONTACT)
     if "tolerance" in steps:

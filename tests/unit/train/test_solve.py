@@ -65,6 +65,21 @@ def test_locked() -> None:
     assert "locked" in str(refusal(gearings=looped))
 
 
+def test_locked_on_purpose() -> None:
+    found = simple(held=("ring", "carrier"), torques={"sun": 23.0})
+    assert found.locked
+    assert set((found.speed or {}).values()) == {0}
+    assert found.mesh_frequency == {"main": Fraction(0)}
+    assert found.torque == {"sun": 23.0, "planet": 0.0, "ring": 57.0, "carrier": -80.0}
+    assert found.mesh_torque == {"stages.main.meshes.sun-planet": -17.0, "stages.main.meshes.planet-ring": -57.0}
+    assert "locked, held ring, carrier" in repr(found)
+    assert not simple().locked
+    # teeth that lock each other are none, whatever loads them
+    fixed = (mesh("sun", "ring", 23, 50, carrier=None), mesh("sun", "ring", 23, 51, carrier=None))
+    bare = {"members": ("sun", "ring"), "gearings": fixed, "ends": ("sun", "ring")}
+    assert "agree around every loop" in refusal(**bare, held=(), torques={"sun": 23.0}).allowed
+
+
 def test_a_missing_carrier_is_named_where_it_locks_the_train() -> None:
     still = (mesh("sun", "planet", 23, 17, carrier=None), mesh("planet", "ring", 17, 57, internal=True, carrier=None))
     bare = {"members": ("sun", "planet", "ring"), "gearings": still, "ends": ("sun", "ring")}

@@ -176,7 +176,8 @@ def check(train: Train) -> xr.Dataset:
         provenance=train_provenance(train),
     )
     values = [[value.path, value.value, value.unit, value.origin] for value in train.values]
-    return result.assign_attrs(values=json.dumps(values, default=str))
+    locked = train.kinematics.held if train.kinematics.locked else ()
+    return result.assign_attrs(values=json.dumps(values, default=str), locked=json.dumps(locked))
 
 
 def drawing(train: Train) -> xr.Dataset:
@@ -343,8 +344,13 @@ def _stage_columns(train: Train) -> Columns:
     }
 
 
-def _hunting_period(train: Train, stage: str) -> int:
-    """Hunting period [mesh cycles]: every gear of the stage, also of stepped shafts, makes whole turns in its frame."""
+def _hunting_period(train: Train, stage: str) -> int | None:
+    """Hunting period [mesh cycles]: every gear of the stage, also of stepped shafts, makes whole turns in its frame.
+
+    None of a locked train.
+    """
+    if train.kinematics.locked:
+        return None
     carrier = next((frame.carrier for frame in train.frames if frame.name == stage), None)
     teeth = {body.member: body.gear.teeth for body in train.bodies if body.frame == stage and body.gear is not None}
     gear = next((mesh.a for mesh in train.meshes if mesh.stage == stage), None)

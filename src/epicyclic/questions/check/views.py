@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...show.brief_check import brief_tables, check_over_cases, driven_kinds, power_ends, ratio_of
+from ...show.brief_check import brief_tables, check_over_cases, driven_kinds, locked_words, power_ends, ratio_of
 from ...show.elements import (
     Company,
     Drawing,
@@ -140,7 +140,7 @@ def check_headline(result: xr.Dataset) -> str:
     members = members_of(result)
     turning = [one for one in members if np.isfinite(one.speed) and one.speed != 0 and one.count == 1]
     driving, driven = power_ends(members)
-    said = []
+    said = [text.rstrip(".")] if (text := locked_words(result)) else []
     if driving is not None:
         said.append(f"ratio {ratio_of(driving, driven[0])}")
         said.append(f"{engineering(driving.power / 1e3)} kW")

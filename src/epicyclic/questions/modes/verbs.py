@@ -38,7 +38,7 @@ def modes(drive: "Drive", options: ModesOptions) -> "xr.Dataset":
     return with_resonances(result, drive.system, band=width, hertz=hertz)
 
 
-@takes(CampbellOptions)
+@takes(CampbellOptions, turning=True)
 def campbell(drive: "Drive", options: CampbellOptions, progress: Progress | None = None) -> "xr.Dataset":
     """Natural frequencies over speed, standstill to twice the operating speed.
 

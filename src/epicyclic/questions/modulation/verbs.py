@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from .spectrum import Transfer, Window
 
 
-@takes(ModulationOptions)
+@takes(ModulationOptions, turning=True)
 def modulation(drive: "Drive", options: ModulationOptions) -> "xr.Dataset":
     """Vibration at a fixed place beside the ring: sidebands by family and cause.
 

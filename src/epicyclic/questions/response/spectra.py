@@ -110,6 +110,7 @@ def excitation(system: System, modal: Modal) -> LineExcitation:
     ------
     ModelError : no damping, or all of it zero; no mesh frequency; torques that do not balance.
     """
+    system.require_turning()
     require_damping(system)
     tones = mesh_tones(system)
     points = [(_multiple(tones, line.frequency), line) for line in system.lines]
@@ -140,6 +141,7 @@ def mesh_tones(system: System) -> tuple[Fraction, ...]:
     ------
     ModelError : there is none, or one is zero.
     """
+    system.require_turning()
     tones = tuple(dict.fromkeys(system.tones[i] for i in system.meshes.tone)) if system.tones else ()
     if not tones or min(tones) <= 0:
         turns = any(system.body_turns)

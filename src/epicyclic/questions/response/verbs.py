@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from ...engine.source import Drive
 
 
-@takes(SteadyOptions)
+@takes(SteadyOptions, turning=True)
 def steady(drive: "Drive", options: SteadyOptions) -> "xr.Dataset":
     """Steady vibration at one speed.
 
@@ -34,7 +34,7 @@ def steady(drive: "Drive", options: SteadyOptions) -> "xr.Dataset":
     return run(drive.system, options)
 
 
-@takes(SweepOptions)
+@takes(SweepOptions, turning=True)
 def sweep(drive: "Drive", options: SweepOptions, progress: "Callable[[int, int], None] | None" = None) -> "xr.Dataset":
     """Steady vibration over speed: mesh and bearing forces, K_v, spectra, accelerations.
 

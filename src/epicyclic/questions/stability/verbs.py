@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from ...engine.source import Drive
 
 
-@takes(StabilityOptions)
+@takes(StabilityOptions, turning=True)
 def stability(
     drive: "Drive", options: StabilityOptions, progress: "Callable[[int, int], None] | None" = None
 ) -> "xr.Dataset":

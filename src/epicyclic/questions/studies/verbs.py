@@ -29,7 +29,7 @@ def sensitivity(drive: "Drive", options: SensitivityOptions, progress: Progress 
     return run(drive.train, options, progress=progress)
 
 
-@takes(DetuneOptions)
+@takes(DetuneOptions, turning=True)
 def detune(drive: "Drive", options: DetuneOptions, progress: Progress | None = None) -> "xr.Dataset":
     """Changes of the drawing that move a resonance away from operation, each computed again on the changed train.
 

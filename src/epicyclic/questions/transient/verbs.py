@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from .scenario import History
 
 
-@takes(TransientOptions)
+@takes(TransientOptions, turning=True)
 def transient(drive: "Drive", options: TransientOptions, progress: Progress | None = None) -> "xr.Dataset":
     """Motion over time: start-up, torque steps and histories, speed ramps through resonance.
 
