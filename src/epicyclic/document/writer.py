@@ -102,7 +102,7 @@ _WIDTH = 120  # of a line with its comment; what is longer stands above
 _LONGEST_KEY = 40  # keys up to this length have their = in one column
 _BRACES = 80  # tables of plain values are written in braces where they fit on so long a line
 # a heading for each entry; all else stands on a line of the table it is in
-_HEADED = ("stages", "bodies", "couplings", "loads")
+_HEADED = ("stages", "bodies", "couplings", "loads", "cases")
 _CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\ud800-\udfff\u2028\u2029]")
 _NO_MODEL = ("assumed", "tolerance")  # tables of paths and texts: no number without a unit stands there
 
@@ -141,9 +141,17 @@ def commented_text(
     if reasons:
         plain["assumed"] = reasons
     ordered = {name: plain[name] for name in (*_ORDER, *plain) if name in plain}
-    notes = _placed(comments, ordered)
-    top = [*_comment_lines("\n".join(head)), ""] if head else []
-    return "\n".join([*top, *_section(ordered, "", "", notes)]).strip("\n") + "\n"
+    return fragment_text(ordered, head=head, comments=comments)
+
+
+def fragment_text(tables: PlainTable, *, head: Sequence[str] = (), comments: Mapping[str, str] = {}) -> str:
+    """Tables of a model document as a TOML text, to go on with in a model file; numbers are texts with units.
+
+    head, comments : as of `commented_text`.
+    """
+    notes = _placed(comments, tables)
+    top = "\n".join([*_comment_lines("\n".join(head)), "", ""]) if head else ""
+    return top + "\n".join(_section(tables, "", "", notes)).strip("\n") + "\n"
 
 
 def _with_units(plain: PlainTable) -> PlainTable:
