@@ -15,7 +15,7 @@ from typing import Annotated
 import typer
 
 from ..results.files import write_text
-from ..verbs.record import verbs
+from ..verbs.record import records, verbs
 from .command import Commands, Json, Model, Output, Sets, command, file_option
 from .commands import app as cockpit
 from .commands import audit, compare, explain, report, show, study, systems
@@ -82,7 +82,7 @@ def check(
         run(model=model, sets=sets, as_json=as_json, figure=figure, output=output, whole=everything)
 
 
-for _verb in verbs().values():
+for _verb in records().values():
     app.command()(check if _verb.name == "check" else command(_verb))
 for _function in (audit, study, import_rexs, export, compare, explain, report, show, new_command(), cockpit, systems):
     app.command("import" if _function is import_rexs else None)(_function)
