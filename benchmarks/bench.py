@@ -29,6 +29,7 @@ PARTS = (
     "torus",
     "transient",
     "measures",
+    "load_spectrum",
     "modulation",
     "tooth_stiffness",
     "tooth_contact",

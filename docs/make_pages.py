@@ -24,20 +24,22 @@ import xarray as xr
 
 from epicyclic import audit, compare
 from epicyclic.options import Option
-from epicyclic.verbs.record import Verb, help_of, keywords, verbs
+from epicyclic.verbs.record import Verb, help_of, keywords, records, verbs
 from epicyclic.warning_codes import WARNING_CODES
 
 HERE = Path(__file__).parent
 _CITATION = re.compile(r"(?:\[|; )([a-z]+[0-9]{4}[a-z]?|iso[0-9]+)(?=[],;])")
 DRIVE = "ren2021"
 VARIANT = {"stages.main.sun.support.radial": 0}  # of the comparison whose variables are listed
+HISTORY = {"time [s]": [0, 1, 2], "torque [N m]": [1, 3, 2], "speed [rpm]": [1, 1, 1]}  # of the load spectrum
 KINDS = HERE.parent / "src" / "epicyclic" / "results" / "variable_kinds.json"
 STUB = HERE.parent / "src" / "epicyclic" / "__init__.pyi"
 HEAD = """# Verbs
 
 Made by `python docs/make_pages.py` from the records in `src/epicyclic/questions/*/verbs.py`; not written by hand.
 
-Every verb takes a source (the name of a ready drive, a model file, a dict, a Train or a System) and returns a Dataset.
+Every verb takes a source (the name of a ready drive, a model file, a dict, a Train or a System) and returns a Dataset;
+the source of `spectrum` is a load history.
 `overrides`, path -> value, go with a model file, not with a Train or System. The attribute `verb` of the Dataset is the
 kind of result; [variables.md](variables.md) lists the variables of each kind. On the command line a verb is
 `epicyclic VERB MODEL`, with `--set PATH=VALUE` for overrides, `--json` and `-o FILE`.
@@ -93,7 +95,7 @@ imaginary part along `part` in files.
 
 def verbs_page() -> str:
     """Text of verbs.md."""
-    return "\n".join([HEAD, *(_section(verb) for verb in verbs().values())])
+    return "\n".join([HEAD, *(_section(verb) for verb in records().values())])
 
 
 def examples() -> list[tuple[Verb, dict[str, Any]]]:
@@ -191,7 +193,7 @@ def api_page() -> str:
 def stub_text() -> str:
     """Text of the stub of the package: the names as they are, and every verb with the keywords of its options."""
     names, mark, _ = STUB.read_text(encoding="utf-8").partition("\n# Verbs\n")
-    return names + mark + "".join(_stub(verb) for verb in verbs().values())
+    return names + mark + "".join(_stub(verb) for verb in records().values())
 
 
 def _stub(verb: Verb) -> str:
@@ -207,7 +209,7 @@ def _stub(verb: Verb) -> str:
 
 
 def _group_of(name: str) -> str:
-    if name in verbs():
+    if name in records():
         return "Verbs"
     if name.endswith("Error"):
         return "Errors"
@@ -221,7 +223,9 @@ def commands_page() -> str:
     from epicyclic.cli.main import app
 
     root = cast(Any, get_command(app))
-    own = {name: one for name, one in root.commands.items() if name.replace("-", "_") not in verbs() and not one.hidden}
+    own = {
+        name: one for name, one in root.commands.items() if name.replace("-", "_") not in records() and not one.hidden
+    }
     common = _options_table(root.commands["modes"], only=_common(root))
     common = [
         re.sub(r"may be repeated: [\w, -]+\.", "may be repeated; the help of a verb names its own.", row)
@@ -236,7 +240,7 @@ def commands_page() -> str:
 
 def _common(root: Any) -> set[str]:
     """Options that all verbs have."""
-    found = [{one.name for one in root.commands[name.replace("_", "-")].params} for name in verbs()]
+    found = [{one.name for one in root.commands[name.replace("_", "-")].params} for name in records()]
     return set.intersection(*found)
 
 
@@ -387,6 +391,7 @@ if __name__ == "__main__":
         (HERE / "reference" / f"{name}.md").write_text(text(), encoding="utf-8")
     found = [verb.run(DRIVE, **options) for verb, options in examples()]
     found += [audit(DRIVE), compare(DRIVE, variants=[VARIANT]), compare(found[0], found[0])]
+    found.append(records()["spectrum"].run(HISTORY))
     page = variables_page(found)
     (HERE / "reference" / "variables.md").write_text(page, encoding="utf-8")
     KINDS.write_text(kinds_text(page), encoding="utf-8")

@@ -225,6 +225,24 @@ def sharing(  # .questions.sharing.verbs
 ) -> xr.Dataset:
     """Load-sharing coefficients, each by its named definition."""
 
+def spectrum(  # .questions.load_spectrum.verbs
+    source: Source,
+    *,
+    overrides: Overrides | None = None,
+    train: Source | None = None,
+    member: str | None = None,
+    time: str | None = None,
+    torque: str | None = None,
+    speed: str | None = None,
+    weight: str | None = None,
+    torque_bins: int | Sequence[float] | str = 10,
+    speed_bins: int | Sequence[float] | str = 4,
+    exponent: float = 6.61,
+    life: float | str | None = None,
+    gap: float | str | None = None,
+) -> xr.Dataset:
+    """Load cases from a history of torque and speed."""
+
 def stability(  # .questions.stability.verbs
     source: Source,
     *,

@@ -23,7 +23,7 @@ from .errors import ModelError
 from .results.variables import OF_KIND, VARIABLES
 from .show.plot import FIGURES
 from .user_input import checked
-from .verbs.record import help_of, keywords, verbs
+from .verbs.record import help_of, keywords, records, verbs
 from .warning_codes import WARNING_CODES
 
 _SHARING, _TOLERANCE, _RESPONSE = "sharing.md", "tolerance.md", "response.md"
@@ -126,7 +126,7 @@ def known_words() -> tuple[str, ...]:
     figures = (name for names in FIGURES.values() for name in names)
     own = (name for _, name in OF_KIND)
     return tuple(
-        dict.fromkeys([*WARNING_CODES, *map(_flat, verbs()), *VARIABLES, *own, *figures, *WORDS, *path_words()])
+        dict.fromkeys([*WARNING_CODES, *map(_flat, records()), *VARIABLES, *own, *figures, *WORDS, *path_words()])
     )
 
 
@@ -142,7 +142,7 @@ def _warning(word: str) -> list[Explanation]:
 
 
 def _verb(word: str) -> list[Explanation]:
-    verb = verbs().get(word.replace("-", "_"))
+    verb = records().get(word.replace("-", "_"))
     if verb is None:
         return []
     shown = [entry[2].flag_of(name) for name, entry in keywords(verb.run).items()]
@@ -151,7 +151,7 @@ def _verb(word: str) -> list[Explanation]:
             kind="verb",
             name=_flat(verb.name),
             meaning=help_of(verb).split("\n\n")[0],
-            example=f"epicyclic {_flat(verb.name)} ren2021",
+            example=f"epicyclic {_flat(verb.name)} {'FILE' if verb.reads else 'ren2021'}",
             options=", ".join(flag for flag in shown if flag),
             page="verbs.md",
         )

@@ -28,6 +28,7 @@ NO_VERBS = {
     *("assemble", "load", "load_result", "save_result", "to_json", "write_report"),
     "study",  # of a job file: its verbs are here
     "compare",  # of several models: what it compares is here
+    "spectrum",  # of a load history
     *("save_matrices", "read_rexs", "write_rexs", "figure_names", "plot", "explain"),
     *("planetary", "star", "differential"),
 }

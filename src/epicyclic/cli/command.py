@@ -48,6 +48,7 @@ PANELS: Mapping[str, Mapping[str, str]] = {
         "app": "A page on this machine: sliders, and a train that answers.",
         "import": "Write a model file from a REXS file.",
         "systems": "The ready drives: names that stand for a model file.",
+        "spectrum": "Load cases from a history of torque and speed.",
         "explain": "What a key, a variable or a warning means.",
         "schema": "The JSON Schema of the model file, for editors.",
     },
@@ -316,9 +317,9 @@ def run_verb(
     *,
     model: str,
     sets: list[str] | None,
-    case: str | None,
     as_json: bool,
     output: Path | None,
+    case: str | None = None,
     figure: list[str] | None = None,
     whole: bool = False,
     further: Callable[[xr.Dataset], xr.Dataset] = lambda result: result,
@@ -432,12 +433,13 @@ def command(verb: Verb) -> Callable[..., None]:
 
     words = f"Write the result: {', '.join([*verb.writers, FORMATS])}."
     if verb.model_text:
-        words = f"Write the model (.toml) or the result ({FORMATS})."
+        words = f"Write it for a model file (.toml), or the result ({FORMATS})."
+    source = Annotated[str, typer.Argument(metavar="FILE", help=_unmarked(verb.reads))] if verb.reads else Model
     typed = {
-        "model": (Model, Parameter.empty),
+        "model": (source, Parameter.empty),
         **typed_options({name: (one.default, kind, option) for name, (one, kind, option) in shown.items()}),
         "sets": (Sets, None),
-        "case": (Case, None),
+        **({} if verb.reads else {"case": (Case, None)}),
         "as_json": (Json, False),
         "figure": (Annotated[list[str] | None, figure_option(verb.gives)], None),
         "output": (Annotated[Path | None, file_option(words)], None),

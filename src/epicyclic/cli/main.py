@@ -17,7 +17,7 @@ import typer
 from ..errors import ConvergenceError, ModelError
 from ..options import ALL_CASES
 from ..results.files import write_text
-from ..verbs.record import verbs
+from ..verbs.record import records, verbs
 from .command import Case, Commands, Json, Model, Output, Sets, command, file_option
 from .commands import app as cockpit
 from .commands import audit, compare, explain, report, show, study, systems
@@ -108,7 +108,7 @@ def check(
         )
 
 
-for _verb in verbs().values():
+for _verb in records().values():
     app.command()(check if _verb.name == "check" else command(_verb))
 for _function in (audit, study, import_rexs, export, compare, explain, report, show, new_command(), cockpit, systems):
     app.command("import" if _function is import_rexs else None)(_function)

@@ -15,9 +15,10 @@ import csv
 import math
 import re
 import tomllib
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib import resources
+from io import BytesIO
 from pathlib import Path
 from typing import Any, Literal
 
@@ -77,6 +78,34 @@ class CsvTable:
             values.append(value)
         return values
 
+    def scale(self, column: int, kind: str, *, allowed: str) -> float:
+        """Return the factor to SI of a column of a kind of quantity. Raises ModelError for no name, no such unit."""
+        name, unit = self.columns[column]
+        given, target = self.heading[column], KINDS[kind].unit
+        if not name or not unit:
+            raise self.error(self.lines[0], "a column needs a name and a unit", given=given, allowed=allowed)
+        scale, base = COMMON.get(unit, (0.0, ""))
+        scale_to_si = scale if base == target else factor(unit, target)
+        if scale_to_si is None:
+            raise self.error(self.lines[0], f"not a unit of {kind}", given=given, allowed=KINDS[kind].spellings)
+        return scale_to_si
+
+    def quantities(self, column: int, kind: str, *, allowed: str) -> list[float]:
+        """Return a column of a kind of quantity in SI. Raises ModelError with the line, beyond its limit too."""
+        scale, limit = self.scale(column, kind, allowed=allowed), KINDS[kind]
+        values = [number * scale for number in self.numbers(column)]
+        if max(map(abs, values), default=0.0) > limit.limit:
+            at = next(at for at, value in enumerate(values) if abs(value) > limit.limit)
+            problem, most = f"{self.columns[column][0]} is out of range", f"<= {limit.limit:g} {limit.unit}"
+            raise self.error(self.lines[at + 1], problem, given=self.rows[at][column], allowed=most)
+        return values
+
+    def check_rising(self, time: Sequence[float]) -> None:
+        """Raise ModelError with the line of the first row whose time [s] is not above that of the one before."""
+        for line, before, now in zip(self.lines[2:], time[:-1], time[1:], strict=True):
+            if not now > before:
+                raise self.error(line, "times must rise", given=now, allowed=f"more than {before:g} s")
+
     def error(self, line: int, problem: str, *, given: object, allowed: str = "") -> ModelError:
         """Return the error of a line of the file."""
         if self.path:  # the key comes first
@@ -96,18 +125,54 @@ def read_table(file: str | Path, *, most: int, allowed: str, path: str = "", giv
     if not kept:
         raise ModelError("holds no line", path=f"{path}, {name}" if path else name, allowed=allowed)
     separator = ";" if ";" in kept[0][1] else ","
-    table = CsvTable(name=name, path=path, heading=(), rows=(), lines=[number for number, _ in kept])
-    rows: list[list[str]] = []
-    for number, line in kept:
-        try:
-            cells = [cell.strip() for cell in next(csv.reader([line], delimiter=separator))]
-        except csv.Error as error:  # a cell of more than 131072 characters
-            raise table.error(number, f"no row of a table: {error}", given=line, allowed=allowed) from None
-        if rows and len(cells) != len(rows[0]):
+    table = CsvTable(name=name, path=path, heading=(), rows=(), lines=())
+    longest = csv.field_size_limit()
+
+    def cells() -> Iterator[tuple[int, list[str]]]:
+        for number, line in kept:
+            try:
+                plain = '"' not in line and len(line) <= longest  # four times as quick
+                row = line.split(separator) if plain else next(csv.reader([line], delimiter=separator))
+                yield number, list(map(str.strip, row))
+            except csv.Error as error:  # a cell of more than 131072 characters
+                raise table.error(number, f"no row of a table: {error}", given=line, allowed=allowed) from None
+
+    return _filled(table, cells())
+
+
+def read_sheet(file: str | Path, *, most: int, allowed: str) -> CsvTable:
+    """Return the cells of the first sheet of an Excel table (.xlsx), in the form of a CSV file.
+
+    Formulas count as the values that were saved with them.  Raises ModelError as of `read_table`.
+    """
+    from openpyxl import load_workbook
+
+    raw = read_bytes(file, most=most, allowed=allowed)
+    try:
+        sheet = load_workbook(BytesIO(raw), read_only=True, data_only=True).worksheets[0]
+        texts = [
+            ["" if cell is None else str(cell).strip() for cell in row] for row in sheet.iter_rows(values_only=True)
+        ]
+    except Exception as error:  # whatever openpyxl meets in a file that is no workbook
+        raise ModelError(f"no Excel table: {error}", path=str(file), allowed=allowed) from None
+    kept = [(line, row) for line, row in enumerate(texts, start=1) if any(row) and not row[0].startswith("#")]
+    if not kept:
+        raise ModelError("holds no line", path=str(file), allowed=allowed)
+    width = max(len(row) for _, row in kept)
+    filled = ((line, [*row, *[""] * (width - len(row))]) for line, row in kept)
+    return _filled(CsvTable(name=str(file), path="", heading=(), rows=(), lines=()), filled)
+
+
+def _filled(table: CsvTable, cells: Iterable[tuple[int, list[str]]]) -> CsvTable:
+    """Return a table with line numbers and cells, the heading first. Raises ModelError for a row of another length."""
+    lines, rows = list[int](), list[list[str]]()
+    for line, row in cells:
+        if rows and len(row) != len(rows[0]):
             problem, count = "another number of columns than the heading", str(len(rows[0]))
-            raise table.error(number, problem, given=len(cells), allowed=count)
-        rows.append(cells)
-    return replace(table, heading=rows[0], rows=rows[1:])
+            raise table.error(line, problem, given=len(row), allowed=count)
+        lines.append(line)
+        rows.append(row)
+    return replace(table, heading=rows[0], rows=rows[1:], lines=lines)
 
 
 # files that a document names ------------------------------------------------------------------------------------------
@@ -241,7 +306,9 @@ def read_history(path: str | Path) -> TorqueTable:
     """
     table = read_table(path, most=_MOST_HISTORY_BYTES, allowed=_HISTORY_HEADING)
     names = [name for name, _ in table.columns]
-    scales = [_scale(table, column) for column in range(len(names))]
+    kinds = ["time" if name == "time" else "torque" for name in names]
+    for column, kind in enumerate(kinds):
+        table.scale(column, kind, allowed=_HISTORY_HEADING)
     if "time" not in names or len(names) < 2:
         problem = "a history needs a column of time and one of a member"
         raise table.error(table.lines[0], problem, given=", ".join(names), allowed=_HISTORY_HEADING)
@@ -249,34 +316,13 @@ def read_history(path: str | Path) -> TorqueTable:
         raise table.error(table.lines[0], "a name stands in two columns", given=", ".join(names))
     if len(table.rows) < 2:
         raise ModelError("too few rows", path=str(path), given=len(table.rows), allowed="two or more")
-    values: dict[str, tuple[float, ...]] = {}
-    for column, (name, scale) in enumerate(zip(names, scales, strict=True)):
-        values[name] = tuple(number * scale for number in table.numbers(column))
-        limit = KINDS["time" if name == "time" else "torque"]
-        for line, row, value in zip(table.lines[1:], table.rows, values[name], strict=True):
-            if not abs(value) <= limit.limit:
-                allowed = f"<= {limit.limit:g} {limit.unit}"
-                raise table.error(line, f"{name} is out of range", given=row[column], allowed=allowed)
+    values = {
+        name: tuple(table.quantities(column, kind, allowed=_HISTORY_HEADING))
+        for column, (name, kind) in enumerate(zip(names, kinds, strict=True))
+    }
     time = values.pop("time")
-    for line, before, now in zip(table.lines[2:], time[:-1], time[1:], strict=True):
-        if not now > before:
-            raise table.error(line, "times must rise", given=now, allowed=f"more than {before:g} s")
+    table.check_rising(time)
     return TorqueTable(time=time, torque=values, line=tuple(table.lines[1:]))
-
-
-def _scale(table: CsvTable, column: int) -> float:
-    """Return the factor to SI of a column of a history. Raises ModelError."""
-    name, unit = table.columns[column]
-    given = table.heading[column]
-    if not name or not unit:
-        problem = "a column needs a name and a unit"
-        raise table.error(table.lines[0], problem, given=given, allowed=_HISTORY_HEADING)
-    quantity, target = ("time", "s") if name == "time" else ("torque", "N m")
-    scale, base = COMMON.get(unit, (0.0, ""))
-    scale_to_si = scale if base == target else factor(unit, target)
-    if scale_to_si is None:
-        raise table.error(table.lines[0], f"not a unit of {quantity}", given=given)
-    return scale_to_si
 
 
 def check_assumed(layer: PlainTable, data: PlainTable, names: Names) -> None:

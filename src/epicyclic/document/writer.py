@@ -141,9 +141,17 @@ def commented_text(
     if reasons:
         plain["assumed"] = reasons
     ordered = {name: plain[name] for name in (*_ORDER, *plain) if name in plain}
-    notes = _placed(comments, ordered)
-    top = [*_comment_lines("\n".join(head)), ""] if head else []
-    return "\n".join([*top, *_section(ordered, "", "", notes)]).strip("\n") + "\n"
+    return fragment_text(ordered, head=head, comments=comments)
+
+
+def fragment_text(tables: PlainTable, *, head: Sequence[str] = (), comments: Mapping[str, str] = {}) -> str:
+    """Tables of a model document as a TOML text, to go on with in a model file; numbers are texts with units.
+
+    head, comments : as of `commented_text`.
+    """
+    notes = _placed(comments, tables)
+    top = "\n".join([*_comment_lines("\n".join(head)), "", ""]) if head else ""
+    return top + "\n".join(_section(tables, "", "", notes)).strip("\n") + "\n"
 
 
 def _with_units(plain: PlainTable) -> PlainTable:

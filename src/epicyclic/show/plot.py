@@ -40,6 +40,7 @@ FIGURES: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "relief": ("relief", "relief-effect"),
         "sensitivity": ("sensitivity",),
         "sharing": ("sharing", "history", "forces"),
+        "spectrum": ("load-spectrum", "rainflow"),
         "stability": ("stability",),
         "static": ("static-forces",),
         "steady": ("steady-forces", "steady-range"),

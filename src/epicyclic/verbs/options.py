@@ -26,7 +26,7 @@ _MOST_LOAD = 10_000  # per operating load: beyond any drive; squares of much mor
 # short circuits of generators and jammed mills reach some ten times the rated torque; a hundred times that is a slip
 _LARGEST_FACTOR = 1000.0
 _HERTZ = {"Hz": 1.0, "kHz": 1e3}
-_SECONDS = {"s": 1.0, "ms": 1e-3, "min": 60.0}
+_SECONDS = {"s": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0}
 
 
 def mesh_frequency(value: float | str, *, path: str, tone: float, train: Train | None) -> float:
@@ -118,7 +118,7 @@ def frequency(value: float | str, path: str) -> float:
 
 
 def seconds(value: float | str, path: str) -> float:
-    """A time [s] from a number [s], or a text with its unit s, ms or min.
+    """A time [s] from a number [s], or a text with its unit s, ms, min or h.
 
     Raises
     ------
@@ -388,6 +388,19 @@ def _quantity_of(kind: str) -> Reader:
     return read
 
 
+def _bins_of(kind: str) -> Reader:
+    """Reader of a number of bins, or of their edges: in SI, or a text with the unit behind the last."""
+
+    def read(value: int | Sequence[float] | str, path: str, *_: Any) -> int | Sequence[float]:
+        from ..document.units import stated
+
+        if not isinstance(value, str):
+            return value.tolist() if hasattr(value, "tolist") else value
+        return int(value) if value.isdecimal() else [stated(str(one), kind, path) for one in spread(value, 2, path)]
+
+    return read
+
+
 def _share_within(value: float | str, path: str, _: Drive, option: Option) -> float:
     """A share [1] within the bounds of its option."""
     number = share(value, path)
@@ -406,6 +419,8 @@ READERS: Mapping[str, Reader] = {
     "time": lambda value, path, *_: seconds(value, path),
     "load per length": lambda value, path, *_: load_per_length(value, path),
     "torque step": lambda value, *_: torque_step(value),
+    "torque bins": _bins_of("torque"),
+    "speed bins": _bins_of("speed"),
     "settings": lambda value, path, *_: settings(value, path),
     "references": lambda value, path, *_: references(value, path),
     **{kind: _quantity_of(kind) for kind in ("angle", "length", "torque", "viscosity")},

@@ -59,6 +59,7 @@ class Verb:
     examples : keywords of short runs of a ready drive, which give each of the kinds; pages and tests take them.
     model_text : text of a model file made of a result, where the verb proposes a model.
     writers : suffix -> function that writes a result to such a file, beside the formats of all results.
+    reads : what its source is, where that is no model.
     """
 
     run: Callable[..., xr.Dataset]
@@ -68,6 +69,7 @@ class Verb:
     examples: tuple[Mapping[str, Any], ...] = (MappingProxyType({}),)
     model_text: Callable[[xr.Dataset], str] | None = None
     writers: Mapping[str, Callable[[xr.Dataset, Path], Path]] = field(default_factory=lambda: MappingProxyType({}))
+    reads: str = ""
 
     @property
     def name(self) -> str:
@@ -77,12 +79,18 @@ class Verb:
 
 @cache
 def verbs() -> Mapping[str, Verb]:
+    """Name -> record of every verb whose source is a model, in alphabetical order."""
+    return {name: record for name, record in records().items() if not record.reads}
+
+
+@cache
+def records() -> Mapping[str, Verb]:
     """Name -> record of every verb, in alphabetical order; those of a question stand in its module `verbs`."""
     questions = import_module("..questions", __package__)
     rooms = ("statics", *(f"questions.{room.name}" for room in iter_modules(questions.__path__)))
     homes = [f"..{room}.verbs" for room in rooms if find_spec(f"..{room}.verbs", __package__)]
-    records: list[Verb] = [record for home in homes for record in import_module(home, __package__).VERBS]
-    return {record.name: record for record in sorted(records, key=lambda record: record.name)}
+    found: list[Verb] = [record for home in homes for record in import_module(home, __package__).VERBS]
+    return {record.name: record for record in sorted(found, key=lambda record: record.name)}
 
 
 def keywords(run: Callable[..., Any]) -> dict[str, tuple[Parameter, Any, Option]]:

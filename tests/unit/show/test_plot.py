@@ -14,7 +14,7 @@ import epicyclic
 from epicyclic.errors import ModelError
 from epicyclic.show.plot import FIGURES, companions, figure_names, plot
 from epicyclic.show.views import has_view, view_of
-from epicyclic.verbs.record import verbs
+from epicyclic.verbs.record import records, verbs
 
 
 def anchors(kind: str) -> set[str]:
@@ -41,7 +41,7 @@ def test_the_list_is_that_of_the_views(kind: str) -> None:
 
 
 def test_every_kind_of_every_verb_has_its_names() -> None:
-    kinds = {kind for verb in verbs().values() for kind in verb.gives}
+    kinds = {kind for verb in records().values() for kind in verb.gives}
     assert {kind for kind in kinds if has_view(kind)} <= set(FIGURES)
     assert figure_names("no kind of ours") == figure_names("study") == ("study",)
     assert set(figure_names()) == {name for kind in FIGURES for name in figure_names(kind)}

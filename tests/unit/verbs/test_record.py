@@ -11,15 +11,15 @@ import pytest
 
 import epicyclic
 from epicyclic.options import Option
-from epicyclic.verbs.record import Verb, keywords, verbs
+from epicyclic.verbs.record import Verb, keywords, records
 
 STUB = Path(epicyclic.__file__).with_name("__init__.pyi").read_text(encoding="utf-8")
-NAMES = sorted(verbs())
+NAMES = sorted(records())
 
 
 def test_every_verb_is_a_function_of_the_stub() -> None:
     homes = {name: f"epicyclic{home}" for name, home in re.findall(r"^def (\w+)\(  # (\S+)$", STUB, re.MULTILINE)}
-    assert homes == {name: verbs()[name].run.__module__ for name in NAMES}
+    assert homes == {name: records()[name].run.__module__ for name in NAMES}
     assert set(NAMES) <= set(epicyclic.__all__)
 
 
@@ -32,7 +32,7 @@ def test_the_stub_has_all_names() -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_every_keyword_is_typed_and_explained(name: str) -> None:
-    verb = verbs()[name]
+    verb = records()[name]
     assert getattr(epicyclic, name) is verb.run
     assert verb.gives
     parameters = signature(verb.run).parameters
@@ -47,24 +47,24 @@ def test_every_keyword_is_typed_and_explained(name: str) -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_keywords_and_flags_are_the_same_words(name: str) -> None:
-    for keyword, (_, _, option) in keywords(verbs()[name].run).items():
+    for keyword, (_, _, option) in keywords(records()[name].run).items():
         assert option.flag_of(keyword) in (None, f"--{keyword.replace('_', '-')}")
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_wrong_keyword_names_the_verb(name: str) -> None:
     with pytest.raises(TypeError, match=rf"^{name}\(\) got an unexpected keyword argument 'guess'"):
-        verbs()[name].run("ren2021", guess=1)
+        records()[name].run("ren2021", guess=1)
 
 
 def test_kinds_belong_to_one_verb() -> None:
-    kinds = [kind for verb in verbs().values() for kind in verb.gives]
+    kinds = [kind for verb in records().values() for kind in verb.gives]
     assert len(kinds) == len(set(kinds))
 
 
 @pytest.mark.parametrize("name", ["check", "stiffness", "modes", "campbell", "static", "sharing"])
 def test_a_result_is_of_a_kind_the_record_says(name: str) -> None:
-    assert verbs()[name].run("ren2021").attrs["verb"] in verbs()[name].gives
+    assert records()[name].run("ren2021").attrs["verb"] in records()[name].gives
 
 
 def test_help_shows_what_a_keyword_means() -> None:

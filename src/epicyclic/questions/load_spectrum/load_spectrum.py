@@ -1,0 +1,229 @@
+"""Load spectrum: time, revolutions and equivalent torque in bins of signed torque and speed; rainflow of the torque.
+
+Damage is by Miner's rule with one exponent of the torque: n cycles of T count as n |T|^p.  The equivalent torque of a
+bin does with its cycles the damage of all its rows,
+
+    T_eq = (sum n_i |T_i|^p / sum n_i)^(1/p)
+
+with the sign of the bin and n_i the revolutions of a row; its time where the bin does not turn.  p = 6.61 is that of
+pitting of case-carburised and of through-hardened flanks, half the exponent 13.22 of the stress, whose square goes with
+the load [iso63366]; p = 3 of ball, 10/3 of roller bearings [iso281].  Cycles of the torque are counted by rainflow,
+full and half ones [astm1985, 5.4.4].
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import fields
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...document.schema import collect, reference
+from ...document.tables import nested
+from ...document.units import COMMON, shown
+from ...document.writer import fragment_text, quantity_text
+from ...errors import ModelError
+from ...results.dataset import dataset
+from ...system.assembly import train_provenance
+from . import Bins, SpectrumOptions
+from .history import Array, LoadHistory
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from ...train.train import Train
+
+RPM = COMMON["rpm"][0]
+Columns = dict[str, tuple[Any, Any]]  # name -> dims and values
+Speeds = dict[str, tuple[float, float]]  # member -> speed in the housing and in the frame of its stage
+_ROUNDING = 1e-9  # of the largest edge: values that near below an edge lie on it
+_LEAST_RANGE = 0.2  # of the largest value, that is cut into bins: a speed that hardly varies is one bin, or two
+_MOST_BINS = 1000
+
+
+def load_spectrum(history: LoadHistory, train: Train | None, options: SpectrumOptions) -> xr.Dataset:
+    """Load cases of a history, turns of the members, and cycles of the torque where its rows follow each other.
+
+    train : whose members turn with the member of the options; None for that member alone.
+
+    Returns
+    -------
+    Dataset : of each bin that holds time (case), by torque and speed rising: case_torque, case_speed, ...;
+        edges of the bins; of each member its turns; of each range and mean (cycle) its count.
+
+    Raises
+    ------
+    ModelError : edges that do not reach all values; no such member, or the speeds of the others do not follow from it.
+    """
+    name = options.member or ""
+    member, speeds = (name, {name: (1.0, 1.0)}) if train is None else _speeds(train, name)
+    torque_edge = bin_edges(history.torque, options.torque_bins, "torque_bins")
+    rates = options.speed_bins if isinstance(options.speed_bins, int) else [edge / RPM for edge in options.speed_bins]
+    speed_edge = bin_edges(history.speed / RPM, rates, "speed_bins")
+    columns = _cases(history, torque_edge, speed_edge, options.exponent) | _turns(history, speeds)
+    if history.in_time:
+        columns |= _cycles(history, options.exponent)
+    cases = columns["torque_bin"][1].size
+    names = [f"bin_{place:0{max(2, len(str(cases)))}d}" for place in range(1, cases + 1)]
+    given = {one.name: getattr(options, one.name) for one in fields(options) if one.name != "train"}
+    about = {"history_member": member, **({} if train is None else train_provenance(train))}
+    edges = {"torque_edge": torque_edge, "speed_edge": speed_edge}
+    labels: dict[Any, Any] = {"case": names, "member": list(speeds), **edges}
+    return dataset(columns, labels, verb="spectrum", options=given, provenance=about)
+
+
+def equivalent(size: Array, weight: Array, exponent: float, case: NDArray[np.int64], cases: int) -> Array:
+    """Equivalent value (sum w x^p / sum w)^(1/p) of the sizes x (N,) >= 0 in each case, (cases,).
+
+    weight : (N,) w, 0 or more, not all 0 in a case.  case : (N,) which each is of.
+    """
+    top = np.zeros(cases)
+    np.maximum.at(top, case, size)
+    relative = np.divide(size, top[case], out=np.zeros_like(size), where=top[case] > 0)  # powers stay within a float
+    sums = np.bincount(case, weight * relative**exponent, cases) / np.bincount(case, weight, cases)
+    found: Array = top * sums ** (1 / exponent)
+    return found
+
+
+def bin_edges(values: Array, bins: Bins, path: str) -> Array:
+    """Edges of bins of values (N,), rising; zero is one of them where values of both signs are.
+
+    bins : about how many, of one width, 1, 2 or 5 times a power of ten; or edges.
+
+    Raises
+    ------
+    ModelError : edges that do not reach all values, another number of bins than 1 to 1000.
+    """
+    low, high = float(values.min()), float(values.max())
+    if not isinstance(bins, int):
+        edges = np.unique([*bins, 0.0] if len(bins) and min(bins) < 0 < max(bins) else bins)
+        if len(edges) < 2 or low < edges[0] - _near(edges) or high > edges[-1] + _near(edges):
+            allowed = f"edges from {low:.6g} or less to {high:.6g} or more"
+            raise ModelError("do not reach all values", path=path, given=f"{edges.tolist()}", allowed=allowed)
+        return edges
+    if not 1 <= bins <= _MOST_BINS:
+        raise ModelError("out of range", path=path, given=bins, allowed=f"1 to {_MOST_BINS}, or edges")
+    least = max(high - low, _LEAST_RANGE * max(-low, high)) / bins or 1.0
+    power = 10.0 ** np.floor(np.log10(least))
+    step = power * min(one for one in (1, 2, 5, 10) if one * power >= least * (1 - _ROUNDING))
+    first = np.floor(low / step + _ROUNDING)
+    whole: Array = step * np.arange(first, max(np.ceil(high / step - _ROUNDING), first + 1) + 1)
+    return whole
+
+
+def _near(edges: Array) -> float:
+    return _ROUNDING * float(np.abs(edges).max())
+
+
+def _bins(values: Array, edges: Array) -> NDArray[np.int64]:
+    """Which bin each value is in, (N,): its lower edge belongs to it, of the last one the upper edge too."""
+    found = np.searchsorted(edges, values + _near(edges), side="right") - 1
+    return np.clip(found, 0, len(edges) - 2)
+
+
+def _cases(history: LoadHistory, torque_edge: Array, speed_edge: Array, exponent: float) -> Columns:
+    """What is in every bin that holds time; torque_edge [N m], speed_edge [rpm]."""
+    torque, speed, duration = history.torque, history.speed / RPM, history.duration
+    columns = len(speed_edge) - 1
+    place, case = np.unique(_bins(torque, torque_edge) * columns + _bins(speed, speed_edge), return_inverse=True)
+    turns, cases = np.abs(speed) * duration / 60, len(place)
+    each = (duration, turns, speed * duration)
+    time, revolutions, way = (np.bincount(case, one, cases).astype(np.float64) for one in each)
+    weight = np.where(revolutions[case] > 0, turns, duration)
+    size = equivalent(np.abs(torque), weight, exponent, case, cases)
+    counted = revolutions if revolutions.any() else time
+    whole = equivalent(size, counted, exponent, np.zeros_like(place), 1)[0]
+    damage = counted * (size / (whole or 1.0)) ** exponent
+    return {
+        "case_torque": ("case", np.where(torque_edge[place // columns + 1] <= _near(torque_edge), -size, size)),
+        "case_speed": ("case", way / time),
+        "case_hours": ("case", time / 3600),
+        "case_share": ("case", time / time.sum()),
+        "case_revolutions": ("case", revolutions),
+        "case_damage": ("case", damage / (damage.sum() or 1.0)),
+        "torque_bin": ("case", place // columns),
+        "speed_bin": ("case", place % columns),
+        "equivalent_torque": ((), whole),
+    }
+
+
+def _turns(history: LoadHistory, speeds: Speeds) -> Columns:
+    """Speeds, revolutions and hours of members by their speeds per speed of that of the history."""
+    housing, frame = np.array(list(speeds.values())).T
+    turns = float(np.abs(history.speed) @ history.duration) / (2 * np.pi)
+    hours = float(history.duration[history.speed != 0].sum()) / 3600
+    return {
+        "member_speed_ratio": ("member", housing),
+        "member_revolutions": ("member", turns * np.abs(housing)),
+        "member_frame_revolutions": ("member", turns * np.abs(frame)),
+        "member_hours": ("member", hours * (frame != 0)),
+    }
+
+
+def _speeds(train: Train, name: str) -> tuple[str, Speeds]:
+    """Path of a member, and speeds of every member per speed of it: a carrier has that in the housing in both."""
+    names, kinematics = collect(dict(train.document)), train.kinematics
+    if not name:
+        problem = "is missing: it says whose torque and speed the history has"
+        raise ModelError(problem, path="member", allowed=", ".join(names.members))
+    member = reference(name.removeprefix("stages."), names, path="member", sides=False)
+    if len(kinematics.freedoms) != 1:
+        free = ", ".join(kinematics.freedoms)
+        raise ModelError("several speeds are free", path="train", given=free, allowed="a train where one decides all")
+    speed = {one: ratio[kinematics.freedoms[0]] for one, ratio in kinematics.ratio.items()}
+    if not speed[member]:
+        raise ModelError("does not turn", path="member", given=name, allowed="a member whose speed decides all")
+    carriers = {frame.name: frame.carrier for frame in train.frames}
+    around = {body.member: speed.get(carriers.get(body.frame) or "", 0) for body in train.bodies}
+    own = around | dict.fromkeys(filter(None, carriers.values()), 0)
+    per = {one: (rate / speed[member], (rate - own.get(one, 0)) / speed[member]) for one, rate in speed.items()}
+    return member, {one: (float(housing), float(frame)) for one, (housing, frame) in per.items()}
+
+
+def _cycles(history: LoadHistory, exponent: float) -> Columns:
+    """Ranges and means of the torque by rainflow with their counts, the largest range first, equal ones together."""
+    import rainflow
+
+    cycles = [cycle[:3] for cycle in rainflow.extract_cycles(history.torque.tolist()) if cycle[0]]
+    found = np.array(cycles, dtype=np.float64).reshape(-1, 3)
+    pairs, place = np.unique(found[:, 0] + 1j * found[:, 1], return_inverse=True)
+    size, mean = pairs.real[::-1].copy(), pairs.imag[::-1].copy()
+    count = history.repeats * np.bincount(place, found[:, 2], len(pairs))[::-1].astype(np.float64)
+    one = np.zeros(len(pairs), dtype=np.int64)
+    return {
+        "cycle_range": ("cycle", size),
+        "cycle_mean": ("cycle", mean),
+        "cycle_count": ("cycle", count),
+        "equivalent_range": ((), equivalent(size, count, exponent, one, 1)[0] if len(pairs) else 0.0),
+    }
+
+
+def cases_text(result: xr.Dataset) -> str:
+    """Load cases of a result as tables ``[cases.NAME]`` of a model file: speed, torque and duration of the member.
+
+    Raises
+    ------
+    ModelError : the result names no member.
+    """
+    member = str(result.attrs["history_member"])
+    if not member:
+        problem = "is missing: it says whose torque and speed the load cases have"
+        raise ModelError(problem, path="member", allowed="a member of the model, e.g. main.carrier")
+    path, cases, comments = tuple(member.split(".")), dict[str, Mapping[str, Any]](), dict[str, str]()
+    for case in map(str, result["case"].values):
+        row = {str(name): float(one) for name, one in result.sel(case=case).data_vars.items() if not one.ndim}
+        time = f"{_short(row['case_hours'])} h" if row["case_hours"] >= 1 else f"{_short(3600 * row['case_hours'])} s"
+        speed, torque = f"{_short(row['case_speed'])} rpm", quantity_text(float(_short(row["case_torque"])), "torque")
+        cases[case] = {"speed": nested(path, speed), "torque": nested(path, torque), "duration": time}
+        comments[f"cases.{case}"] = f"{row['case_share']:.2%} of the time, {row['case_damage']:.2%} of the damage"
+    exponent = json.loads(result.attrs["options"])["exponent"]
+    head = f"Load cases of {member} by epicyclic spectrum; torque equivalent by the exponent {exponent:g}."
+    return fragment_text({"cases": cases}, head=(head,), comments=comments)
+
+
+def _short(value: float) -> str:
+    """A number in seven digits, without an exponent where a person would write none."""
+    return shown(float(f"{value:.7g}"))
