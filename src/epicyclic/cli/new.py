@@ -87,7 +87,10 @@ def _typed(words: Mapping[str, Any]) -> Iterator[str]:
 def _tell(file: Path, train: NewTrain) -> None:
     """Say what was written, what was chosen and what to run next."""
     name = shlex.quote(str(file))
-    for line in (f"written: {file}", f"{train.document['title']}: {train.comments['stages.main']}", *train.remarks):
+    title = train.document["title"]
+    heads = {name: title if name == "main" else name for name in train.document["stages"]}
+    facts = [f"{head}: {train.comments[f'stages.{name}']}" for name, head in heads.items()]
+    for line in (f"written: {file}", *facts, *train.remarks):
         typer.echo(line)
     typer.echo(f"{len(train.document['assumed'])} values are chosen by rules, see [assumed] in the file. Next:")
     for command, why in (
@@ -106,7 +109,7 @@ def _tell(file: Path, train: NewTrain) -> None:
 
 def _asks(given: Mapping[str, Any]) -> bool:
     """Whether a necessary value is missing and somebody is there to be asked."""
-    load = [name in given for name in ("speed", "torque", "power")]
+    load = [name in given for name in ("speed", "torque", "power", "output_torque")]
     whole = ("teeth" in given or "ratio" in given) and sum(load) >= (2 if given.get("kind") != "differential" else 1)
     return not whole and sys.stdin is not None and sys.stdin.isatty()
 
@@ -140,7 +143,7 @@ def _questions() -> dict[str, Question]:
         return lambda answer, words: words.update({name: answer}) if answer != _BY_LOAD else None
 
     return {
-        "kind": ("Kind: planetary, star or differential", "planetary", plain("kind")),
+        "kind": ("Kind: planetary, star, differential ..., or planetary,parallel", "planetary", plain("kind")),
         "teeth": ("Teeth sun/planet/ring (21/39/99), or a ratio (5.7)", None, _take_teeth),
         "planets": ("Planets", "3", _take_planets),
         "held": ("Held member: ring or sun", "ring", plain("held")),

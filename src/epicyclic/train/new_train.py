@@ -7,86 +7,67 @@ What a person says of it is read into SI, checked for contradictions, and kept a
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any, Literal, get_args
 
-from ..document.schema import nearest
+from ..document.document import read
+from ..document.schema import KIND_BY_NAME, nearest
 from ..document.units import Bounds, stated
 from ..document.writer import commented_text, quantity_text
 from ..errors import ModelError
-from ..teeth.geometry import overlap_ratio
+from ..teeth import geometry
 from ..user_input import checked
-from . import ByMember, Kind, Member, NewTrainOptions, Number
-from .preselection import (
-    FEWEST,
-    LOAD_FIGURE,
-    RATIO_LIMIT,
-    Blank,
-    Held,
-    ToothCounts,
-    assembles,
-    beside,
-    counts_of_ratio,
-    least_gap,
-    load_figure,
-    most_planets,
-    nearest_counts,
-    neighbour_gap,
-    ratio_of,
-    shifts_of,
-    size_of,
-)
-from .resolution import load
-from .train import Train
+from ..warning_codes import code_of
+from . import ByMember, Member, NewTrainOptions, Number, preselection
+from .kinematics import Kinematics
+from .layouts import LAYOUTS, Teeth, assembles, fits, least_gap, nearest_teeth, neighbour_gap, said, tables_of
+from .preselection import FEWEST, LOAD_FIGURE, RATIO_BAND, RATIO_LIMIT, Blank, beside, counts_of_ratio
+from .resolution import kinematics_of, load
+from .stages import plan_stages
+from .train import ResolutionLog, Train
 
-_Given = Mapping[str, Number | Mapping[str, Number] | None]  # speed, torque and power, as the keywords have them
-KINDS: tuple[Kind, ...] = get_args(Kind)
 MEMBERS: tuple[Member, ...] = get_args(Member)
-HELD: Mapping[Kind, tuple[Held, ...]] = {"planetary": ("ring", "sun"), "star": ("carrier",), "differential": ()}
-"""Members that may be held, by kind; the first one is held unless said otherwise."""
-_DRIVER: Mapping[str, Member] = {"ring": "sun", "sun": "ring", "carrier": "sun"}  # by what is held: a reducer's input
+HELD: Mapping[str, tuple[str, ...]] = {kind: LAYOUTS[kind].held for kind in ("planetary", "star", "differential")}
+"""Members of simple sets that may be held, by kind; the first one is held unless said otherwise."""
+KINDS = tuple(HELD)
 _POWER_GAP = 0.01  # power, torque and speed agree within the rounding of a data sheet
 _MOST_PLANETS = 12  # more do not fit around any sun that a search finds
+_MOST_STAGES = 6
+_SPREAD = 3  # teeth by which the meshes of an axis may differ: shifts serve 1.5 modules of centre distance
+_MOST_SHIFT = 2  # of a gear that is given: beyond it no tooth is left
 _ABOVE_ZERO = Bounds(low=0, above=True)
-_MODULE = Bounds(low=5e-5, high=0.1)  # ISO 54 ends at 50 mm
-_WIDTH = Bounds(low=1e-4, high=5.0)
 _SLANT = Bounds(low=0, high=math.radians(45))
+_SIZES: Mapping[str, tuple[str, Bounds]] = {
+    "module": ("length", Bounds(low=5e-5, high=0.1)),  # ISO 54 ends at 50 mm
+    "face_width": ("length", Bounds(low=1e-4, high=5.0)),
+    "helix_angle": ("angle", _SLANT),
+    "pressure_angle": ("angle", _SLANT),
+    "centre_distance": ("length", Bounds(low=1e-3, high=10.0)),
+}
+_PLAY = Bounds(low=0, high=math.radians(5), above=True)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class DrivenLoad:
-    """Speed and load.
-
-    stated : speed, torque and power as in `[operation]`: member -> text with its unit.
-    sun_torque : size of the torque at the sun [N m].  derived : path below `operation` -> what it follows from.
-    """
-
-    stated: Mapping[str, Mapping[str, str]]
-    driver: Member | None
-    sun_torque: float
-    derived: Mapping[str, str]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Wishes:
     """What is to be built.
 
-    blank : its gears, what was not given chosen.  texts : keyword -> the value as it was given, with its unit.
-    others : further tooth counts of a ratio that was given.
+    blanks : its stages, what was not given chosen.  others : further tooth counts of a ratio, of a single stage.
+    path : members where the power enters and leaves every stage, ``main.sun``; none of a differential.
+    operation : what stands under `[operation]` by path, ``speed.sun``; derived : those that follow, and from what.
+    motion : speeds, torques and mesh torques of this operation.  backlash : at the output [rad], and as it was given.
     """
 
-    blank: Blank
-    others: tuple[ToothCounts, ...]
-    load: DrivenLoad
-    texts: Mapping[str, str]
+    blanks: tuple[Blank, ...]
+    others: tuple[Teeth, ...]
+    path: tuple[tuple[str, str], ...]
+    operation: Mapping[str, Any]
+    derived: Mapping[str, str]
+    motion: Kinematics
     title: str
-
-    @property
-    def load_figure(self) -> str:
-        """K of the preselection [N/mm^2]."""
-        return f"K = {load_figure(self.blank, self.load.sun_torque) / 1e6:.2g} N/mm^2"
+    backlash: tuple[float, str] | None
 
 
 def read_wishes(options: NewTrainOptions) -> Wishes:
@@ -96,38 +77,93 @@ def read_wishes(options: NewTrainOptions) -> Wishes:
     ------
     ModelError : what contradicts, cannot be assembled or does not fit: the keyword, what was given and what is allowed.
     """
-    kind, planets, held = options.kind, options.planets, options.held
-    _one_of(kind, KINDS, "kind")
+    kinds = [word.strip() for word in str(options.kind).split(",")]
+    for kind in kinds:
+        _one_of(kind, tuple(LAYOUTS), "kind")
+    if len(kinds) > _MOST_STAGES or (len(kinds) > 1 and "differential" in kinds):
+        allowed = f"at most {_MOST_STAGES} stages, a differential alone"
+        raise ModelError("not a train of these stages", path="kind", given=options.kind, allowed=allowed)
+    names = ["main"] if len(kinds) == 1 else [f"stage{i + 1}" for i in range(len(kinds))]
+    given = {key: _by_stage(getattr(options, key), len(kinds), key) for key in ("teeth", "planets", "held", *_SIZES)}
+    shifts = _shifts(options.profile_shift, dict(zip(names, kinds, strict=True)))
+    drafts = [
+        _draft(name, kind, {key: values[i] for key, values in given.items()}, shifts[name])
+        for i, (name, kind) in enumerate(zip(names, kinds, strict=True))
+    ]
+    blanks, others = _with_teeth(drafts, given["teeth"], options.ratio)
+    path = () if kinds == ["differential"] else _through(blanks, options.driver)
+    operation, derived = _operation(blanks, path, options) if path else (_differential(options), {})
+    for blank in blanks:
+        _check_teeth(blank)
+    held = [_spoken(f"{blank.name}.{blank.held}") for blank in blanks if blank.held]
+    operation = {**({"held": held} if held else {}), **operation}
+    motion = _motion(blanks, operation, path)
+    blanks = [preselection.size_of(blank, _torques(blank, motion)) for blank in blanks]
+    play: dict[str, str] = {}
+    backlash = _read(options.backlash, "angle", "backlash", _PLAY, play)
+    if backlash is not None and not path:
+        raise ModelError("a differential has no one output", path="backlash", given=play["backlash"], allowed="none")
+    title = options.title or ", ".join(map(_titled, blanks))
+    wanted = None if backlash is None else (backlash, play["backlash"])
+    return Wishes(tuple(blanks), others, path, operation, derived, motion, title[0].upper() + title[1:], wanted)
+
+
+def _titled(blank: Blank) -> str:
+    planets = f" with {blank.planets} planet{'s' * (blank.planets > 1)}" if blank.layout.planets else ""
+    return f"{blank.kind} {'set' if planets else 'pair'} {said(blank.teeth)}{planets}"
+
+
+def _by_stage(value: Any, count: int, path: str) -> list[Any]:
+    """Value of every stage: one for all, or a text with one a stage, empty for a choice. Raises ModelError."""
+    if count == 1 or not isinstance(value, str) or "," not in value:
+        return [value] * count
+    entries = [entry.strip() or None for entry in value.split(",")]
+    if len(entries) != count:
+        problem, allowed = f"{len(entries)} entries of {count} stages", "one for all, or one a stage between commas"
+        raise ModelError(problem, path=path, given=value, allowed=allowed)
+    return entries
+
+
+def _draft(name: str, kind: str, given: Mapping[str, Any], shifts: Mapping[str, float]) -> Blank:
+    """A stage before its teeth and its size. Raises ModelError."""
+    layout, planets, held = LAYOUTS[kind], given["planets"], given["held"]
+    planets = 3 if planets is None else int(planets) if isinstance(planets, str) and planets.isdecimal() else planets
     if isinstance(planets, bool) or not isinstance(planets, int) or not 1 <= planets <= _MOST_PLANETS:
         raise ModelError("no number of planets", path="planets", given=planets, allowed=f"1 to {_MOST_PLANETS}")
-    allowed = HELD[kind]
-    if held is not None and held not in allowed:
-        if not allowed:
-            raise ModelError("nothing is held in a differential", path="held", given=held, allowed="leave it out")
+    if held is not None and held not in layout.held:
+        if not layout.held:
+            raise ModelError(f"nothing is held in a {kind} stage", path="held", given=held, allowed="leave it out")
         hint = "; with the carrier held it is a star" if kind == "planetary" and held == "carrier" else ""
-        raise ModelError(f"cannot be held in a {kind} set{hint}", path="held", given=held, allowed=" or ".join(allowed))
-    fixed = next((name for name in allowed if held in (None, name)), None)
+        allowed = " or ".join(layout.held)
+        raise ModelError(f"cannot be held in a {kind} set{hint}", path="held", given=held, allowed=allowed)
     texts: dict[str, str] = {}
-    normal = _read(options.module, "length", "module", _MODULE, texts)
-    width = _read(options.face_width, "length", "face_width", _WIDTH, texts)
-    helix = _read(options.helix_angle, "angle", "helix_angle", _SLANT, texts) or 0.0
-    pressure = _read(options.pressure_angle, "angle", "pressure_angle", _SLANT, texts)
-    counts, *others = _counts(options.teeth, options.ratio, planets, fixed, helix, normal)
-    given = {"speed": options.speed, "torque": options.torque, "power": options.power}
-    load = _load(fixed, counts, options.driver, {path: _said_by_member(value) for path, value in given.items()})
-    _check_counts(counts, planets, helix, normal)
-    normal, width = size_of(counts, planets, load.sun_torque, helix, module=normal, width=width)
-    blank = Blank(
-        counts=counts,
-        planets=planets,
-        module=normal,
-        face_width=width,
-        helix_angle=helix,
-        pressure_angle=pressure or _NORMAL_ANGLE,
-        held=fixed,
-    )
-    title = options.title or f"{kind.capitalize()} set {counts} with {planets} planet{'s' * (planets > 1)}"
-    return Wishes(blank=blank, others=tuple(others), load=load, texts=texts, title=title)
+    sizes = {key: _read(given[key], unit, key, bounds, texts) or 0.0 for key, (unit, bounds) in _SIZES.items()}
+    sizes["pressure_angle"] = sizes["pressure_angle"] or _NORMAL_ANGLE
+    several = len({layout.axis(planet) for planet in layout.planets}) > 1
+    if sizes["centre_distance"] and (several or any(set(pair) <= set(shifts) for pair in layout.pairs)):
+        problem = "its planets have several axes" if several else "the shifts of a pair say it already"
+        allowed = "profile shifts, or a distance and one shift less"
+        raise ModelError(problem, path="centre_distance", given=texts["centre_distance"], allowed=allowed)
+    held = held or next(iter(layout.held), None)
+    return Blank(name=name, kind=kind, teeth={}, planets=planets, held=held, shifts=shifts, texts=texts, **sizes)
+
+
+def _shifts(value: ByMember, kinds: Mapping[str, str]) -> dict[str, dict[str, float]]:
+    """Given profile shifts by stage and gear; of several stages a gear has its stage before it. Raises ModelError."""
+    shifts: dict[str, dict[str, float]] = {name: {} for name in kinds}
+    gears = {_spoken(f"{name}.{gear}"): (name, gear) for name in kinds for gear in LAYOUTS[kinds[name]].gears}
+    entries = _said_by_member(value) if value is not None else {}
+    for word, shift in entries.items() if isinstance(entries, Mapping) else [(str(entries), "")]:
+        _one_of(word, tuple(gears), "profile_shift")
+        name, gear = gears[word]
+        try:
+            shifts[name][gear] = float(shift)
+        except ValueError:
+            shifts[name][gear] = math.nan
+        if not abs(shifts[name][gear]) <= _MOST_SHIFT:
+            allowed = f"a number within +-{_MOST_SHIFT:g}"
+            raise ModelError("no profile shift", path="profile_shift", given=f"{word}={shift}", allowed=allowed)
+    return shifts
 
 
 def _said_by_member(value: ByMember) -> Number | Mapping[str, Number] | None:
@@ -162,95 +198,161 @@ def _read(value: Number | None, kind: str, path: str, bounds: Bounds, texts: dic
 # teeth ----------------------------------------------------------------------------------------------------------------
 
 
-def _counts(
-    teeth: str | Sequence[int] | None,
-    ratio: float | None,
-    planets: int,
-    held: Held | None,
-    helix_angle: float,
-    module: float | None,
-) -> tuple[ToothCounts, ...]:
-    """Tooth counts, given or those of a ratio, the best first. Raises ModelError where both disagree.
+def _with_teeth(
+    drafts: Sequence[Blank], given: Sequence[str | Sequence[int] | None], ratio: float | None
+) -> tuple[list[Blank], tuple[Teeth, ...]]:
+    """Stages with their teeth, given or those of a ratio, and further teeth of that ratio, of a single stage.
 
-    held : None of a differential alone.
+    Raises
+    ------
+    ModelError : no teeth and no ratio, both in disagreement, a ratio that no such teeth have.
     """
-    if ratio is not None and (isinstance(ratio, bool) or not isinstance(ratio, (int, float)) or not abs(ratio) < 1e3):
-        raise ModelError("not a ratio", path="ratio", given=ratio, allowed="a number below 1000 in size, 5.7")
-    if teeth is not None:
-        counts = _given_counts(teeth, planets, helix_angle, module)
-        if ratio is not None and held is None:
-            raise ModelError("says nothing of a differential", path="ratio", given=ratio, allowed="leave it out")
-        if ratio is not None and held is not None:
-            of_teeth = ratio_of(counts, held)
-            asked = -abs(ratio) if held == "carrier" else ratio  # of a star of either sign
-            if not abs(asked / of_teeth - 1) <= RATIO_LIMIT:
-                raise ModelError(
-                    f"the teeth {counts} have {of_teeth:.5g} with the {held} held",
-                    path="ratio",
-                    given=ratio,
-                    allowed="one of teeth and ratio, or both within 2 %",
-                )
-        return (counts,)
-    if held is None:
-        raise ModelError("is missing", path="teeth", allowed="sun/planet/ring, 21/39/99; a ratio says nothing of it")
-    if ratio is None:
-        raise ModelError("is missing", path="teeth", allowed="sun/planet/ring, 21/39/99, or a ratio")
-    least = 2.0 if held == "ring" else 1.0
-    if not abs(ratio) > least or (ratio < 0 and held != "carrier"):
+    if ratio is not None and (isinstance(ratio, bool) or not isinstance(ratio, (int, float)) or not abs(ratio) < 1e5):
+        raise ModelError("not a ratio", path="ratio", given=ratio, allowed="a number below 100 000 in size, 5.7")
+    pairs = zip(drafts, given, strict=True)
+    blanks = [draft if teeth is None else replace(draft, teeth=_given_teeth(teeth, draft)) for draft, teeth in pairs]
+    if ratio is not None and blanks[0].kind == "differential" and blanks[0].teeth:
+        raise ModelError("says nothing of a differential", path="ratio", given=ratio, allowed="leave it out")
+    if any(not blank.teeth for blank in blanks):
+        return _searched(blanks, ratio)
+    if ratio is not None:
+        of_teeth = math.prod(_ratio(blank) for blank in blanks)
+        asked = -abs(ratio) if of_teeth < 0 else ratio  # of what turns backwards of either sign
+        if not abs(asked / of_teeth - 1) <= RATIO_LIMIT:
+            held = f" with the {blanks[0].held} held" if len(blanks) == 1 and blanks[0].held else ""
+            problem = f"the teeth {', '.join(said(blank.teeth) for blank in blanks)} have {of_teeth:.5g}{held}"
+            allowed = "one of teeth and ratio, or both within 2 %"
+            raise ModelError(problem, path="ratio", given=ratio, allowed=allowed)
+    return blanks, ()
+
+
+def _searched(blanks: list[Blank], ratio: float | None) -> tuple[list[Blank], tuple[Teeth, ...]]:
+    """Stages with teeth looked for where there are none; each takes its part of what the others leave of the ratio."""
+    alone = len(blanks) == 1
+    found, others = list(blanks), tuple[Teeth, ...]()
+    open_ = [i for i, blank in enumerate(blanks) if not blank.teeth]
+    for blank in (blanks[i] for i in open_):
+        known = blank.kind in ("star", "parallel") or (blank.kind == "planetary" and (alone or blank.held == "ring"))
+        if not known or ratio is None:
+            words = f"{'/'.join(blank.layout.gears)}, {blank.layout.example}"
+            more = ", or a ratio" if known else "; a ratio says nothing of it"
+            raise ModelError("is missing", path="teeth", allowed=words + more)
+    assert ratio is not None
+    least = 2.0 if alone and blanks[0].held == "ring" else 1.0
+    backwards = not alone or blanks[0].kind != "planetary"
+    rest = abs(ratio) / math.prod(abs(_ratio(blank)) for blank in blanks if blank.teeth)
+    if not rest > least or (ratio < 0 and not backwards):
         raise ModelError("no ratio of such a set", path="ratio", given=ratio, allowed=f"above {least:g}")
-    return counts_of_ratio(ratio, planets, held, helix_angle=helix_angle, module=module)
+    for i in open_:
+        blank = found[i]
+        target = (
+            rest
+            if alone
+            else preselection.share_of_ratio(rest, [(found[k].kind, found[k].planets) for k in open_ if k >= i])
+        )
+        if blank.kind == "parallel":
+            found[i] = replace(blank, teeth=preselection.pair_of_ratio(target))
+        else:
+            band = RATIO_BAND if i == open_[-1] else RATIO_LIMIT  # what follows takes up the rest
+            size = (blank.helix_angle, blank.module or None, band)
+            best, *further = counts_of_ratio(target, blank.planets, str(blank.held), *size)
+            found[i], others = replace(blank, teeth=best), tuple(further) if alone else ()
+        rest /= abs(_ratio(found[i]))
+    return found, others
 
 
-def _given_counts(teeth: str | Sequence[int], planets: int, helix_angle: float, module: float | None) -> ToothCounts:
-    """Tooth counts as typed, sun/planet/ring or sun/planet. Raises ModelError."""
-    allowed = "sun/planet/ring, 21/39/99"
+def _given_teeth(teeth: str | Sequence[int], blank: Blank) -> dict[str, int]:
+    """Teeth as typed, of all gears or of all but rings. Raises ModelError."""
+    gears = blank.layout.gears
+    allowed = f"{'/'.join(gears)}, {blank.layout.example}"
     parts = teeth.split("/") if isinstance(teeth, str) else list(teeth)
     try:
         numbers = [int(str(part).strip()) for part in parts]
     except ValueError:
         raise ModelError("not numbers of teeth", path="teeth", given=teeth, allowed=allowed) from None
-    if len(numbers) not in (2, 3):
+    free = [name for name, gear in gears.items() if gear.kind != "ring"]
+    if len(numbers) not in (len(gears), len(free)):
         raise ModelError(f"{len(numbers)} numbers", path="teeth", given=teeth, allowed=allowed)
-    if min(numbers[:2]) < 3 or max(numbers) > 5000:
+    if min(numbers) < 3 or max(numbers) > 5000:
         raise ModelError("no number of teeth", path="teeth", given=teeth, allowed="3 to 5000 on each gear")
-    sun, planet = numbers[:2]
-    ring = numbers[2] if len(numbers) == 3 else sun + 2 * planet
-    counts = ToothCounts(sun=sun, planet=planet, ring=ring)
-    if ring != sun + 2 * planet:
-        near = nearest_counts(counts, planets, helix_angle=helix_angle, module=module)
-        raise ModelError(
-            f"{sun} + 2 x {planet} teeth make a ring of {sun + 2 * planet} without profile shift",
-            path="teeth",
-            given=teeth,
-            allowed=f"{' or '.join(map(str, near)) or allowed}; others with shifts of your own in the file",
-        )
-    return counts
+    if len(numbers) < len(gears):
+        return blank.layout.with_rings(dict(zip(free, numbers, strict=True)))
+    return dict(zip(gears, numbers, strict=True))
+
+
+def _ratio(blank: Blank) -> float:
+    """Speed of what drives a stage as a reducer per speed of what is driven [1]. Raises ModelError.
+
+    Of a differential that with the ring held.
+    """
+    motion = _motion([blank], {"held": [f"{blank.name}.{blank.held or 'ring'}"] if blank.layout.planets else []})
+    fast, slow = (motion.ratio[f"{blank.name}.{end}"][motion.freedoms[0]] for end in blank.layout.ends(blank.held))
+    if not slow:
+        problem = f"with these teeth the {blank.layout.ends(blank.held)[1]} does not turn"
+        raise ModelError(problem, path="teeth", given=said(blank.teeth), allowed="other teeth")
+    return float(fast / slow)
+
+
+def _motion(blanks: Sequence[Blank], operation: Mapping[str, Any], path: Sequence[tuple[str, str]] = ()) -> Kinematics:
+    """Speeds and torques of stages of one operation, by teeth alone. Raises ModelError at the keyword."""
+    stages = {b.name: _members(replace(b, shifts={})) | {"module": "1 mm"} for b in blanks}
+    couplings = {name: {"between": list(ends)} for name, ends in _joints(path).items()}
+    document = {"format": 2, "title": "-", "stages": stages, "couplings": couplings, "operation": tables_of(operation)}
+    model, log = read(document).model, ResolutionLog(assumed={})
+    try:
+        return kinematics_of(model, plan_stages(model, log), log)
+    except ModelError as error:
+        raise error.at(error.path.removeprefix("operation.").split(".")[0]) from None
+
+
+def _joints(path: Sequence[tuple[str, str]]) -> dict[str, tuple[str, str]]:
+    """Members that turn together where a stage hands over to the next, by the name of their coupling."""
+    return {f"{a.split('.')[0]}-{b.split('.')[0]}": (a, b) for (_, a), (b, _) in itertools.pairwise(path)}
+
+
+def _torques(blank: Blank, motion: Kinematics) -> dict[tuple[str, str], float]:
+    """Torque of every pair of a stage on its first gear, of all branches together, in size [N m]."""
+    teeth, of_pair = blank.teeth, motion.mesh_torque or {}
+    paths = {(a, b): f"stages.{blank.name}.meshes.{a}-{b}" for a, b in blank.layout.pairs}
+    return {(a, b): abs(of_pair[path]) * teeth[a] / teeth[b] for (a, b), path in paths.items()}
 
 
 # speed and load -------------------------------------------------------------------------------------------------------
 
 
-def _load(held: Held | None, counts: ToothCounts, driver: str | None, given: _Given) -> DrivenLoad:
-    """Speed and load, `given` in the order of `_EXAMPLE`. Raises ModelError for what is missing or contradicts."""
-    if held is None:
-        return _differential_load(counts, driver, given)
-    ends = tuple(m for m in MEMBERS if m != held)
+def _through(blanks: Sequence[Blank], driver: str | None) -> tuple[tuple[str, str], ...]:
+    """Members where the power enters and leaves every stage, all of which reduce or all increase the speed."""
+    first = blanks[0]
+    fast, slow = first.layout.ends(first.held)
     if driver is not None:
-        _one_of(driver, ends, "driver")
-    first: Member = next(m for m in ends if m == (driver or _DRIVER[held]))
+        _one_of(driver, tuple(m for m in first.layout.shafts if m != first.held), "driver")
+    into = driver or fast
+    path = [(into, fast if into == slow else slow)]
+    for fast_, slow_ in (blank.layout.ends(blank.held) for blank in blanks[1:]):
+        path.append((slow_, fast_) if into == slow else (fast_, slow_))
+    return tuple((f"{b.name}.{a}", f"{b.name}.{z}") for b, (a, z) in zip(blanks, path, strict=True))
+
+
+def _operation(
+    blanks: Sequence[Blank], path: Sequence[tuple[str, str]], options: NewTrainOptions
+) -> tuple[dict[str, Any], dict[str, str]]:
+    """Speed and load by path, and what follows from which. Raises ModelError for what is missing or contradicts."""
+    begin, end = _spoken(path[0][0]), _spoken(path[-1][1])
     texts: dict[str, str] = {}
     driven: dict[str, float | None] = {}
-    for path, value in given.items():
+    for key, example in _EXAMPLE.items():
+        value = _said_by_member(getattr(options, key))
         if isinstance(value, Mapping):
-            raise ModelError(
-                "one value: that of the driving member",
-                path=path,
-                given=dict(value),
-                allowed=f'a text such as "{_EXAMPLE[path]}", and driver = {" or ".join(ends)}',
-            )
-        driven[path] = _read(value, path, path, _ABOVE_ZERO, texts)
+            ends = " or ".join(m for m in blanks[0].layout.shafts if m != blanks[0].held)
+            allowed = f'a text such as "{example}", and driver = {ends}'
+            raise ModelError("one value: that of the driving member", path=key, given=dict(value), allowed=allowed)
+        driven[key] = _read(value, key, key, _ABOVE_ZERO, texts)
     omega, moment, watts = driven["speed"], driven["torque"], driven["power"]
     derived: dict[str, str] = {}
+    behind = _read(options.output_torque, "torque", "output_torque", _ABOVE_ZERO, texts)
+    if behind is not None and (moment is not None or watts is not None):
+        allowed = "one of torque, power and output_torque"
+        raise ModelError("the load is given twice", path="output_torque", given=texts["output_torque"], allowed=allowed)
     if watts is not None and moment is not None and omega is not None:
         if abs(moment * omega / watts - 1) > _POWER_GAP:
             problem = f"torque x speed is {quantity_text(float(f'{moment * omega:.6g}'), 'power')}"
@@ -259,57 +361,47 @@ def _load(held: Held | None, counts: ToothCounts, driver: str | None, given: _Gi
     elif watts is not None and moment is not None:
         omega = watts / moment
         texts["speed"] = quantity_text(float(f"{omega / math.tau * 60:.6g}") * math.tau / 60, "speed")
-        derived["speed"] = f"{texts.pop('power')} / {texts['torque']}"
-    for path, value in (("speed", omega), ("torque", watts if moment is None else moment)):
-        if value is None:
-            more = ", or power" if path == "torque" else ", or both torque and power"
-            raise ModelError("is missing", path=path, allowed=f'that of the {first}, "{_EXAMPLE[path]}"{more}')
-    assert omega is not None
-    if moment is None:
-        assert watts is not None
-        moment = watts / omega
-    return DrivenLoad(
-        stated={path: {str(first): texts[path]} if path in texts else {} for path in _EXAMPLE},
-        driver=first,
-        sun_torque=moment * _share_of_sun(counts, first),
-        derived=derived,
-    )
+        derived[f"speed.{begin}"] = f"{texts.pop('power')} / {texts['torque']}"
+    for key, known in (("speed", omega), ("torque", watts or moment or behind)):
+        if known is None:
+            more = ", or power" if key == "torque" else ", or both torque and power"
+            raise ModelError("is missing", path=key, allowed=f'that of the {begin}, "{_EXAMPLE[key]}"{more}')
+    stated_ = {f"{key}.{begin}": texts[key] for key in _EXAMPLE if key in texts}
+    if behind is not None:  # the load turns against what drives it
+        sign = "-" if math.prod(map(_ratio, blanks)) > 0 else ""
+        stated_[f"torque.{end}"] = sign + texts["output_torque"]
+    if len(blanks) > 1 or len(blanks[0].layout.shafts) > 3:  # more than two free ends
+        stated_[f"torque.{end if behind is None else begin}"] = "balance"
+    return stated_, derived
+
+
+def _spoken(member: str) -> str:
+    """A member as the file has it: the only stage is not said."""
+    return member.removeprefix("main.")
 
 
 _EXAMPLE = {"speed": "1000 rpm", "torque": "7.2 kN m", "power": "750 kW"}
 
 
-def _differential_load(counts: ToothCounts, driver: str | None, given: _Given) -> DrivenLoad:
-    """Speeds of two members and the load of one, each by its name. Raises ModelError."""
-    if driver is not None:
-        raise ModelError("a differential names its members", path="driver", given=driver, allowed="leave it out")
-    speeds, torque, power = _by_member(given["speed"], "speed", 2), given["torque"], given["power"]
-    if (torque is None) == (power is None):
-        raise ModelError(
-            "one of torque and power" if torque is not None else "is missing",
-            path="torque",
-            allowed='torque = {"sun": "500 N m"} or power, of one member',
-        )
-    loads = _by_member(torque if power is None else power, "torque" if power is None else "power", 1)
-    ((member, (value, text)),) = loads.items()
-    moment = value
-    if power is not None:
-        if member not in speeds or speeds[member][0] == 0:
-            turning = " or ".join(m for m, (omega, _) in speeds.items() if omega)
-            allowed = f"that of {turning}, whose speed is given" if turning else "speeds of which one is not zero"
-            raise ModelError("of a member without speed", path="power", given=member, allowed=allowed)
-        moment = value / speeds[member][0]
-    stated_load = {"torque": {member: text}, "power": {}} if power is None else {"torque": {}, "power": {member: text}}
-    return DrivenLoad(
-        stated={"speed": {m: said for m, (_, said) in speeds.items()}, **stated_load},
-        driver=None,
-        sun_torque=abs(moment) * _share_of_sun(counts, member),
-        derived={},
-    )
+def _differential(options: NewTrainOptions) -> dict[str, Any]:
+    """Speeds of two members and the load of one by path, each by its name. Raises ModelError."""
+    for key in ("driver", "output_torque"):
+        if (value := getattr(options, key)) is not None:
+            raise ModelError("a differential names its members", path=key, given=value, allowed="leave it out")
+    given = {key: _said_by_member(getattr(options, key)) for key in _EXAMPLE}
+    if (given["torque"] is None) == (given["power"] is None):
+        problem = "one of torque and power" if given["torque"] is not None else "is missing"
+        raise ModelError(problem, path="torque", allowed='torque = {"sun": "500 N m"} or power, of one member')
+    counts = {"speed": 2, "torque" if given["power"] is None else "power": 1}
+    return {
+        f"{key}.{member}": text
+        for key, count in counts.items()
+        for member, text in _by_member(given[key], key, count).items()
+    }
 
 
-def _by_member(value: object, path: str, count: int) -> dict[str, tuple[float, str]]:
-    """Number in SI and text by member. Raises ModelError unless it names `count` of them."""
+def _by_member(value: object, path: str, count: int) -> dict[str, str]:
+    """Text by member. Raises ModelError unless it names `count` of them."""
     example = ", ".join(f'"{m}": "{_EXAMPLE[path]}"' for m in MEMBERS[:count])
     allowed = f"{{{example}}}: {'two' if count == 2 else 'one'} of {', '.join(MEMBERS)}"
     if value is None:
@@ -317,21 +409,12 @@ def _by_member(value: object, path: str, count: int) -> dict[str, tuple[float, s
     if not isinstance(value, Mapping) or len(value) != count:
         given = dict(value) if isinstance(value, Mapping) else value
         raise ModelError(f"a differential needs that of {count}", path=path, given=given, allowed=allowed)
-    numbers = {}
+    texts: dict[str, str] = {}
     for member, number in value.items():
         _one_of(member, MEMBERS, path)
-        texts: dict[str, str] = {}
-        read = _read(number, path, path, Bounds(), texts)
-        assert read is not None
-        numbers[str(member)] = (read, texts[path])
-    return numbers
-
-
-def _share_of_sun(counts: ToothCounts, member: str) -> float:
-    """Torque at the sun per torque at a member, without losses, in size [1]."""
-    if member == "sun":
-        return 1.0
-    return counts.sun / (counts.ring if member == "ring" else counts.sun + counts.ring)
+        _read(number, path, path, Bounds(), texts)
+        texts[str(member)] = texts.pop(path)
+    return texts
 
 
 @checked
@@ -450,34 +533,87 @@ def new_train(**keywords: Any) -> NewTrain:
     """
     wishes = read_wishes(NewTrainOptions(**keywords))
     document = _document(wishes)
-    return NewTrain(document=document, comments=_comments(wishes, load(document)), remarks=_remarks(wishes))
+    train = _loaded(document, wishes)
+    return NewTrain(document=document, comments=_comments(wishes, train), remarks=_remarks(wishes, train))
 
 
-def _check_counts(counts: ToothCounts, planets: int, helix_angle: float, module: float | None) -> None:
-    """Raise ModelError for teeth that do not assemble, have no room, or cannot be cut."""
-    if min(counts.sun, counts.planet) < _UNDERCUT:
-        raise ModelError("too few teeth", path="teeth", given=str(counts), allowed=f"{_UNDERCUT} or more on each gear")
-    least = least_gap(module)
-    if neighbour_gap(counts, planets, helix_angle) < least:
-        most = most_planets(counts, helix_angle, module)
-        raise ModelError(
-            f"the tips of neighbouring planets of {counts} come nearer than one module",
-            path="planets",
-            given=planets,
-            allowed=f"at most {most} with these teeth",
-        )
-    if not assembles(counts, planets):
-        near = nearest_counts(counts, planets, helix_angle=helix_angle, module=module)
-        fitting = [n for n in range(2, planets + 4) if assembles(counts, n) and n != planets]
-        fitting = [n for n in fitting if neighbour_gap(counts, n, helix_angle) >= least]
-        ways = [" or ".join(map(str, near))] if near else []
-        ways += [f"these teeth with {' or '.join(map(str, fitting))} planets"] if fitting else []
-        raise ModelError(
-            f"{planets} equally spaced planets cannot be assembled, the teeth do not meet",
-            path="teeth",
-            given=str(counts),
-            allowed="; ".join(ways) or "other teeth",
-        )
+def _check_teeth(blank: Blank) -> None:
+    """Raise ModelError for teeth that do not assemble, have no room, are too few, or that no shift brings together."""
+    teeth, planets, kind, layout = blank.teeth, blank.planets, blank.kind, blank.layout
+    if min(teeth[name] for name, gear in layout.gears.items() if gear.kind != "ring") < _UNDERCUT:
+        raise ModelError("too few teeth", path="teeth", given=said(teeth), allowed=f"{_UNDERCUT} or more on each gear")
+    _ratio(blank)  # that it turns
+    spread = max(
+        (max(sizes) - min(sizes) for by in layout.on_axis(teeth).values() if (sizes := by.values())), default=0
+    )
+    room = neighbour_gap(teeth, planets, blank.helix_angle, kind) >= least_gap(blank.module or None)
+    if room and spread <= _SPREAD and assembles(teeth, planets, kind):
+        return
+    near = " or ".join(map(said, _near(blank)))
+    if not room:
+        problem = f"the tips of neighbouring planets of {said(teeth)} come nearer than one module"
+        most = f"at most {next((n for n in range(planets - 1, 0, -1) if _takes(blank, n)), 1)} with these teeth"
+        allowed = f"{most}; teeth that take {planets}: {near}" if near else most
+        raise ModelError(problem, path="planets", given=planets, allowed=allowed)
+    plain = layout.with_rings(teeth)
+    rings = " and ".join(f"a {name} of {plain[name]}" for name in teeth if plain[name] != teeth[name])
+    fitting = [n for n in range(2, planets + 4) if n != planets and _takes(blank, n)]
+    if spread > _SPREAD:
+        problem, more = "no profile shift brings the meshes to one centre distance", f"rings within {_SPREAD} teeth"
+    else:
+        problem = f"{planets} equally spaced planets cannot be assembled, the teeth do not meet"
+        more = f"these teeth with {' or '.join(map(str, fitting))} planets" if fitting else ""
+    problem += f"; the other gears make {rings} without profile shift" if rings else ""
+    allowed = "; ".join(filter(None, (near, more))) or "other teeth"
+    raise ModelError(problem, path="teeth", given=said(teeth), allowed=allowed)
+
+
+def _near(blank: Blank) -> list[Teeth]:
+    """Teeth nearest to those of a stage that take its planets, at most three."""
+    helix, module = blank.helix_angle, blank.module or None
+    near = nearest_teeth(blank.teeth, blank.planets, blank.kind, helix_angle=helix, module=module, fewest=FEWEST)
+    tried = (replace(blank, teeth=teeth) for teeth in itertools.islice(near, _MOST_TRIED))
+    return [other.teeth for other in itertools.islice((one for one in tried if _takes(one, one.planets)), 3)]
+
+
+def _takes(blank: Blank, planets: int) -> bool:
+    """Whether the gears of a stage turn, and so many planets stand beside each other without a doubt."""
+    module = blank.module or _TRIAL
+    if not fits(blank.teeth, planets, blank.helix_angle, blank.module or None, blank.kind):
+        return False
+    sized = replace(blank, module=module, face_width=10 * module, planets=planets, centre_distance=0.0, shifts={})
+    size = {"module": module, "face_width": 10 * module, "helix_angle": blank.helix_angle}
+    stage = {f"stages.{blank.name}": _members(sized) | size}
+    try:
+        _ratio(sized)
+        train = load(tables_of({"format": 2, "title": "trial", **stage, **beside(sized)[0]}))
+    except ModelError:
+        return False
+    return not {code_of(text) for text in train.warnings} & _DOUBTS
+
+
+_TRIAL, _MOST_TRIED = 5e-3, 60  # [m] module, and number, of teeth that are tried
+_DOUBTS = {"not-assembled", "shafts-not-alike", "gears-overlap", "planets-collide", "centre-distances-differ"}
+
+
+def _loaded(document: Mapping[str, Any], wishes: Wishes) -> Train:
+    """The train of the document. Raises ModelError for planets that collide and shifts that fit no one distance."""
+    try:
+        train = load(document)
+    except ModelError as error:
+        key = error.path.rpartition(".")[2]
+        if key not in ("planets", "centre_distance", "profile_shift"):
+            raise
+        blank = next(b for b in wishes.blanks if error.path.startswith(f"stages.{b.name}."))
+        near = " or ".join(map(said, _near(blank))) if key == "planets" else ""
+        allowed = f"{error.allowed}; teeth that take {blank.planets}: {near}" if near else error.allowed
+        key = "centre_distance" if key == "profile_shift" and not blank.shifts else key
+        raise ModelError(error.problem, path=key, given=error.given, allowed=allowed) from None
+    given = ", ".join(f"{gear}={shift:g}" for blank in wishes.blanks for gear, shift in blank.shifts.items())
+    if any(code_of(text) == "centre-distances-differ" for text in train.warnings):
+        problem = "these put the meshes of an axis at different centre distances"
+        raise ModelError(problem, path="profile_shift", given=given, allowed="one less of them: it follows")
+    return train
 
 
 # the document ---------------------------------------------------------------------------------------------------------
@@ -485,38 +621,86 @@ def _check_counts(counts: ToothCounts, planets: int, helix_angle: float, module:
 
 def _document(wishes: Wishes) -> dict[str, Any]:
     """The whole document, reasons of what was chosen under `assumed`."""
-    blank, texts, load_ = wishes.blank, wishes.texts, wishes.load
-    tables, reasons = beside(blank)
-    figure = f"preselection, no strength rating: {wishes.load_figure}, at most {LOAD_FIGURE / 1e6:g}"
-    chosen = {}
-    if "module" not in texts:
-        chosen["stages.main.module"] = f"{figure}; series I of ISO 54"
-    if "face_width" not in texts:
-        chosen["stages.main.face_width"] = (
-            "0.8 of the sun's diameter" if "module" not in texts else f"{figure}; 0.8 d_s"
+    values: dict[str, Any] = {"format": 2, "title": wishes.title, "damping.modal": preselection.DAMPING}
+    tolerance: dict[str, Any] = {}
+    assumed = {f"operation.{path}": reason for path, reason in wishes.derived.items()}
+    for blank in wishes.blanks:
+        found, zones, reasons = beside(blank)
+        sizes, chosen = _sizes(blank, wishes)
+        values |= {f"stages.{blank.name}": _members(blank) | sizes, **found}
+        tolerance |= zones
+        assumed |= {**chosen, **reasons}
+    if wishes.backlash is not None:
+        play = _play(wishes, wishes.backlash[0])
+        out = _spoken(wishes.path[-1][1])
+        values |= play
+        assumed |= dict.fromkeys(
+            play, f"{wishes.backlash[1]} at {out} with the input at rest, all meshes alike by module"
         )
-    common: dict[str, Any] = {
-        "planets": blank.planets,
-        "module": texts.get("module", quantity_text(blank.module, "length")),
-    }
-    common |= {key: texts[key] for key in ("pressure_angle", "helix_angle") if key in texts}
-    common["face_width"] = texts.get("face_width", quantity_text(blank.face_width, "length"))
-    stage = tables["stages"]["main"]
-    teeth = {"sun": blank.counts.sun, "planet": blank.counts.planet, "ring": blank.counts.ring}
-    members = {m: ({"teeth": teeth[m]} if m in teeth else {}) | stage[m] for m in (*teeth, "carrier")}
-    operation: dict[str, Any] = {} if blank.held is None else {"held": [blank.held]}
-    operation |= {path: dict(values) for path, values in load_.stated.items() if values}
-    chosen |= {f"operation.{path}.{load_.driver}": reason for path, reason in load_.derived.items()}
+    couplings = {f"couplings.{name}": _shaft(wishes, name, ends) for name, ends in _joints(wishes.path).items()}
+    shaft = f"a steel shaft with {_TORSION / 1e6:g} N/mm^2 of torsion, {_SLENDER} diameters long"
+    assumed |= {f"{path}.rz": shaft for path in couplings}
+    assumed["damping.modal"] = "a usual value; a response needs damping, 0.01 to 0.1"
+    assumed["tolerance"] = "grades and zones as usual, to be replaced by those of the drawing"
+    tables = tables_of(values | couplings | {f"operation.{path}": value for path, value in wishes.operation.items()})
+    return {**tables, "tolerance": tolerance, "assumed": assumed}
+
+
+def _sizes(blank: Blank, wishes: Wishes) -> tuple[dict[str, Any], dict[str, str]]:
+    """What the table of a stage says of its size, given or chosen, and the reasons of what was chosen."""
+    texts, path, width = blank.texts, f"stages.{blank.name}", f"0.8 d of the {blank.pinion}"
+    figure = f"preselection, no strength rating: {_k(wishes, blank)}, at most {LOAD_FIGURE / 1e6:g}"
+    reasons = {}
+    if "module" not in texts:
+        near = "that of series I of ISO 54 nearest to the centre distance"
+        reasons[f"{path}.module"] = near if blank.centre_distance else f"{figure}; series I of ISO 54"
+    if "face_width" not in texts:
+        reasons[f"{path}.face_width"] = width if "module" not in texts else f"{figure}; {width}"
+    sizes = {**{key: quantity_text(getattr(blank, key), "length") for key in ("module", "face_width")}, **texts}
+    order = ("module", "pressure_angle", "helix_angle", "face_width", "centre_distance")
+    return {key: sizes[key] for key in order if key in sizes}, reasons
+
+
+def _members(blank: Blank) -> dict[str, Any]:
+    """Tables of the members of a stage, and of its meshes where these do not go without saying."""
+    layout, table = blank.layout, dict[str, Any]({"planets": blank.planets} if blank.layout.planets else {})
+    for name, (kind, on, _) in layout.gears.items():
+        gear = {} if name in KIND_BY_NAME else {"kind": kind}
+        shift = {"profile_shift": blank.shifts[name]} if name in blank.shifts else {}
+        table[name] = {**gear, "teeth": blank.teeth[name], **({"on": on} if on else {}), **shift}
+    table |= {"carrier": {}} if layout.planets else {}
+    return table | ({"meshes": {f"{a}-{b}": {} for a, b in layout.pairs}} if len(layout.gears) > 3 else {})
+
+
+def _play(wishes: Wishes, backlash: float) -> dict[str, str]:
+    """Normal backlash of every mesh by path, in proportion to its module, for one at the output [rad].
+
+    With the input at rest the output turns by sum_k |M_k/T_out| j_k/(r_bk cos beta_b), M_k the torque of a mesh on a
+    gear of base radius r_bk under the torque T_out: virtual work of the gaps.
+    """
+    output, per_module = (wishes.motion.torque or {})[wishes.path[-1][1]], 0.0
+    for blank in wishes.blanks:
+        slant = math.cos(geometry.base_helix_angle(blank.pressure_angle, blank.helix_angle))
+        for (a, _), torque in _torques(blank, wishes.motion).items():
+            base = geometry.base_radius(blank.teeth[a], blank.module, blank.pressure_angle, blank.helix_angle)
+            per_module += abs(torque / output) * blank.module / (base * slant)
+    share = backlash / per_module
     return {
-        "format": 2,
-        "title": wishes.title,
-        "damping": tables["damping"],
-        "stages": {"main": common | members},
-        "operation": operation,
-        "deviations": tables["deviations"],
-        "tolerance": tables["tolerance"],
-        "assumed": chosen | reasons,
+        f"stages.{blank.name}.meshes.{a}-{b}.backlash": quantity_text(float(f"{share * blank.module:.6g}"), "length")
+        for blank in wishes.blanks
+        for a, b in blank.layout.pairs
     }
+
+
+_TORSION, _SLENDER, _SHEAR = 40e6, 4, 8.08e10  # [Pa] of a shaft between stages; lengths per diameter; [Pa] steel
+
+
+def _shaft(wishes: Wishes, name: str, ends: tuple[str, str]) -> dict[str, Any]:
+    """Coupling of two members of different stages: the shaft between them."""
+    torque = abs((wishes.motion.tie_torque or {})[name])
+    diameter = (16 * torque / (math.pi * _TORSION)) ** (1 / 3)
+    stiffness = float(f"{_SHEAR * math.pi * diameter**3 / (32 * _SLENDER):.2g}")
+    return {"between": list(ends), "rz": quantity_text(stiffness, "torsional_stiffness")}
 
 
 # what follows ---------------------------------------------------------------------------------------------------------
@@ -524,80 +708,103 @@ def _document(wishes: Wishes) -> dict[str, Any]:
 
 def _comments(wishes: Wishes, train: Train) -> dict[str, str]:
     """Derived values by the path they stand at."""
-    mesh = {m.pair.rpartition(".")[2]: m for m in train.meshes}
-    gears = {b.member.rpartition(".")[2]: b.gear for b in train.bodies if b.gear is not None}
-    first = mesh["sun-planet"]
-    centre = first.radius_a + first.radius_b
-    of_stage = [f"centre distance {_mm(centre)}"]
-    if (held := wishes.blank.held) is not None:
-        a, b = {"ring": ("sun", "carrier"), "sun": ("ring", "carrier"), "carrier": ("sun", "ring")}[held]
-        of_stage.insert(0, f"ratio {ratio_of(wishes.blank.counts, held):.5g}, {a} to {b}")
-    if (rate := (train.kinematics.mesh_frequency or {}).get("main")) is not None:
-        of_stage.append(f"mesh frequency {float(rate):.6g} Hz")
-    overlap = ""
-    if wishes.blank.helix_angle and not math.isnan(first.overlap_ratio):
-        overlap = f", overlap {first.overlap_ratio:.2f}"
     comments = {
-        "stages.main": "; ".join(of_stage),
-        "stages.main.carrier": f"pins on a circle of {_mm(centre)} radius",
-        # "contact" takes seconds of computing, and a train without relief does not need it
-        "stages.main.face_width": 'of each gear; tip relief would count with meshes.*.stiffness = "contact"',
         "operation": "without weights; gravity = true counts them",
         "deviations": "what manufacturing leaves over",
         "tolerance": "what the drawing allows, from one train to the next",
         "assumed": "chosen, not given: every value here wants yours",
     }
-    contact = {
-        "sun": f"contact ratio with a planet {first.contact_ratio:.2f}{overlap}",
-        "ring": f"contact ratio with a planet {mesh['planet-ring'].contact_ratio:.2f}{overlap}",
-    }
-    for member, gear in gears.items():
-        said = f"reference diameter {_mm(2 * gear.reference_radius)}"
-        comments[f"stages.main.{member}"] = "; ".join(filter(None, (said, contact.get(member, ""))))
+    for blank in wishes.blanks:
+        comments |= _stage_comments(blank, train)
     return comments | _operation_comments(wishes, train)
+
+
+def _stage_comments(blank: Blank, train: Train) -> dict[str, str]:
+    """Derived values of a stage by path."""
+    path, layout = f"stages.{blank.name}", blank.layout
+    mesh = {tuple(m.pair.split(".")[-1].split("-")): m for m in train.meshes if m.pair.startswith(f"{path}.")}
+    gears = {body.member: gear for body in train.bodies if (gear := body.gear) is not None}
+    first = mesh[layout.pairs[0]]
+    centre = _mm(first.radius_a + first.radius_b)
+    of_stage = [f"ratio {_ratio(blank):.5g}, {' to '.join(layout.ends(blank.held))}"] * (blank.kind != "differential")
+    of_stage.append(f"centre distance {centre}")
+    if (rate := (train.kinematics.mesh_frequency or {}).get(blank.name)) is not None:
+        of_stage.append(f"mesh frequency {float(rate):.6g} Hz")
+    # "contact" takes seconds of computing, and a train without relief does not need it
+    relief = 'of each gear; tip relief would count with meshes.*.stiffness = "contact"'
+    comments = {path: "; ".join(of_stage), f"{path}.face_width": relief}
+    if layout.planets:
+        comments[f"{path}.carrier"] = f"pins on a circle of {centre} radius"
+    for member in layout.gears:
+        gear = gears[f"{blank.name}.{member}"]
+        words = [f"reference diameter {_mm(2 * gear.reference_radius)}"]
+        if gear.profile_shift and member not in blank.shifts:
+            words.append(f"profile shift {gear.profile_shift:.4g}")
+        for pair in layout.pairs if member not in layout.planets else ():
+            if member in pair:
+                mate = pair[member == pair[0]]
+                words.append(f"contact ratio with {'a ' * (mate == 'planet')}{mate} {mesh[pair].contact_ratio:.2f}")
+                if member == pair[0] and blank.helix_angle:
+                    words[-1] += f", overlap {mesh[pair].overlap_ratio:.2f}"
+        comments[f"{path}.{member}"] = "; ".join(words)
+    return comments
 
 
 def _operation_comments(wishes: Wishes, train: Train) -> dict[str, str]:
     """Speeds, torques and power of the members that the operation does not state."""
-    motion, driver, load_ = train.kinematics, wishes.load.driver, wishes.load.stated
+    motion, stated_ = train.kinematics, [path for path, text in wishes.operation.items() if text != "balance"]
+    shafts = [f"{b.name}.{m}" for b in wishes.blanks for m in b.layout.shafts]
+    turning = [m for m in shafts if _spoken(m) not in wishes.operation.get("held", ())]
+    turning += [f"{b.name}.{p}" for b in wishes.blanks for p in b.layout.planets if not b.layout.gears[p].on]
     comments: dict[str, str] = {}
     if motion.speed:
-        others = [m for m in (*MEMBERS, "planet") if m not in load_["speed"] and m != wishes.blank.held]
-        speeds = {m: motion.speed.get(f"main.{m}") for m in others}
-        said = [f"{m} {float(speed):.6g} rpm" for m, speed in speeds.items() if speed is not None]
-        comments[f"operation.speed.{list(load_['speed'])[-1]}"] = ", ".join(said)
+        *_, last = (path for path in stated_ if path.startswith("speed."))
+        free = [m for m in turning if f"speed.{_spoken(m)}" not in stated_]
+        comments[f"operation.{last}"] = ", ".join(f"{_spoken(m)} {float(motion.speed[m]):.6g} rpm" for m in free)
     if motion.torque:
-        loaded = [*load_["torque"], *load_["power"]]
-        said = [
-            f"{m} {quantity_text(float(f'{moment:.5g}'), 'torque')}"
-            for m in MEMBERS
-            if m not in load_["torque"] and (moment := motion.torque.get(f"main.{m}"))
-        ]
-        driven = (motion.power or {}).get(f"main.{driver}") if load_["torque"] else None
-        said += [f"power {quantity_text(float(f'{driven:.5g}'), 'power')}"] if driven else []
-        where = f"operation.{'torque' if load_['torque'] else 'power'}.{loaded[0]}"
-        comments[where] = f"{', '.join(said)}; counter-clockwise positive"
+        loaded = next(path for path in stated_ if path.startswith(("torque.", "power.")))
+        torques = {_spoken(m): motion.torque[m] for m in shafts if f"torque.{_spoken(m)}" not in stated_}
+        words = [f"{m} {quantity_text(float(f'{t:.5g}'), 'torque')}" for m, t in torques.items() if t]
+        first = wishes.path[0][0] if wishes.path and loaded.startswith("torque.") else ""
+        if driven := (motion.power or {}).get(first):
+            words.append(f"power {quantity_text(float(f'{driven:.5g}'), 'power')}")
+        comments[f"operation.{loaded}"] = f"{', '.join(words)}; counter-clockwise positive"
     return comments
 
 
-def _remarks(wishes: Wishes) -> tuple[str, ...]:
+def _remarks(wishes: Wishes, train: Train) -> tuple[str, ...]:
     """What a person should know of what was chosen."""
-    blank, (counts, planets) = wishes.blank, (wishes.blank.counts, wishes.blank.planets)
-    said = []
-    if wishes.others and blank.held is not None:  # found by a ratio
-        first, *others = (f"{c} ({ratio_of(c, blank.held):.5g})" for c in (counts, *wishes.others))
-        said.append(f"Teeth {first}; as well: {', '.join(others)}.")
-    if "module" not in wishes.texts or "face_width" not in wishes.texts:
-        said.append(f"Module and face width: preselection by {wishes.load_figure}, no strength rating.")
-    elif load_figure(blank, wishes.load.sun_torque) > LOAD_FIGURE:
-        said.append(f"{wishes.load_figure} is above 4: rate the strength of these gears.")
-    said += [_phasing_words(counts.sun, planets)] if planets > 2 else []
-    low = [m for m, z in (("sun", counts.sun), ("planet", counts.planet)) if z < FEWEST]
-    if low and not shifts_of(blank):
-        said.append(f"The {' and the '.join(low)} may be undercut: fewer than {FEWEST} teeth and no profile shift.")
-    if blank.helix_angle and overlap_ratio(blank.face_width, blank.helix_angle, blank.module) < 1:
-        said.append("The overlap ratio is below 1: not at every moment does a whole helix carry.")
-    return tuple(said)
+    words, several = [], len(wishes.blanks) > 1
+    if several:
+        ratios = [abs(_ratio(blank)) for blank in wishes.blanks]
+        words.append(f"Ratio {math.prod(ratios):.5g} = {' x '.join(f'{r:.5g}' for r in ratios)}.")
+    for blank in wishes.blanks:
+        words += [f"{blank.name}: " * several + text for text in _stage_remarks(blank, wishes)]
+    return *words, *(f"{text}." for text in train.warnings)
+
+
+def _stage_remarks(blank: Blank, wishes: Wishes) -> Iterator[str]:
+    """What a person should know of what was chosen of a stage."""
+    gears = blank.layout.gears
+    if wishes.others:  # found by a ratio
+        first, *others = (f"{said(t)} ({_ratio(replace(blank, teeth=t)):.5g})" for t in (blank.teeth, *wishes.others))
+        yield f"Teeth {first}; as well: {', '.join(others)}."
+    if not {"module", "face_width"} <= set(blank.texts):
+        yield f"Module and face width: preselection by {_k(wishes, blank)}, no strength rating."
+    if preselection.load_figure(blank, _torques(blank, wishes.motion)) > LOAD_FIGURE * 1.000001:
+        yield f"{_k(wishes, blank)} is above {LOAD_FIGURE / 1e6:g}: rate the strength of these gears."
+    sun = next((blank.teeth[name] for name, gear in gears.items() if gear.kind == "sun"), None)
+    if sun is not None and blank.planets > 2:
+        yield _phasing_words(sun, blank.planets)
+    low = [name for name, gear in gears.items() if gear.kind != "ring" and blank.teeth[name] < FEWEST]
+    if low and not preselection.shifts_of(blank):
+        yield f"The {' and the '.join(low)} may be undercut: fewer than {FEWEST} teeth and no profile shift."
+    if blank.helix_angle and geometry.overlap_ratio(blank.face_width, blank.helix_angle, blank.module) < 1:
+        yield "The overlap ratio is below 1: not at every moment does a whole helix carry."
+
+
+def _k(wishes: Wishes, blank: Blank) -> str:
+    return f"K = {preselection.load_figure(blank, _torques(blank, wishes.motion)) / 1e6:.2g} N/mm^2"
 
 
 def _phasing_words(sun: int, planets: int) -> str:

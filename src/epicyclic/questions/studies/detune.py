@@ -25,7 +25,8 @@ from ...results.dataset import EQUAL, dataset, ranked
 from ...statics.tangent import linear
 from ...system.assembly import assemble, train_provenance
 from ...system.system import System
-from ...train.preselection import FEWEST, RATIO_LIMIT, ToothCounts, assembles, least_gap, neighbour_gap
+from ...train.layouts import fits, said
+from ...train.preselection import FEWEST, RATIO_LIMIT
 from ...train.resolution import load
 from ...train.train import Train
 from ...warning_codes import code_of
@@ -306,23 +307,23 @@ class _Search:
         counts = {kind: gear.teeth for kind, gear in gears.values()}
         if sorted(counts) != sorted({"sun", "planet", "ring"}) or len(gears) > len(counts):
             return []
-        now, planets = ToothCounts(**counts), self.train.planets[self.chosen.stage]
+        sun, planet, ring = (counts[kind] for kind in ("sun", "planet", "ring"))
+        planets = self.train.planets[self.chosen.stage]
         helix, module = next(gear.helix_angle for _, gear in gears.values()), f"{path}.module"
         if module not in dict(leaves(dict(self.train.document))):
             return []
         number, found = parameter_at(self.train, module), list[Change]()
-        for sun in range(max(math.ceil(now.sun / _SIZE), min(FEWEST, now.sun)), math.floor(now.sun * _SIZE) + 1):
-            middle = round(now.planet * sun / now.sun)
-            for planet in range(max(middle - _BESIDE, min(FEWEST, now.planet)), middle + _BESIDE + 1):
-                new = ToothCounts(sun=sun, planet=planet, ring=now.ring + sun - now.sun + 2 * (planet - now.planet))
-                ratio = (1 + new.ring / new.sun) / (1 + now.ring / now.sun)
-                fits = neighbour_gap(new, planets, helix) >= least_gap(None) and abs(ratio - 1) <= RATIO_LIMIT
-                if not fits or not assembles(new, planets):
+        for z_s in range(max(math.ceil(sun / _SIZE), min(FEWEST, sun)), math.floor(sun * _SIZE) + 1):
+            middle = round(planet * z_s / sun)
+            for z_p in range(max(middle - _BESIDE, min(FEWEST, planet)), middle + _BESIDE + 1):
+                new = {"sun": z_s, "planet": z_p, "ring": ring + z_s - sun + 2 * (z_p - planet)}
+                change = (1 + new["ring"] / z_s) / (1 + ring / sun)
+                if abs(change - 1) > RATIO_LIMIT or not fits(new, planets, helix, None):
                     continue
-                size = f"{number.value * (now.sun + now.planet) / (sun + planet):.6g} {number.unit}".strip()
-                teeth = {f"{path}.{kind}.teeth": getattr(new, kind) for kind in counts}
-                label = f"teeth {new}, module {size}"
-                found.append(Change(label, (), _SIZE, 1.0, now.sun / sun, {module: size, **teeth}))
+                size = f"{number.value * (sun + planet) / (z_s + z_p):.6g} {number.unit}".strip()
+                teeth = {f"{path}.{kind}.teeth": new[kind] for kind in counts}
+                label = f"teeth {said(new)}, module {size}"
+                found.append(Change(label, (), _SIZE, 1.0, sun / z_s, {module: size, **teeth}))
         found.sort(key=lambda change: abs(math.log(change.factor)))
         sides = ((side, side * math.log(self.wanted(side))) for side in (-1.0, 1.0))
         enough = ([one for one in found if side * math.log(one.factor) >= least] for side, least in sides)
