@@ -266,7 +266,7 @@ export class EvidencePane extends Pane {
     title.style.color = "var(--ck-ink)";
     const pale = this.curves.filter((curve) => curve.pale);
     const shown = strong.length > 1 || this.ghost ? strong.slice(0, LINES) : [];
-    const rows = shown.map((curve) => key(brief(curve.label), this.colourOf(curve), curve.dash ? "ck-dashed" : ""));
+    const rows = shown.map((curve) => key(brief(curve.label), this.colourOf(curve), curve.dash ? (curve.dash[0] > curve.dash[1] ? "ck-dashed" : "ck-dashed ck-dotted") : ""));
     rows.unshift(...pale.map((curve) => key(curve.label, look().pale)));
     const more = this.curves.length - strong.length - pale.length;
     if (more) rows.push(key(`${more} more`, look().other));

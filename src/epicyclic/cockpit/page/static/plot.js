@@ -11,7 +11,7 @@ export const axisFont = () => font(Math.round(px(FONT_SIZE)));
 function axis(label, side) {
   return {
     side,
-    label,
+    label: side === 3 ? (plot) => fitted(plot, label) : label,
     labelSize: px(17),
     labelGap: 0,
     labelFont: font(Math.round(px(12))),
@@ -23,6 +23,12 @@ function axis(label, side) {
     ticks: { stroke: () => look().edge, width: 1, size: 4 },
     values: (_, splits) => splits.map((value) => (value == null ? "" : tick(value, splits))),
   };
+}
+
+/** A title beside an axis that is too short for it is the unit alone: the title of the plot says the rest. */
+function fitted({ ctx, bbox, height, pxRatio = devicePixelRatio }, title) {
+  const room = Math.min(height * pxRatio, bbox.height + 2 * bbox.top);
+  return ctx.measureText(title).width <= room ? title : (title.match(/\[[^\]]*\]$/)?.[0] ?? title);
 }
 
 /** Decimals that a step between ticks needs. */
