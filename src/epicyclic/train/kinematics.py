@@ -196,6 +196,16 @@ class Kinematics:
         """Whether what is held leaves no rigid motion: all speeds are 0, and a torque only deforms the train."""
         return not self.freedoms
 
+    @property
+    def undetermined(self) -> tuple[str, ...]:
+        """Couplings and shafts whose torque statics alone does not tell, as they lie on a closed path of their own."""
+        rows = _equations(self.gearings, self.ties)
+        matrix = [[row.get(name, Fraction(0)) for row in rows] for name in self.ratio]
+        loops = null_space(matrix, range(len(rows))).values()
+        return tuple(
+            tie.name for at, tie in enumerate(self.ties, len(self.gearings)) if any(loop[at] for loop in loops)
+        )
+
     def __repr__(self) -> str:
         """One line: freedoms, held members, number of members, mesh frequencies."""
         rates = ", ".join(f"{tone} {float(rate):.5g} Hz" for tone, rate in (self.mesh_frequency or {}).items())

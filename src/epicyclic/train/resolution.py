@@ -629,6 +629,11 @@ def resolve(document: Document) -> Train:
     links = [link for shape in shapes for link in links_of_stage(shape, model, by_name, log)]
     links += [*links_of_bodies(model, by_name, log), *couplings(model, by_name, log)]
     kinematics = kinematics_of(model, plans, log)
+    if kinematics.torque is not None and (ties := kinematics.undetermined):
+        text = (
+            f"statics alone does not tell the torques of {', '.join(ties)}: the least ones are shown, static has those"
+        )
+        log.coded("torque-undetermined", f"{text} that follow from the stiffnesses")
     tilting = tilt_groups(bodies, links, misaligned_bodies(model, bodies))
     meshes = [mesh for shape in shapes for mesh in meshes_of_stage(shape, model, kinematics, tilting, log)]
     check_sizes(document, bodies, meshes, log)
