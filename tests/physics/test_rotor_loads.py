@@ -18,7 +18,11 @@ planets that is (3/2) m_p along the weight.  The whole weight reaches the carrie
 
 from __future__ import annotations
 
+import json
 import math
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -29,6 +33,7 @@ import epicyclic
 from epicyclic.system.system import System
 
 Array = NDArray[np.float64]
+Law = Callable[[float, Array, Array], Array]
 
 WEIGHT = 9.81 * math.cos(math.radians(5.0)) ** 2  # m/s^2, along y
 CARRIER, SHAFT, PLANET = 5800.0, 18000.0, 1500.0  # kg
@@ -151,3 +156,167 @@ def test_a_free_sun_leaves_moment_and_weight_to_the_carrier_bearing() -> None:
     lever = WEIGHT * (CARRIER * TO_CARRIER + SHAFT * SHAFT_LENGTH / 2 + 1.5 * PLANET * TO_PLANETS)
     expected = math.hypot(lever + 1e6, 0.3e6) / (TO_PLANETS + BEHIND)
     np.testing.assert_allclose(np.hypot(*bearing), expected, rtol=1e-9)
+
+
+# --- a carrier bearing that closes during the turn --------------------------------------------------------------------
+
+MOMENT, PIN_ERROR = (-1.0, 0.3), 150e-6  # MN m; m, pin of planet 1, tangential
+CLEARANCES = (0.0, 20e-6, 40e-6, 100e-6)
+MAIN, GEARBOX, PIN, SUN_MESH, RING_MESH = 5e9, 1e9, 2e9, 6e9, 7e9  # N/m
+
+
+def closing(clearance: float) -> System:
+    """The stage whose carrier bearing closes during the turn: the pin error stands in the frame, the loads turn."""
+    deviations = {"planet": {"position": {"y": [PIN_ERROR, 0.0, 0.0]}}}
+    return assembled(MOMENT, bearing={"clearance": clearance}, deviations=deviations)
+
+
+@dataclass(frozen=True)
+class Springs:
+    """The same springs written out, in the frame of the carrier: rows (R, 14) of stretches, stiffness, errors.
+
+    Coordinates: carrier x y rx ry rz, then x y rz of every planet; the sun is held, its torque the reaction.
+    """
+
+    rows: Array
+    stiffness: Array
+    error: Array
+
+    @classmethod
+    def of_stage(cls) -> Springs:
+        planet_radius = RADIUS * 36 / 60
+        rows = [row_of([1, 0, 0, -TO_PLANETS, 0]), row_of([0, 1, TO_PLANETS, 0, 0])]
+        s, c = math.sin(PRESSURE), math.cos(PRESSURE)
+        for planet in range(3):
+            psi = 2 * math.pi * planet / 3
+            e, t = [math.cos(psi), math.sin(psi)], [-math.sin(psi), math.cos(psi)]
+            # carrier less planet along and across the radius of the pin, in the planet's own axes
+            rows += [row_of([*e, 0, 0, 0], planet, [-1, 0, 0]), row_of([*t, 0, 0, RADIUS], planet, [0, -1, 0])]
+            # teeth approach where the planet goes on, and towards the ring; of the two meshes it turns between
+            rows += [row_of([0] * 5, planet, [sign * s, c, sign * planet_radius * c]) for sign in (-1, 1)]
+        error = np.zeros(len(rows))
+        error[3] = -PIN_ERROR
+        return cls(np.array(rows), np.array([MAIN] * 2 + [PIN, PIN, SUN_MESH, RING_MESH] * 3), error)
+
+    def solve(self, clearance: float, turn: Array, law: Law | None = None) -> tuple[Array, Array, Array]:
+        """Meshes (6, T), tangential pins (3, T) and the carrier bearing (2, T) in the carrier's frame [N].
+
+        turn : (T,) of the carrier [rad].  All but the bearing is linear: its displacement is u = u0 - C f(u).
+        """
+        bearing = np.array([row_of([1, 0, 0, BEHIND, 0]), row_of([0, 1, -BEHIND, 0, 0])])
+        weighted = self.rows.T * self.stiffness
+        lever = WEIGHT * (CARRIER * TO_CARRIER + SHAFT * SHAFT_LENGTH / 2 + 1.5 * PLANET * TO_PLANETS)
+        weight = WEIGHT * (CARRIER + SHAFT + 1.5 * PLANET)
+        # about the planets' plane; x + i y, turned into the frame of the carrier
+        force = 1j * weight * np.exp(-1j * turn)
+        moment = (1e6 * MOMENT[0] - lever + TO_PLANETS * weight + 1j * 1e6 * MOMENT[1]) * np.exp(-1j * turn)
+        load = np.zeros((14, turn.size))
+        load[:5] = force.real, force.imag, moment.real, moment.imag, np.full(turn.size, TORQUE)
+        free = np.linalg.solve(weighted @ self.rows, load + (weighted @ self.error)[:, None])
+        compliance = np.linalg.solve(weighted @ self.rows, bearing.T)
+        pushes = (law or pressed)(clearance, bearing @ compliance, bearing @ free)
+        forces = self.stiffness[:, None] * (self.rows @ (free - compliance @ pushes) - self.error[:, None])
+        return np.concatenate([forces[4::4], forces[5::4]]), forces[3::4], pushes
+
+
+def row_of(carrier: list[float], planet: int = 0, moves: list[float] | None = None) -> Array:
+    row = np.zeros(14)
+    row[:5] = carrier
+    row[5 + 3 * planet : 8 + 3 * planet] = moves or 0.0
+    return row
+
+
+def law_at(clearance: float, u: Array) -> tuple[Array, Array]:
+    """Force (2,) [N] and tangent (2, 2) [N/m] of k <|u| - c> along u."""
+    rho = float(np.hypot(*u))
+    if rho <= clearance:
+        return np.zeros(2), np.zeros((2, 2))
+    along = np.outer(u, u) / rho**2
+    tangent: Array = GEARBOX * (along + (1 - clearance / rho) * (np.eye(2) - along))
+    return GEARBOX * (1 - clearance / rho) * u, tangent
+
+
+def pressed(clearance: float, C: Array, u0: Array) -> Array:
+    """Force f (2, T) [N] of the bearing where u = u0 - C f(u) (2, T) [m], by Newton's method."""
+    forces = np.zeros_like(u0)
+    for i, start in enumerate(u0.T):
+        u = start.copy()
+        for _ in range(60):
+            forces[:, i], tangent = law_at(clearance, u)
+            step = np.linalg.solve(np.eye(2) + C @ tangent, u + C @ forces[:, i] - start)
+            u -= step
+            if np.abs(step).max() < 1e-17:
+                break
+        forces[:, i] = law_at(clearance, u)[0]
+    return forces
+
+
+def tangential(clearance: float, C: Array, u0: Array) -> Array:
+    """The same with the tangent at the mean load, whose part that turns is zero."""
+    mean = u0.mean(axis=1, keepdims=True)
+    force = pressed(clearance, C, mean)
+    at = mean - C @ force
+    _, tangent = law_at(clearance, at[:, 0])
+    u = np.linalg.solve(np.eye(2) + C @ tangent, u0 - C @ (force - tangent @ at))
+    forces: Array = force + tangent @ (u - at)
+    return forces
+
+
+def static_forces(clearance: float, samples: int) -> tuple[Array, Array, Array]:
+    """The same by `static`."""
+    result = epicyclic.static(closing(clearance), turns=1, of="main/carrier", samples=samples)
+    pins = [result["link_force"].sel(link_row=f"main/planet/{i}/bearing/y").values for i in (1, 2, 3)]
+    if "group" in result.dims:
+        bearing = result["group_force"].values[0]
+    else:
+        rows = [f"main/carrier/support/gearbox/{direction}" for direction in "xy"]
+        bearing = np.hypot(*result["link_force"].sel(link_row=rows).values)
+    return result["mesh_force"].values, np.array(pins), bearing
+
+
+@pytest.mark.parametrize("clearance", CLEARANCES)
+def test_static_is_the_equilibrium_of_the_springs(clearance: float) -> None:
+    turn = 2 * np.pi * np.arange(48) / 48
+    mesh, pins, bearing = Springs.of_stage().solve(clearance, turn)
+    found = static_forces(clearance, 48)
+    size = np.hypot(*bearing)
+    assert (size > 0).any()
+    if clearance > 30e-6:
+        assert (size == 0).any()  # it opens and closes during the turn
+    for other, own in zip(found, (mesh, pins, size), strict=True):
+        np.testing.assert_allclose(other, own, rtol=1e-8, atol=1e-8 * mesh.max())
+
+
+def warned(clearance: float, **options: Any) -> list[str]:
+    result = epicyclic.steady(closing(clearance), **options)
+    return [text for text in json.loads(result.attrs["warnings"]) if "[law-over-turn]" in text]
+
+
+@pytest.mark.parametrize("clearance", CLEARANCES[1:])
+def test_linear_steady_says_what_its_tangent_misses(clearance: float) -> None:
+    """Of one turn at all instants that the warning can have seen."""
+    (text,) = warned(clearance)
+    turn = 2 * np.pi * np.arange(768) / 768
+    mesh, _, bearing = Springs.of_stage().solve(clearance, turn)
+    linear, _, bearing_linear = Springs.of_stage().solve(clearance, turn, tangential)
+    off, size = np.abs(linear - mesh).max(axis=1), np.hypot(*bearing)
+    told = re.findall(r"(main\S+) (\S+) kN by the law, (\S+) kN by the tangent, off by up to (\S+) kN", text)
+    (planet, *said), (name, *of_bearing) = ((name, *map(float, values)) for name, *values in told)
+    place = ["main/sun-planet/1", "main/sun-planet/2", "main/sun-planet/3"].index(planet)
+    assert off[place] == pytest.approx(off.max(), rel=1e-3)
+    expected = [mesh[place].max(), linear[place].max(), off[place]]
+    assert 1e3 * np.array(said) == pytest.approx(np.array(expected), rel=5e-3)
+    assert name == "main/carrier/support/gearbox"
+    expected = [size.max(), np.hypot(*bearing_linear).max(), np.abs(np.hypot(*bearing_linear) - size).max()]
+    assert 1e3 * np.array(of_bearing) == pytest.approx(np.array(expected), rel=5e-3)
+
+
+def test_linear_steady_is_silent_where_its_tangent_holds() -> None:
+    assert not warned(0.0)
+    assert not warned(10e-3)  # open all the way round
+    assert not warned(40e-6, contact_loss=True)  # the law is asked
+
+
+def test_linear_sweep_says_it_too() -> None:
+    result = epicyclic.sweep(closing(40e-6), relative_speed=np.array([0.5, 1.0]))
+    assert sum("[law-over-turn]" in text for text in json.loads(result.attrs["warnings"])) == 1
