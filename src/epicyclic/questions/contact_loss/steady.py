@@ -34,7 +34,7 @@ from .shaft_orders import (
     torus_outputs,
     unchanging_lines,
 )
-from .solutions import Refinement, Solution, Stability, require_fast_enough, solution, with_stability
+from .solutions import Refinement, Solution, Stability, solution, too_many_steps, with_stability
 from .torus import TRUNCATION_NOTED, Torus, TorusPoint, memory, respond_torus, torus_of
 
 if TYPE_CHECKING:
@@ -70,7 +70,6 @@ def contact_steady(system: System, options: SteadyOptions) -> xr.Dataset:
     if not (math.isfinite(relative_speed) and relative_speed > 0):
         raise ModelError("out of range", path="relative_speed", given=relative_speed, allowed="a number above zero")
     torus = torus_of(response(system, asks_laws=True), shaft_orders=shaft_orders, most=shaft_tones)
-    require_fast_enough(torus.ready, float(relative_speed), "relative_speed")
     if gap_rows_of(torus.ready).links is None:  # a body that the mean system loses may be held by the stop of its link
         require_stable_mean(torus.ready, float(relative_speed))
     linear = linear_motion(torus, float(relative_speed))
@@ -103,9 +102,10 @@ def contact_steady(system: System, options: SteadyOptions) -> xr.Dataset:
 def mesh_order_stability(torus: Torus, point: TorusPoint) -> Stability | None:
     """Stability of the motion of mesh orders next to a point of the torus; None where it is not known.
 
-    That is with more than two mesh frequencies, and where Newton's method finds no motion of mesh orders there.
+    That is with more than two mesh frequencies, at speeds so low that a mesh cycle takes too many steps of the highest
+    mode, and where Newton's method finds no motion of mesh orders there.
     """
-    if torus.mesh_tones > 2:
+    if torus.mesh_tones > 2 or too_many_steps(torus.ready, point.state.speed):
         return None
     refinement, harmonics = Refinement(ready=torus.ready), max(*point.size.harmonics, _HARMONICS[torus.mesh_tones])
     if point.state.unchanging and point.problem.rows.parametric and not point.size.orders:
@@ -221,7 +221,7 @@ def _labelled(
         provenance=system.provenance,
         warnings=[
             *law_warnings(ready, point.problem.rows),
-            *_instability(stability),
+            *_instability(stability, too_many_steps(ready, point.state.speed)),
             *coarse,
             *_warnings(lines, bool(pulled.any())),
             *past,
@@ -286,10 +286,14 @@ def _along_the_face(
     }, {"mesh_slice": np.array(meshes.name, dtype=object)[face.cut]}
 
 
-def _instability(stability: Stability | None) -> list[CodedText]:
-    """A warning of a motion that is not stable, or whose stability is not known."""
+def _instability(stability: Stability | None, steps: int) -> list[CodedText]:
+    """A warning of a motion that is not stable, or whose stability is not known.
+
+    steps : of a mesh cycle, where they are too many for multipliers, else 0.
+    """
     if stability is None:
-        return [coded("stability-unknown", "the stability of this motion is not known")]
+        why = f": a mesh cycle would take {steps:.1e} steps of the highest mode" if steps else ""
+        return [coded("stability-unknown", f"the stability of this motion is not known{why}")]
     size, notes = abs(stability.multiplier), list[CodedText]()
     if not stability.decided:
         doubt = f"growth is not told from none: the multiplier is {size:.8g} a cycle, right to {stability.error:.2g}"
