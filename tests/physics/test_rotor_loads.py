@@ -27,6 +27,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 from numpy.typing import NDArray
 
 import epicyclic
@@ -85,7 +86,7 @@ def stage(moment: tuple[float, float] = (0.0, 0.0), **changes: Any) -> dict[str,
                 "sun": {"teeth": 24, **changes.get("sun", {})},
                 "planet": {"teeth": 36, "mass": PLANET, "inertia": 300.0, "bearing": {"radial": 2e9}},
                 "ring": {"teeth": 96, "rim": 0.2},
-                "carrier": {"mass": CARRIER, "inertia": 3000.0, "tilt_inertia": 5e4, "support": support},
+                "carrier": {"mass": CARRIER, "inertia": 3e3, "tilt_inertia": 5e4, "support": support},
                 "meshes": {
                     "sun-planet": {"stiffness": 6e9, **mesh},
                     "planet-ring": {"stiffness": 7e9, **mesh},
@@ -165,10 +166,11 @@ CLEARANCES = (0.0, 20e-6, 40e-6, 100e-6)
 MAIN, GEARBOX, PIN, SUN_MESH, RING_MESH = 5e9, 1e9, 2e9, 6e9, 7e9  # N/m
 
 
-def closing(clearance: float) -> System:
+def closing(clearance: float, speed: float = 1.2, **sun: float) -> System:
     """The stage whose carrier bearing closes during the turn: the pin error stands in the frame, the loads turn."""
     deviations = {"planet": {"position": {"y": [PIN_ERROR, 0.0, 0.0]}}}
-    return assembled(MOMENT, bearing={"clearance": clearance}, deviations=deviations)
+    bearing, operation = {"clearance": clearance}, {"speed": {"carrier": speed}}
+    return assembled(MOMENT, bearing=bearing, deviations=deviations, operation=operation, sun=sun)
 
 
 @dataclass(frozen=True)
@@ -320,3 +322,68 @@ def test_linear_steady_is_silent_where_its_tangent_holds() -> None:
 def test_linear_sweep_says_it_too() -> None:
     result = epicyclic.sweep(closing(40e-6), relative_speed=np.array([0.5, 1.0]))
     assert sum("[law-over-turn]" in text for text in json.loads(result.attrs["warnings"])) == 1
+
+
+def is_the_slow_turn(result: xr.Dataset, clearance: float) -> None:
+    """Extremes and means of a result with contact loss against those of the springs over a turn, to 1e-4."""
+    mesh, pins, bearing = Springs.of_stage().solve(clearance, 2 * np.pi * np.arange(1200) / 1200)
+    size, gearbox = np.hypot(*bearing), "main/carrier/support/gearbox"
+    near = {"rtol": 1e-4, "atol": 1e-4 * mesh.max()}
+    np.testing.assert_allclose(result["mesh_force_minimum"], mesh.min(axis=1), **near)
+    rows = [f"main/planet/{i}/bearing/y" for i in (1, 2, 3)]
+    np.testing.assert_allclose(result["link_force_peak"].sel(link_row=rows), pins.max(axis=1), **near)
+    np.testing.assert_allclose(result["link_force_mean"].sel(link_row=rows), pins.mean(axis=1), **near)
+    np.testing.assert_allclose(result["link_force_rms"].sel(link_row=rows), pins.std(axis=1), rtol=1e-4)
+    near["atol"] = 1e-4 * size.max()
+    assert float(result["bearing_force_peak"].sel(bearing=gearbox)) == pytest.approx(size.max(), rel=2e-4)
+    rows = [f"{gearbox}/{direction}" for direction in "xy"]
+    np.testing.assert_allclose(result["link_force_rms"].sel(link_row=rows), bearing.std(axis=1), **near)
+    # in the housing what turns against the carrier stands still
+    turned = (bearing[0] + 1j * bearing[1]) * np.exp(2j * np.pi * np.arange(1200) / 1200)
+    steady, swings = abs(turned.mean()), math.sqrt(float((size**2).mean()) - abs(turned.mean()) ** 2)
+    assert float(result["bearing_force_mean"].sel(bearing=gearbox)) == pytest.approx(steady, rel=1e-4)
+    assert float(result["bearing_force_rms"].sel(bearing=gearbox)) == pytest.approx(swings, rel=1e-4)
+
+
+@pytest.mark.parametrize("clearance", CLEARANCES)
+def test_slow_steady_motion_with_contact_loss_is_the_equilibrium(clearance: float) -> None:
+    result = epicyclic.steady(closing(clearance), contact_loss=True, relative_speed=0.02)
+    is_the_slow_turn(result, clearance)
+    mesh = Springs.of_stage().solve(clearance, 2 * np.pi * np.arange(1200) / 1200)[0]
+    np.testing.assert_allclose(result["mesh_force_bound"], mesh.max(axis=1), rtol=1e-4)
+
+
+def test_so_it_is_where_the_highest_mode_is_far_too_fast_for_multipliers() -> None:
+    result = epicyclic.steady(closing(40e-6, inertia=1e-6), contact_loss=True, relative_speed=0.02)
+    (text,) = (text for text in json.loads(result.attrs["warnings"]) if "[stability-unknown]" in text)
+    assert float(re.findall(r"would take (\S+) steps", text)[0]) > 1e6
+    is_the_slow_turn(result, 40e-6)
+
+
+@pytest.mark.parametrize("clearance", CLEARANCES)
+def test_a_slow_turn_in_time_is_the_equilibrium(clearance: float) -> None:
+    speed = 0.8  # rad/s
+    result = epicyclic.transient(closing(clearance, speed), cycles=96, samples=4)
+    mesh, pins, bearing = Springs.of_stage().solve(clearance, speed * result["time"].values)
+    near = {"rtol": 0.0, "atol": 1e-4 * mesh.max()}
+    np.testing.assert_allclose(result["mesh_force"], mesh, **near)
+    rows = [f"main/planet/{i}/bearing/y" for i in (1, 2, 3)]
+    np.testing.assert_allclose(result["link_force"].sel(link_row=rows), pins, **near)
+    if clearance:
+        force = result["group_force"].values[0]
+    else:
+        rows = [f"main/carrier/support/gearbox/{direction}" for direction in "xy"]
+        force = np.hypot(*result["link_force"].sel(link_row=rows).values)
+    np.testing.assert_allclose(force, np.hypot(*bearing), **near)
+
+
+def test_a_sweep_with_contact_loss_has_the_same_links() -> None:
+    """One shaft tone of fewer orders: to what its warning says, here 1 %."""
+    swept = epicyclic.sweep(closing(100e-6), contact_loss=True, relative_speed=np.array([0.02]))
+    slow = epicyclic.steady(closing(100e-6), contact_loss=True, relative_speed=0.02)
+    for name in ("link_force_peak", "link_force_rms", "link_force_mean", "bearing_force_peak", "bearing_force_mean"):
+        size = float(slow[name].max())
+        assert swept[name].dims == ("direction", *slow[name].dims, "speed")
+        for direction in ("up", "down"):
+            found = swept[name].sel(direction=direction).isel(speed=0)
+            np.testing.assert_allclose(found, slow[name], rtol=1e-2, atol=2e-3 * size, err_msg=name)

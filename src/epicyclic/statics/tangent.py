@@ -204,6 +204,10 @@ def _linearised_links(system: System, tangent: Array, axes_of_groups: list[Array
         preload.append(axes.T @ offset[first : first + len(axes)])
         damping.append(np.diag(axes.T @ np.diag(group.damping) @ axes) + group.lag * values)
     count = sum(map(len, stiffness))
+    turns = (
+        *(links.turn or (Fraction(0),) * len(links.name)),
+        *(group.turn for group in system.groups for _ in group.rows),
+    )
     return LinkRows(
         name=(*links.name, *names),
         link=(*links.link, *(group.name for group in system.groups for _ in group.rows)),
@@ -212,7 +216,7 @@ def _linearised_links(system: System, tangent: Array, axes_of_groups: list[Array
         damping=np.concatenate(damping),
         skew=np.pad(links.skew, (0, count - len(links.skew))) if links.skew.size else links.skew,
         preload=np.concatenate(preload),
-        turn=(*links.turn, *(Fraction(0),) * count) if links.turn else (),
+        turn=turns if any(turns) else (),
     )
 
 

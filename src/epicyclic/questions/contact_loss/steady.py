@@ -19,7 +19,7 @@ from ..response import SteadyOptions
 from ..response.response import require_stable_mean, response
 from .branch_set import branch_set
 from .problem import embedded, gap_forces
-from .rows import NO_TORQUE, gap_rows_of, largest_link_forces, law_warnings
+from .rows import NO_TORQUE, gap_rows_of, largest_link_forces, law_warnings, link_labels
 from .shaft_orders import (
     NEGLIGIBLE,
     LinearMotion,
@@ -69,7 +69,7 @@ def contact_steady(system: System, options: SteadyOptions) -> xr.Dataset:
     relative_speed, shaft_orders, shaft_tones = options.relative_speed, options.shaft_orders, options.shaft_tones
     if not (math.isfinite(relative_speed) and relative_speed > 0):
         raise ModelError("out of range", path="relative_speed", given=relative_speed, allowed="a number above zero")
-    torus = torus_of(response(system, asks_laws=True), shaft_orders=shaft_orders, most=shaft_tones)
+    torus = torus_of(response(system, asks_laws=True), shaft_orders=shaft_orders, most=shaft_tones, fine=True)
     if gap_rows_of(torus.ready).links is None:  # a body that the mean system loses may be held by the stop of its link
         require_stable_mean(torus.ready, float(relative_speed))
     linear = linear_motion(torus, float(relative_speed))
@@ -182,6 +182,7 @@ def _labelled(
         past += groups_past_the_end(ready.lawful, largest_link_forces(ready.lawful, point.problem.rows, forces))
     combined, label = _combinations(torus, point, force)
     along, slices = _along_the_face(torus, outputs, counts)
+    links, link_labels = _link_variables(torus, outputs, counts)
     return dataset(
         {
             "mesh_force": (("mesh", "mesh_phase"), _over_phase(force, counts, axis, np.mean)),
@@ -195,6 +196,7 @@ def _labelled(
             "contact_lost": ("mesh", opens | pulled),
             "amplitude": ("dof", torus_amplitudes(torus, point, lines)),
             **along,
+            **links,
             **combined,
             "status": ((), point.status if stability is None or stability.stable else "unstable"),
             "instability": ((), "" if stability is None else stability.kind or "stable"),
@@ -206,6 +208,7 @@ def _labelled(
         {
             "mesh": list(face.name),
             **slices,
+            **link_labels,
             "dof": list(system.dofs.names),
             "mesh_phase": np.arange(counts[0]) / counts[0],
             "combination": label,
@@ -262,6 +265,22 @@ def _combinations(torus: Torus, point: TorusPoint, force: Array) -> tuple[dict[s
         "combination_force": (("mesh", "combination"), (rows[:J] + 1j * rows[J:]).T),
         "combination_frequency": ("combination", point.state.speed * np.array([float(f) for f in exact])),
     }, np.array(label, dtype=object)
+
+
+def _link_variables(
+    torus: Torus, outputs: TorusOutputs, counts: tuple[int, ...]
+) -> tuple[dict[str, Any], dict[Hashable, Any]]:
+    """Variables and coordinates of links: forces over the phase of the first mesh, and measures over all phases."""
+    labels = link_labels(torus.ready)
+    if not labels:
+        return {}, {}
+    axis = np.zeros(len(labels["link_row"]), dtype=np.int64)
+    variables: dict[str, Any] = {
+        "link_force": (("link_row", "mesh_phase"), _over_phase(outputs.link_force, counts, axis, np.mean))
+    }
+    for name, values in outputs.links.items():
+        variables |= {name: ("link_row" if name.startswith("link") else "bearing", values)} if values.size else {}
+    return variables, {**labels}
 
 
 def _along_the_face(
