@@ -17,6 +17,7 @@ from ...system.system import Array
 from ...warning_codes import CodedText, coded
 from ..response import SteadyOptions
 from ..response.response import require_stable_mean, response
+from ..response.sweep_table import ROWS
 from .branch_set import branch_set
 from .problem import embedded, gap_forces
 from .rows import NO_TORQUE, gap_rows_of, largest_link_forces, law_warnings, link_labels
@@ -278,8 +279,7 @@ def _link_variables(
     variables: dict[str, Any] = {
         "link_force": (("link_row", "mesh_phase"), _over_phase(outputs.link_force, counts, axis, np.mean))
     }
-    for name, values in outputs.links.items():
-        variables |= {name: ("link_row" if name.startswith("link") else "bearing", values)} if values.size else {}
+    variables |= {name: (ROWS[name], values) for name, values in outputs.links.items() if values.size}
     return variables, {**labels}
 
 

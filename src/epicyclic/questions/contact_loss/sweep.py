@@ -18,9 +18,8 @@ from ...system.gaps import past_the_end
 from ...system.system import Array, System, faces
 from ...warning_codes import CodedText, coded
 from ..response import SweepOptions, Unstable
-from ..response.measures import LINK_MEASURES
 from ..response.response import MEAN_UNSTABLE, Response, instability_warnings, response, unstable_speeds
-from ..response.sweep_table import speeds_of
+from ..response.sweep_table import ROWS, speeds_of
 from .branch_set import BranchSet, Crossing, Measures, branch_set, force_level, periodic_measures
 from .continuation import folds_of_speed
 from .rows import gap_rows_of, law_warnings, link_labels
@@ -128,9 +127,8 @@ def contact_sweep(
     path = _path_curves(refinement, branches, unstable != "ignore")
     warnings = [*instability_warnings(ready, speed[whirling]), *_warnings(ready, curves, branches, largest), *several]
     variables = dict[str, tuple[tuple[str, ...], Any]]()
-    rows = {"amplitude": "dof", "link": "link_row", "bearing": "bearing"}
     for name, values in curves.items():
-        row = (rows.get(name.split("_")[0], "mesh"),) if values.ndim == 3 else ()
+        row = ROWS.get(name, ("mesh",)) if values.ndim == 3 else ()
         variables[name] = (("direction", *row, "speed"), values)
     for name, values_along in path.items():
         along = "fold" if name == "fold_frequency" else "path"
@@ -307,14 +305,13 @@ def _nothing(ready: Response, shaft: bool) -> _Values:
     """Values at a speed before anything is reached; shaft : whether shaft orders come on top."""
     system = ready.system
     m, n, labels = len(faces(system.meshes).name), system.force.size, link_labels(ready)
-    sizes = {name: len(labels.get("link_row" if name.startswith("link") else "bearing", ())) for name in LINK_MEASURES}
     return {
         "mesh_force_rms": np.full(m, np.nan),
         "mesh_force_peak": np.full(m, np.nan),
         "mesh_force_minimum": np.full(m, np.nan),
         "contact_open": np.full(m, np.nan),
         "amplitude": np.full(n, np.nan),
-        **{name: np.full(size, np.nan) for name, size in sizes.items() if size},
+        **{name: np.full(len(labels[dims[0]]), np.nan) for name, dims in ROWS.items() if dims and dims[0] in labels},
         "status": _NO_SPEED,
         "motion": "",
         "branch_instability": "",

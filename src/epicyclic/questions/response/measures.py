@@ -151,13 +151,6 @@ def link_measures(links: Signal, pairs: Index, turn: Sequence[Fraction]) -> dict
     return link_statistics(ranges(links, pairs), mean(links), mean_square(links), pairs, held, standing)
 
 
-LINK_MEASURES = (
-    *(f"link_force_{kind}" for kind in ("mean", "rms", "peak", "peak_to_peak")),
-    *(f"bearing_force_{kind}" for kind in ("mean", "rms", "peak")),
-)
-"""Names of `link_measures`."""
-
-
 def held_pairs(pairs: Index, turn: Sequence[Fraction]) -> list[int]:
     """Which pairs of link rows (k, 2) hold a turning frame in the housing; turn : (p,) of `LinkRows`."""
     return [pair for pair, row in enumerate(pairs[:, 0]) if turn and turn[row]]

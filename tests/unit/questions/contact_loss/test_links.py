@@ -10,9 +10,12 @@ from epicyclic.questions.contact_loss import sweep_direction
 from epicyclic.questions.contact_loss.shaft_orders import link_outputs
 from epicyclic.questions.contact_loss.solutions import Refinement, load_continuation, solution
 from epicyclic.questions.contact_loss.sweep_direction import IntegratedMotion, attractor, initial_state
-from epicyclic.questions.response.measures import LINK_MEASURES
 from epicyclic.questions.response.response import response
 
+LINK_MEASURES = (
+    *("link_force_mean", "link_force_rms", "link_force_peak", "link_force_peak_to_peak"),
+    *("bearing_force_mean", "bearing_force_rms", "bearing_force_peak"),
+)
 # with dampers, between bodies and to the housing that a frame turns against
 DAMPERS = {
     "stages.main.planet.bearing.damping": {"radial": 2e5},
