@@ -18,8 +18,8 @@ LINK_MEASURES = (
 )
 # with dampers, between bodies and to the housing that a frame turns against
 DAMPERS = {
-    "stages.main.planet.bearing.damping": {"radial": 2e5},
-    "stages.main.carrier.support.damping": {"radial": 5e5},
+    "stages.main.planet.bearing.damping": {"radial": 1e7},
+    "stages.main.carrier.support.damping": {"radial": 5e7},
 }
 
 
