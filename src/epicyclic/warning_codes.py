@@ -194,6 +194,10 @@ law-linearised laws.md
 A law of gaps (clearance, spline, table) is replaced by its tangent at the mean load in linear verbs.
 For the law itself: static, sharing --method static, sweep --contact-loss, transient.
 
+law-over-turn laws.md
+A link opens, closes or turns its load over the turn; its tangent at the mean load misses that by what the text says.
+For the law itself: static, steady --contact-loss, sweep --contact-loss, transient.
+
 floats-in-clearance laws.md
 No link moves at the mean load: bodies float in their clearance.
 Nothing where the clearance is meant; else state a support.

@@ -13,12 +13,14 @@ from fractions import Fraction
 
 import numpy as np
 
+from ..errors import ConvergenceError, ModelError
 from ..system.flank_laws import LawRows, LinearLaw
 from ..system.link_laws import STATES, Laws
 from ..system.system import Array, Line, LinkRows, MeshRows, System, commutes, faces
 from ..warning_codes import CodedText, coded
 from .equilibrium import Equilibrium, compliance_of, equilibrium, require_balance
-from .record import group_gap, standing_excitation
+from .record import Record, group_gap, hunting_cycles, reference_tone, standing_excitation
+from .static import held_train, quasi_static
 
 # Stiffness per nominal one of a link that floats in its clearance, for the mean system of analyses that ask its law:
 # its motion is a million times slower than that of a pressed one, and far from rounding of rigid modes (1e-11).
@@ -27,6 +29,9 @@ _FLOATING = 1e-6
 _NO_TOUCH, _NO_ERROR = 1e-15, 1e-9
 # Phases of the mesh cycle at which a law stands beside its tangent: five a wave of the 12th order, the last of a table.
 _PHASES = 64
+# Mesh cycles, even over the common period of all lines, and instants of each, at which laws of links stand beside their
+# tangents; a difference below this part of the largest force is none.
+_CYCLES, _INSTANTS, _SAME = 64, 8, 1e-3
 # Tangents along x and y, per their mean, that differ by no more have no axes of their own: rounding.
 _ISOTROPIC = 1e-9
 # What a law without a memory does at the mean load outside its clearance, in words.
@@ -199,6 +204,10 @@ def _linearised_links(system: System, tangent: Array, axes_of_groups: list[Array
         preload.append(axes.T @ offset[first : first + len(axes)])
         damping.append(np.diag(axes.T @ np.diag(group.damping) @ axes) + group.lag * values)
     count = sum(map(len, stiffness))
+    turns = (
+        *(links.turn or (Fraction(0),) * len(links.name)),
+        *(group.turn for group in system.groups for _ in group.rows),
+    )
     return LinkRows(
         name=(*links.name, *names),
         link=(*links.link, *(group.name for group in system.groups for _ in group.rows)),
@@ -207,7 +216,7 @@ def _linearised_links(system: System, tangent: Array, axes_of_groups: list[Array
         damping=np.concatenate(damping),
         skew=np.pad(links.skew, (0, count - len(links.skew))) if links.skew.size else links.skew,
         preload=np.concatenate(preload),
-        turn=(*links.turn, *(Fraction(0),) * count) if links.turn else (),
+        turn=turns if any(turns) else (),
     )
 
 
@@ -251,6 +260,62 @@ def _law_warnings(
     return [
         coded("law-linearised", f"linearised: {', '.join(names)}: {text}") for text, names in groups_by_text.items()
     ]
+
+
+def turn_warnings(system: System) -> list[CodedText]:
+    """A warning of links whose tangents at the mean load miss forces of their laws over the turn, with the error.
+
+    A load that stands still in the housing turns in the frame of the carrier, where its mean is zero: the tangent there
+    cannot see it.  At instants over the common period of all lines the quasi-static forces with the laws of links stand
+    beside those with their tangents; flanks are linear in both.  No warning where no force differs by more than 1e-3 of
+    the largest.  Derived here.
+    """
+    if not system.groups or not any(line.frequency for line in system.lines):
+        return []
+    lawful, tone = _without_flank_laws(system), reference_tone(system)
+    period = hunting_cycles([f / tone for f in (*(line.frequency for line in system.lines), *system.tones)])
+    in_a_row = bool(system.laws.memory.any())  # as a history is
+    cycles = min(period, _CYCLES)
+    record = Record(unit=tone, name="mesh cycles", count=cycles, samples=_INSTANTS, period=period, spread=not in_a_row)
+    try:
+        law, tangent = (_slow_forces(each, system, record) for each in (lawful, linear(lawful)))
+    except (ConvergenceError, ModelError) as failure:
+        text = f"how far the tangents of links are off over the turn is not known: {failure}"
+        return [coded("law-over-turn", text)]
+    names = [*faces(system.meshes).name, *(group.name for group in system.groups)]
+    most, error = np.maximum(law, tangent).max(axis=0), np.abs(tangent - law).max(axis=0)
+    meshes = len(names) - len(system.groups)
+    largest = np.append(np.full(meshes, most[:meshes].max()), most[meshes:])
+    off = np.flatnonzero(error > _SAME * np.maximum(largest, _SAME * largest[0]))
+    if not off.size:
+        return []
+    # of the meshes that which is worst, and every link
+    worst = int(np.argmax(error[:meshes] > (1 - _SAME) * error[:meshes].max()))  # of equal ones the first
+    told = [i for i in off.tolist() if i >= meshes or i == worst]
+    said = [
+        f"{names[i]} {law[:, i].max() / 1e3:.5g} kN by the law, {tangent[:, i].max() / 1e3:.5g} kN by the tangent, "
+        f"off by up to {error[i] / 1e3:.3g} kN ({100 * error[i] / largest[i]:.2g} % of the largest) at an instant"
+        for i in told
+    ]
+    text = (
+        "links open, close or turn their load over the turn, which tangents at the mean load do not see; forces at rest"
+    )
+    return [coded("law-over-turn", f"{text}: {'; '.join(said)}")]
+
+
+def _slow_forces(system: System, of: System, record: Record) -> Array:
+    """Quasi-static forces (T, w + G) of whole meshes and of the links that are groups `of` a System [N, N m]."""
+    forces, links, face = list[Array](), system.links, faces(system.meshes)
+    held = held_train(system)
+    for piece in quasi_static(held, record):
+        if system.groups:
+            of_groups = system.laws.rows.size(piece.state.group_force)
+        else:
+            rows = links.stiffness * piece.link_deflection + links.preload
+            at = np.array(links.link)
+            of_groups = np.stack([np.linalg.norm(rows[:, at == group.name], axis=1) for group in of.groups], axis=1)
+        forces.append(np.hstack([face.total(held.net_force(piece.state), axis=1), of_groups]))
+    return np.concatenate(forces)
 
 
 # flanks ---------------------------------------------------------------------------------------------------------------

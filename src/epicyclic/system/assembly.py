@@ -107,7 +107,9 @@ def assemble(train: Train) -> System:
         warnings=(*train.warnings, *law_warnings(train)),
         provenance=train_provenance(train),
         missing_inertia=missing,
-        groups=law_groups(train, structure.links, L, lag=train.damping.stiffness or 0.0),
+        groups=law_groups(
+            train, structure.links, L, lag=train.damping.stiffness or 0.0, frame_turn=structure.frame_turn
+        ),
         body_turns=structure.spin_turn if train.kinematics.speed is not None else (),
         euler=T.T @ model.euler @ T,
         spin_up=spin_up_load(mass[:, 0], mass[:, 5], structure.frame_speed, structure.spin, own_centres(train)) @ T,

@@ -26,7 +26,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from fractions import Fraction
 from typing import Any, ClassVar, Protocol, TypeVar
 
 import numpy as np
@@ -366,6 +367,7 @@ class LawGroup:
     name : of the link, ``main/sun/support``.  kind : of the link: support, bearing, coupling, ...
     rows : (r,) ``main/sun/support/x``.  B : (n, r).  law.
     damping : (r,) of its dampers, in C already [N s/m].  lag : damping per tangent stiffness, not in C [s].
+    turn : of its frame against the housing that holds it, exact [rev/s], 0 of a link between bodies.
     """
 
     name: str
@@ -375,6 +377,7 @@ class LawGroup:
     law: RadialLaw
     damping: Array
     lag: float = 0.0
+    turn: Fraction = field(default_factory=Fraction)
 
     def __repr__(self) -> str:
         """One line: name, law and number of rows."""

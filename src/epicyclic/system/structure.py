@@ -363,13 +363,15 @@ def gap_rows(normal: Array, point: Array, axes: Array, *, rotation: NDArray[np.b
     return rows
 
 
-def law_groups(train: Train, rows: Sequence[LinkRow], L: Array, *, lag: float) -> tuple[LawGroup, ...]:
+def law_groups(
+    train: Train, rows: Sequence[LinkRow], L: Array, *, lag: float, frame_turn: Sequence[Fraction]
+) -> tuple[LawGroup, ...]:
     """One group for every link whose rows follow a law; one for each law where directions have tables of their own.
 
     Parameters
     ----------
     rows : (p,) elastic rows.  L : (p, n) their coefficients on the reduced coordinates.
-    lag : damping per stiffness of the whole train [s].
+    lag : damping per stiffness of the whole train [s].  frame_turn : (nb,) of the frame of each body, exact [rev/s].
 
     Raises
     ------
@@ -406,6 +408,7 @@ def law_groups(train: Train, rows: Sequence[LinkRow], L: Array, *, lag: float) -
             law=law,
             damping=np.array([rows[i].damping for i in index]),
             lag=lag,
+            turn=frame_turn[row.first] if row.to_housing else Fraction(0),
         )
         groups.append(group)
     return tuple(groups)

@@ -515,6 +515,7 @@ class Measures:
     open : (w,) part of the time in which no flank of it touches.
     amplitude : (n,) half the distance between extremes of a coordinate [m; rz as radius times angle].
     flank : (F,) largest force of every flank [N].
+    links : by the names of their variables, of link rows (p,) and bearings (k,) [N, N m].
     """
 
     rms: Array
@@ -523,6 +524,7 @@ class Measures:
     open: Array
     amplitude: Array
     flank: Array
+    links: dict[str, Array] = field(default_factory=dict)
 
 
 def force_level(system: System, balance: Problem, state: State) -> Array:

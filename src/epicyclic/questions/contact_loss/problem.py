@@ -25,7 +25,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...system.system import Array, Faces, faces
+from ...system.system import Array, Faces, LinkRows, faces
 from ..modes.eigen import Modal
 from ..response.balance import diagonal_inverse, diagonal_product
 from ..response.lattice import kept_points
@@ -62,6 +62,7 @@ class Problem:
 
     grid : lattice points and samples.  omega : (J,) a . w_tone at s = 1 [rad/s].
     error : (2 J, R) of e in every row, the backlash in the mean [m].
+    link_error : (2 J, p) of e in every linear link row [m, rad].
     force : (3, 2, J, n) external modal forces for s^0, s^1, s^2.
     laws : of the flanks over the grid.  tangent : (N, R) where contact is assumed: stiffness of a flank that touches,
         at the operating load, and of link rows [N/m].
@@ -76,6 +77,7 @@ class Problem:
     grid: Grid
     omega: Array
     error: Array
+    link_error: Array
     force: Array
     laws: GridLaws
     tangent: Array
@@ -190,7 +192,7 @@ def problem(
     cycles : mesh cycles in a period of `tones`.
     """
     rows, net = gap_rows_of(ready), grid(points, counts)
-    error, force = _excitation(ready, points, rows, lines)
+    error, link_error, force = _excitation(ready, points, rows, lines)
     # of flanks at the operating load, of link rows at the mean load
     phases = cycles * phases_of(counts)
     tangent = np.tile(rows.linear, (len(phases), 1))
@@ -202,6 +204,7 @@ def problem(
         grid=net,
         omega=points @ tones,
         error=error,
+        link_error=link_error,
         force=force,
         laws=grid_laws(rows, counts, cycles=cycles),
         tangent=tangent,
@@ -211,20 +214,28 @@ def problem(
     )
 
 
-def _excitation(ready: Response, points: Index, rows: GapRows, lines: Sequence[PlacedLine]) -> tuple[Array, Array]:
-    """Errors of the rows (2 J, R) [m] and external modal forces (3, 2, J, n) at points (J, D)."""
+def _excitation(
+    ready: Response, points: Index, rows: GapRows, lines: Sequence[PlacedLine]
+) -> tuple[Array, Array, Array]:
+    """Errors of the rows (2 J, R) and of links (2 J, p) [m], external modal forces (3, 2, J, n) at points (J, D)."""
     system, places = ready.system, {tuple(point): i for i, point in enumerate(points.tolist())}
     error = np.zeros((len(points), len(rows.linear)), complex)
+    link_error = np.zeros((len(points), len(system.links.name)), complex)
     force = np.zeros((3, len(points), system.force.size), complex)
     force[0, 0] = system.force
     for point, conjugate, line in lines:
         at, gap, push = places[point], line_gaps(ready, rows, line), line.force
         error[at] += gap.conj() if conjugate else gap
+        link_error[at] += line.link_gap.conj() if conjugate else line.link_gap
         force[:, at] += push.conj() if conjugate else push
     error[0, : rows.count] += rows.flanks.opening
-    error[0], force[:, 0] = error[0].real, force[:, 0].real
+    error[0], link_error[0], force[:, 0] = error[0].real, link_error[0].real, force[:, 0].real
     modal_force = force @ ready.modal.forces.T
-    return np.concatenate([error.real, error.imag]), np.stack([modal_force.real, modal_force.imag], axis=1)
+    return (
+        np.concatenate([error.real, error.imag]),
+        np.concatenate([link_error.real, link_error.imag]),
+        np.stack([modal_force.real, modal_force.imag], axis=1),
+    )
 
 
 def evaluate(balance: Problem, y: Array, speed: float, *, touching: NDArray[np.bool_] | None = None) -> State:
@@ -350,6 +361,23 @@ def gap_forces(balance: Problem, at: State) -> Array:
     if at.acting is not None:
         rate = rate_rows(opened[:, :F], at.speed * balance.omega)
         force[:, :F] += balance.rows.damping * balance.grid.values(rate) * at.touching
+    return force
+
+
+def link_rows(balance: Problem, links: LinkRows, y: Array, speed: float) -> Array:
+    """Rows (2 J, p) of the forces of linear link rows [N, N m], dampers included, of a motion (2, J, n).
+
+    As `questions.response.spectra.link_signal`.
+    """
+    w, gaps = speed * balance.omega, links.B.T @ balance.modal.shapes
+    gaps[:, balance.modal.rigid] = 0.0
+    moves: Array = y.reshape(-1, y.shape[2]) @ gaps.T
+    stretch = moves - balance.link_error
+    force = links.stiffness * stretch + rate_rows(links.damping * stretch, w)
+    if links.skew.size:
+        force += (speed if balance.frame_speed == "kinematic" else 1.0) * moves @ links.skew.T
+    if links.preload.size:
+        force[0] += links.preload
     return force
 
 

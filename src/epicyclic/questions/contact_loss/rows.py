@@ -33,11 +33,11 @@ Friction with a memory sticks in small vibration and stays in the mean system.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import product
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,6 +51,7 @@ from ...system.system import Array, ComplexArray, Line, System
 from ...warning_codes import CodedText, coded
 from ..response.lattice import Point, kept_points, leads
 from ..response.response import Response
+from ..response.spectra import lateral_pairs
 
 Index = NDArray[np.int64]
 PlacedLine = tuple[Point, bool, Line]
@@ -464,6 +465,40 @@ def largest_link_forces(system: System, rows: GapRows, force: Array) -> Array:
         of_links = force[:, rows.count : rows.count + rows.links.rows.size]
         result[~system.laws.memory] = rows.links.laws.rows.size(of_links).max(axis=0)
     return result
+
+
+def with_diagonals(rows: GapRows, force: ComplexArray | Array) -> Any:
+    """Forces of flanks and link rows (N, F + L) [N], those of diagonal rows (N, R) put on their x, y."""
+    last = rows.count + (0 if rows.links is None else rows.links.rows.size)
+    result, diagonal = force[:, :last].copy(), force[:, last:]
+    if rows.links is not None:
+        for side in rows.links.pairs.T:
+            result[:, rows.count + side] += diagonal
+    return result
+
+
+@lru_cache(maxsize=4)
+def reported_links(ready: Response) -> tuple[System, Index]:
+    """The linear System with link rows named as in results, and which (L,) of them are the link rows of the balance.
+
+    Rows of groups that follow their laws have their own names, along x and y; those with a memory are linear.
+    """
+    system, lawful = ready.system, ready.lawful
+    names, follows, at = list(system.links.name), list[int](), len(lawful.links.name)
+    for group, memory in zip(lawful.groups, lawful.laws.memory, strict=True):
+        rows = range(at, at := at + len(group.rows))
+        if not memory:
+            names[rows.start : rows.stop] = group.rows
+            follows += rows
+    return replace(system, links=replace(system.links, name=tuple(names))), np.array(follows, dtype=np.int64)
+
+
+def link_labels(ready: Response) -> dict[Hashable, list[str]]:
+    """Names of the link rows and of bearings, links of two lateral rows, as results hold them; no empty ones."""
+    system, _ = reported_links(ready)
+    links, pairs = system.links, lateral_pairs(system)
+    labels: dict[Hashable, list[str]] = {"link_row": list(links.name), "bearing": [links.link[x] for x in pairs[:, 0]]}
+    return {dim: names for dim, names in labels.items() if names}
 
 
 def line_gaps(ready: Response, rows: GapRows, line: Line) -> ComplexArray:

@@ -20,15 +20,15 @@ import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from math import lcm
+from math import lcm, prod
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...system.system import Array, ComplexArray
-from ..response.measures import mean_square
+from ..response.measures import Range, held_pairs, link_statistics, mean_square
 from ..response.response import Block, Response, respond, unstable_speeds
-from ..response.spectra import Shaft, alias_free_samples, force_signal, whole_mesh_signal
+from ..response.spectra import Shaft, alias_free_samples, force_signal, lateral_pairs, whole_mesh_signal
 from .branch_set import Measures, mesh_force, row_force
 from .continuation import linear_start, newton_step
 from .problem import (
@@ -39,11 +39,22 @@ from .problem import (
     embedded,
     evaluate,
     flank_force,
+    gap_forces,
     gap_rows,
+    link_rows,
     problem,
     rate_rows,
 )
-from .rows import PlacedLine, Size, half_lattice, line_gaps, mesh_points, placed_line
+from .rows import (
+    PlacedLine,
+    Size,
+    half_lattice,
+    line_gaps,
+    mesh_points,
+    placed_line,
+    reported_links,
+    with_diagonals,
+)
 from .solutions import Solution
 from .torus import Torus, TorusPoint, memory, respond_torus
 
@@ -70,6 +81,8 @@ _WANTED = {1: 512, 2: 256}
 # Doubles on a grid of all mesh phases, at most: 1 GB.
 _MOST = 2**27
 
+# Directions [rad] along which the largest lateral force of a link is looked for, a parabola between them: 1e-5.
+_TOWARDS = 2 * np.pi * np.arange(48) / 48
 # Instants of a super-period that are looked at one by one, at most; a longer one fills the torus evenly enough.
 _INSTANTS = 8192
 
@@ -81,13 +94,15 @@ class SuperposedLine:
     """Response to the lines of one group, Re(amplitude exp(i w_s t)), amplitudes over N phases of the mesh tones.
 
     shaft : the lines.  stretch : (N, R) of delta of every flank [m].  force : (N, R) of its force [N].
-    motion : (N, n) of every coordinate [m].  error : RMS of what the law makes of the stretch otherwise, per the force.
+    motion : (N, n) of every coordinate [m].  links : (N, p) of the force of every link row [N, N m].
+    error : RMS of what the law makes of the stretch otherwise, per the force.
     """
 
     shaft: Shaft
     stretch: ComplexArray
     force: ComplexArray
     motion: ComplexArray
+    links: ComplexArray
     error: float
 
 
@@ -143,11 +158,15 @@ def _line_response(torus: Torus, point: TorusPoint, shaft: Shaft) -> SuperposedL
     if balance.rows.damping.any():
         rate = rate_rows(opened[:, :F], speed * balance.omega)
         force += balance.rows.damping * _amplitude(balance, rate)
+    reported, follows = reported_links(torus.ready)
+    links = _amplitude(balance, link_rows(balance, reported.links, y, speed))
+    links[:, follows] = with_diagonals(balance.rows, elastic)[:, F:]
     return SuperposedLine(
         shaft=shaft,
         stretch=stretch[:, :F],
         force=force,
         motion=_amplitude(balance, y.reshape(-1, y.shape[2]) @ torus.ready.modal.shapes.T),
+        links=links,
         error=_superposition_error(point, stretch, elastic),
     )
 
@@ -162,12 +181,7 @@ def _superposition_error(point: TorusPoint, stretch: ComplexArray, force: Comple
     wrong = right = 0.0
     for turn in (1.0, 1j, -1.0, -1j):
         linear = np.repeat((turn * force).real, repeats, axis=0)
-        if rows.links is not None:
-            # forces of diagonal rows are put on their x, y
-            last = rows.count + rows.links.rows.size
-            linear, diagonal = linear[:, :last].copy(), linear[:, last:]
-            for side in rows.links.pairs.T:
-                linear[:, rows.count + side] += diagonal
+        linear = with_diagonals(rows, linear)
         after = elastic_forces(point.problem, delta + np.repeat((turn * stretch).real, repeats, axis=0))
         wrong += float(((after - before - linear) ** 2).sum())
         right += float((linear**2).sum())
@@ -176,7 +190,8 @@ def _superposition_error(point: TorusPoint, stretch: ComplexArray, force: Comple
 
 def _amplitude(balance: Problem, rows: Array) -> ComplexArray:
     """Complex amplitude (N, c) at order 1 of the line's phase, of rows (2 J, c)."""
-    values = balance.grid.values(rows).reshape(-1, _SAMPLES, rows.shape[1])
+    values = balance.grid.values(rows)
+    values = values.reshape(len(values) // _SAMPLES, _SAMPLES, rows.shape[1])
     amplitude = np.empty(values[:, 0].shape, complex)
     amplitude.real, amplitude.imag = (values[:, 0] - values[:, 2]) / 2, (values[:, 3] - values[:, 1]) / 2
     return amplitude
@@ -199,9 +214,9 @@ def _problem(torus: Torus, point: TorusPoint, shaft: Shaft) -> Problem:
     )
     along = point.state.tangent
     mean = along.reshape(len(balance.tangent) // _SAMPLES, -1, along.shape[1]).mean(axis=1)
-    error, force = balance.error.copy(), balance.force.copy()
-    error[0], force[:, :, 0] = 0.0, 0.0
-    return replace(balance, error=error, force=force, tangent=np.repeat(mean, _SAMPLES, axis=0))
+    error, link_error, force = balance.error.copy(), balance.link_error.copy(), balance.force.copy()
+    error[0], link_error[0], force[:, :, 0] = 0.0, 0.0, 0.0
+    return replace(balance, error=error, link_error=link_error, force=force, tangent=np.repeat(mean, _SAMPLES, axis=0))
 
 
 # --- shaft orders on a motion -----------------------------------------------------------------------------------------
@@ -303,6 +318,7 @@ def _torus_response(torus: Torus, point: TorusPoint, lines: list[SuperposedLine]
             open=outputs.open,
             amplitude=torus_amplitudes(torus, point, lines),
             flank=outputs.flank,
+            links=outputs.links,
         ),
         status=point.status,
         truncation_residual=point.truncation_residual,
@@ -425,25 +441,35 @@ def _line(ready: Response, linear: LinearMotion, place: int, shaft: Shaft) -> Su
     """Response to one group of shaft lines over the grid of mesh phases, of flanks that keep their contact."""
     solved, point = linear.block.shaft, linear.point
     assert solved is not None
-    balance, rows = point.problem, point.problem.rows
+    balance, rows, links = point.problem, point.problem.rows, ready.system.links
     F, orders = rows.count, ready.kernel(linear.block.truncation, shifted=True).lattice.points
     y: ComplexArray = solved.y[place, 0] + 1j * solved.y[place, 1]
     stretch = y @ rows.gaps[:F].T
+    gaps = links.B.T @ ready.modal.shapes
+    gaps[:, ready.modal.rigid] = 0.0
+    link_stretch = y @ gaps.T
+    turning = (
+        ready.frame_factor(np.array([point.state.speed]))[0] * link_stretch @ links.skew.T if links.skew.size else 0
+    )
     at = {tuple(order): i for i, order in enumerate(orders.tolist())}
     for order, conjugate, line in shaft.members:
-        error = line_gaps(ready, rows, line)[:F]
-        stretch[at[tuple(-a for a in order) if conjugate else order]] -= error.conj() if conjugate else error
+        here = at[tuple(-a for a in order) if conjugate else order]
+        error, link_error = line_gaps(ready, rows, line)[:F], line.link_gap
+        stretch[here] -= error.conj() if conjugate else error
+        link_stretch[here] -= link_error.conj() if conjugate else link_error
+    frequency = solved.frequency[place][:, None]
     counts = balance.grid.counts
     delta = _over_phases(stretch, orders, counts)
     force = point.state.tangent[:, :F] * delta
     if rows.damping.any():
-        rate = _over_phases(1j * solved.frequency[place][:, None] * stretch, orders, counts)
+        rate = _over_phases(1j * frequency * stretch, orders, counts)
         force += np.where(point.state.touching, rows.damping, 0.0) * rate
     return SuperposedLine(
         shaft=shaft,
         stretch=delta,
         force=force,
         motion=_over_phases(y @ ready.modal.shapes.T, orders, counts),
+        links=_over_phases((links.stiffness + 1j * frequency * links.damping) * link_stretch + turning, orders, counts),
         error=0.0,
     )
 
@@ -452,8 +478,8 @@ def _over_phases(amplitude: ComplexArray, orders: np.ndarray, counts: tuple[int,
     """Sum of amplitudes (K, c) exp(2 pi i a . theta) at orders a (K, D) over a grid of phases, (N, c)."""
     box = np.zeros((*counts, amplitude.shape[1]), complex)
     box[tuple((orders % np.array(counts)).T)] = amplitude
-    values: ComplexArray = np.fft.ifftn(box, axes=range(len(counts)), norm="forward").reshape(-1, amplitude.shape[1])
-    return values
+    values: ComplexArray = np.fft.ifftn(box, axes=range(len(counts)), norm="forward")
+    return values.reshape(prod(counts), amplitude.shape[1])
 
 
 # --- the torus --------------------------------------------------------------------------------------------------------
@@ -492,7 +518,7 @@ def super_period_phases(tones: tuple[Fraction, ...], samples: int) -> Array | No
 def grid_maximum(values: Array) -> Array:
     """Largest value over a grid of phases (N_1, .., N_D, c) -> (c,), with a parabola along every axis."""
     columns = values.shape[-1]
-    flat = values.reshape(-1, columns)
+    flat = values.reshape(prod(values.shape[:-1]), columns)
     place = np.unravel_index(flat.argmax(axis=0), values.shape[:-1])
     top: Array = flat.max(axis=0)
     total, every = top.copy(), np.arange(columns)
@@ -520,6 +546,7 @@ class TorusOutputs:
     row_open : (m,) in which the loaded flank of a row does not.
     far : (w,) share of time in which a far flank touches.
     flank : (F,) largest force of every flank [N].
+    link_force : (N, p) of link rows over the phases of the grid [N, N m].  links : their measures, as of `Measures`.
     """
 
     force: Array
@@ -533,6 +560,8 @@ class TorusOutputs:
     row_open: Array
     far: Array
     flank: Array
+    link_force: Array
+    links: dict[str, Array]
 
 
 def torus_outputs(torus: Torus, point: TorusPoint, lines: Sequence[SuperposedLine] = ()) -> TorusOutputs:
@@ -555,6 +584,8 @@ def torus_outputs(torus: Torus, point: TorusPoint, lines: Sequence[SuperposedLin
         far_share[mesh] = far[:, owner[rows:] == mesh].any(axis=1).mean()
     apart = [1.0 - touching[:, owner == mesh].any(axis=1).mean() for mesh in range(len(face.name))]
     least = np.where(far_share == 0, np.minimum(force.min(axis=0), 0.0), -np.inf)
+    tones = (*torus.ready.lines.tones, *torus.shaft_tones.tones)
+    link_force, links = link_outputs(torus.ready, balance, point.state, tones, lines)
     return TorusOutputs(
         force=force,
         row_force=of_rows,
@@ -567,14 +598,79 @@ def torus_outputs(torus: Torus, point: TorusPoint, lines: Sequence[SuperposedLin
         row_open=1.0 - loaded.mean(axis=0),
         far=far_share,
         flank=_with_lines(flank, [line.force for line in lines], counts),
+        link_force=link_force,
+        links=links,
     )
+
+
+def link_outputs(
+    ready: Response,
+    balance: Problem,
+    at: State,
+    tones: Sequence[Fraction],
+    lines: Sequence[SuperposedLine] = (),
+) -> tuple[Array, dict[str, Array]]:
+    """Forces of link rows over the phases of a motion (N, p) [N, N m], and the measures of links, over all phases.
+
+    Linear rows have their dampers; rows of groups follow their laws, without dampers.  Lines superposed count as of
+    `torus_outputs`.
+
+    tones : exact, of the phases of the balance.
+    """
+    system, follows = reported_links(ready)
+    force = balance.grid.values(link_rows(balance, system.links, at.y, at.speed))
+    force[:, follows] = gap_forces(balance, at)[:, balance.rows.count :]
+    pairs, counts, every = lateral_pairs(system), balance.grid.counts, [line.links for line in lines]
+    x, y = pairs.T
+    lateral, reach = force[:, x] + 1j * force[:, y], [(amplitude[:, x], amplitude[:, y]) for amplitude in every]
+    # the largest length is that of the largest part along any direction
+    parts = [
+        _with_lines(
+            (lateral * np.exp(-1j * angle)).real, [np.cos(angle) * a + np.sin(angle) * b for a, b in reach], counts
+        )
+        for angle in (_TOWARDS if reach else ())
+    ]
+    span = Range(
+        low=-_with_lines(-force, every, counts),
+        high=_with_lines(force, every, counts),
+        length=grid_maximum(np.array(parts)) if parts else _with_lines(np.abs(lateral), (), counts),
+    )
+    square = sum(((np.abs(amplitude) ** 2).mean(axis=0) / 2 for amplitude in every), force.var(axis=0))
+    held = held_pairs(pairs, system.links.turn)
+    standing = [
+        _standing_force(balance, force[:, pairs[i]], tones, lines, pairs[i], system.links.turn[x[i]]) for i in held
+    ]
+    return force, link_statistics(span, force.mean(axis=0), square, pairs, held, np.array(standing))
+
+
+def _standing_force(
+    balance: Problem,
+    force: Array,
+    tones: Sequence[Fraction],
+    lines: Sequence[SuperposedLine],
+    pair: Index,
+    turn: Fraction,
+) -> float:
+    """Length [N] of the part of a lateral force (N, 2) in a frame of so many turns that stands still in the housing."""
+    J, amplitude = len(balance.grid.points), np.zeros(2, complex)
+    rows = balance.grid.rows(force)
+    for j, point in enumerate(balance.grid.points.tolist()):
+        frequency = sum((a * tone for a, tone in zip(point, tones, strict=False)), Fraction(0))
+        if abs(frequency) == abs(turn):
+            both = rows[j] + 1j * rows[J + j]
+            amplitude += both if frequency > 0 else both.conj()
+    for line in lines:
+        if line.shaft.frequency == abs(turn):
+            amplitude += line.links[:, pair].mean(axis=0)
+    x, y = amplitude
+    return float(abs(x - 1j * y if turn > 0 else x + 1j * y)) / 2
 
 
 def _with_lines(values: Array, amplitudes: Sequence[ComplexArray], counts: tuple[int, ...]) -> Array:
     """Largest value (c,) over all phases of values (N, c) and of lines of amplitudes (Nm, c) over mesh phases."""
     if amplitudes:
         values = values + _reach(amplitudes, len(values))
-    return grid_maximum(values.reshape(*counts, -1))
+    return grid_maximum(values.reshape(*counts, values.shape[1]))
 
 
 def _reach(amplitudes: Sequence[ComplexArray], samples: int) -> Array:

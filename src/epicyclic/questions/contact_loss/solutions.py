@@ -122,17 +122,20 @@ def require_fast_enough(ready: Response, speed: float, path: str) -> None:
     ------
     ModelError : a speed that is too low.
     """
-    if len(ready.lines.tones) > 1:
-        return
-    tone = float(ready.lines.tone)
-    steps = _least_steps(ready.modal, 1 / (speed * tone), ready.system.meshes.variation)
-    if steps > _MOST_STEPS:
+    steps, tone = too_many_steps(ready, speed), float(ready.lines.tone)
+    if steps and len(ready.lines.tones) == 1:
         raise ModelError(
             f"a mesh cycle would take {steps:.1e} steps of the highest mode",
             path=path,
             given=f"{speed * tone:.3g} Hz mesh frequency",
-            allowed=f"from {speed * tone * steps / _MOST_STEPS:.2g} Hz on",
+            allowed=f'from {speed * tone * steps / _MOST_STEPS:.2g} Hz on, or unstable = "ignore"',
         )
+
+
+def too_many_steps(ready: Response, speed: float) -> int:
+    """Steps of a mesh cycle that multipliers would take at a relative speed, where these are too many; else 0."""
+    steps = _least_steps(ready.modal, 1 / (speed * float(ready.lines.tone)), ready.system.meshes.variation)
+    return steps if steps > _MOST_STEPS else 0
 
 
 def floquet_stability(refinement: Refinement, at: Solution) -> Stability:

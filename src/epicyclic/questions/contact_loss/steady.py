@@ -17,9 +17,10 @@ from ...system.system import Array
 from ...warning_codes import CodedText, coded
 from ..response import SteadyOptions
 from ..response.response import require_stable_mean, response
+from ..response.sweep_table import ROWS
 from .branch_set import branch_set
 from .problem import embedded, gap_forces
-from .rows import NO_TORQUE, gap_rows_of, largest_link_forces, law_warnings
+from .rows import NO_TORQUE, gap_rows_of, largest_link_forces, law_warnings, link_labels
 from .shaft_orders import (
     NEGLIGIBLE,
     LinearMotion,
@@ -34,7 +35,7 @@ from .shaft_orders import (
     torus_outputs,
     unchanging_lines,
 )
-from .solutions import Refinement, Solution, Stability, require_fast_enough, solution, with_stability
+from .solutions import Refinement, Solution, Stability, solution, too_many_steps, with_stability
 from .torus import TRUNCATION_NOTED, Torus, TorusPoint, memory, respond_torus, torus_of
 
 if TYPE_CHECKING:
@@ -69,8 +70,7 @@ def contact_steady(system: System, options: SteadyOptions) -> xr.Dataset:
     relative_speed, shaft_orders, shaft_tones = options.relative_speed, options.shaft_orders, options.shaft_tones
     if not (math.isfinite(relative_speed) and relative_speed > 0):
         raise ModelError("out of range", path="relative_speed", given=relative_speed, allowed="a number above zero")
-    torus = torus_of(response(system, asks_laws=True), shaft_orders=shaft_orders, most=shaft_tones)
-    require_fast_enough(torus.ready, float(relative_speed), "relative_speed")
+    torus = torus_of(response(system, asks_laws=True), shaft_orders=shaft_orders, most=shaft_tones, fine=True)
     if gap_rows_of(torus.ready).links is None:  # a body that the mean system loses may be held by the stop of its link
         require_stable_mean(torus.ready, float(relative_speed))
     linear = linear_motion(torus, float(relative_speed))
@@ -103,9 +103,10 @@ def contact_steady(system: System, options: SteadyOptions) -> xr.Dataset:
 def mesh_order_stability(torus: Torus, point: TorusPoint) -> Stability | None:
     """Stability of the motion of mesh orders next to a point of the torus; None where it is not known.
 
-    That is with more than two mesh frequencies, and where Newton's method finds no motion of mesh orders there.
+    That is with more than two mesh frequencies, at speeds so low that a mesh cycle takes too many steps of the highest
+    mode, and where Newton's method finds no motion of mesh orders there.
     """
-    if torus.mesh_tones > 2:
+    if torus.mesh_tones > 2 or too_many_steps(torus.ready, point.state.speed):
         return None
     refinement, harmonics = Refinement(ready=torus.ready), max(*point.size.harmonics, _HARMONICS[torus.mesh_tones])
     if point.state.unchanging and point.problem.rows.parametric and not point.size.orders:
@@ -182,6 +183,7 @@ def _labelled(
         past += groups_past_the_end(ready.lawful, largest_link_forces(ready.lawful, point.problem.rows, forces))
     combined, label = _combinations(torus, point, force)
     along, slices = _along_the_face(torus, outputs, counts)
+    links, link_labels = _link_variables(torus, outputs, counts)
     return dataset(
         {
             "mesh_force": (("mesh", "mesh_phase"), _over_phase(force, counts, axis, np.mean)),
@@ -195,6 +197,7 @@ def _labelled(
             "contact_lost": ("mesh", opens | pulled),
             "amplitude": ("dof", torus_amplitudes(torus, point, lines)),
             **along,
+            **links,
             **combined,
             "status": ((), point.status if stability is None or stability.stable else "unstable"),
             "instability": ((), "" if stability is None else stability.kind or "stable"),
@@ -206,6 +209,7 @@ def _labelled(
         {
             "mesh": list(face.name),
             **slices,
+            **link_labels,
             "dof": list(system.dofs.names),
             "mesh_phase": np.arange(counts[0]) / counts[0],
             "combination": label,
@@ -221,7 +225,7 @@ def _labelled(
         provenance=system.provenance,
         warnings=[
             *law_warnings(ready, point.problem.rows),
-            *_instability(stability),
+            *_instability(stability, too_many_steps(ready, point.state.speed)),
             *coarse,
             *_warnings(lines, bool(pulled.any())),
             *past,
@@ -264,6 +268,21 @@ def _combinations(torus: Torus, point: TorusPoint, force: Array) -> tuple[dict[s
     }, np.array(label, dtype=object)
 
 
+def _link_variables(
+    torus: Torus, outputs: TorusOutputs, counts: tuple[int, ...]
+) -> tuple[dict[str, Any], dict[Hashable, Any]]:
+    """Variables and coordinates of links: forces over the phase of the first mesh, and measures over all phases."""
+    labels = link_labels(torus.ready)
+    if not labels:
+        return {}, {}
+    axis = np.zeros(len(labels["link_row"]), dtype=np.int64)
+    variables: dict[str, Any] = {
+        "link_force": (("link_row", "mesh_phase"), _over_phase(outputs.link_force, counts, axis, np.mean))
+    }
+    variables |= {name: (ROWS[name], values) for name, values in outputs.links.items() if values.size}
+    return variables, {**labels}
+
+
 def _along_the_face(
     torus: Torus, outputs: TorusOutputs, counts: tuple[int, ...]
 ) -> tuple[dict[str, Any], dict[Hashable, Any]]:
@@ -286,10 +305,14 @@ def _along_the_face(
     }, {"mesh_slice": np.array(meshes.name, dtype=object)[face.cut]}
 
 
-def _instability(stability: Stability | None) -> list[CodedText]:
-    """A warning of a motion that is not stable, or whose stability is not known."""
+def _instability(stability: Stability | None, steps: int) -> list[CodedText]:
+    """A warning of a motion that is not stable, or whose stability is not known.
+
+    steps : of a mesh cycle, where they are too many for multipliers, else 0.
+    """
     if stability is None:
-        return [coded("stability-unknown", "the stability of this motion is not known")]
+        why = f": a mesh cycle would take {steps:.1e} steps of the highest mode" if steps else ""
+        return [coded("stability-unknown", f"the stability of this motion is not known{why}")]
     size, notes = abs(stability.multiplier), list[CodedText]()
     if not stability.decided:
         doubt = f"growth is not told from none: the multiplier is {size:.8g} a cycle, right to {stability.error:.2g}"

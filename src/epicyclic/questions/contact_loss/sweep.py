@@ -19,11 +19,11 @@ from ...system.system import Array, System, faces
 from ...warning_codes import CodedText, coded
 from ..response import SweepOptions, Unstable
 from ..response.response import MEAN_UNSTABLE, Response, instability_warnings, response, unstable_speeds
-from ..response.sweep_table import speeds_of
+from ..response.sweep_table import ROWS, speeds_of
 from .branch_set import BranchSet, Crossing, Measures, branch_set, force_level, periodic_measures
 from .continuation import folds_of_speed
-from .rows import gap_rows_of, law_warnings
-from .shaft_orders import MeshOrders, ShaftResponse, mesh_orders, shaft_response
+from .rows import gap_rows_of, law_warnings, link_labels
+from .shaft_orders import MeshOrders, ShaftResponse, link_outputs, mesh_orders, shaft_response
 from .solutions import Refinement, Solution, Stability, distinct, require_fast_enough, with_stability
 from .sweep_direction import (
     Begin,
@@ -97,7 +97,7 @@ def contact_sweep(
         require_fast_enough(ready, float(speed[usable].min()), "mesh_frequency")
     refinement, (rising, index) = Refinement(ready=ready), np.unique(speed[usable], return_inverse=True)
     shaft = torus_of(ready, most=shaft_tones) if options.shaft_orders and ready.lines.shaft else None
-    nothing = _nothing(ready.system, shaft is not None)
+    nothing = _nothing(ready, shaft is not None)
     points = [[nothing] * rising.size for _ in _DIRECTIONS]
     branches = BranchSet(speeds=rising, segments=[], crossings=[], ended=[])
     largest: list[Array] = []
@@ -127,10 +127,9 @@ def contact_sweep(
     path = _path_curves(refinement, branches, unstable != "ignore")
     warnings = [*instability_warnings(ready, speed[whirling]), *_warnings(ready, curves, branches, largest), *several]
     variables = dict[str, tuple[tuple[str, ...], Any]]()
-    of_mesh, of_dof = ("direction", "mesh", "speed"), ("direction", "dof", "speed")
     for name, values in curves.items():
-        shape = of_dof if name == "amplitude" else of_mesh
-        variables[name] = (shape if values.ndim == 3 else ("direction", "speed"), values)
+        row = ROWS.get(name, ("mesh",)) if values.ndim == 3 else ()
+        variables[name] = (("direction", *row, "speed"), values)
     for name, values_along in path.items():
         along = "fold" if name == "fold_frequency" else "path"
         variables[name] = (("mesh", along) if values_along.ndim == 2 else (along,), values_along)
@@ -142,6 +141,7 @@ def contact_sweep(
             "direction": list(_DIRECTIONS),
             "mesh": list(faces(ready.system.meshes).name),
             "dof": list(ready.system.dofs.names),
+            **link_labels(ready),
             "speed": speed,
             "mesh_frequency": ("speed", speed * float(ready.lines.tone)),
         },
@@ -293,7 +293,7 @@ def _direction(
     upward = left.direction == 0
     before = None if left.begin is None else resumed(refinement, left.begin)
     for index, reached in sweep_direction(refinement, branches, left.indices, before, upward=upward, unstable=unstable):
-        values, flank, motion = _fill(refinement.ready.system, reached, shaft)
+        values, flank, motion = _fill(refinement.ready, reached, shaft)
         begin = begin_of(refinement, index, reached)
         yield _Point(index=index, values=values, flank=flank, motion=motion, begin=begin)
 
@@ -301,15 +301,17 @@ def _direction(
 # --- curves -----------------------------------------------------------------------------------------------------------
 
 
-def _nothing(system: System, shaft: bool) -> _Values:
+def _nothing(ready: Response, shaft: bool) -> _Values:
     """Values at a speed before anything is reached; shaft : whether shaft orders come on top."""
-    m, n = len(faces(system.meshes).name), system.force.size
+    system = ready.system
+    m, n, labels = len(faces(system.meshes).name), system.force.size, link_labels(ready)
     return {
         "mesh_force_rms": np.full(m, np.nan),
         "mesh_force_peak": np.full(m, np.nan),
         "mesh_force_minimum": np.full(m, np.nan),
         "contact_open": np.full(m, np.nan),
         "amplitude": np.full(n, np.nan),
+        **{name: np.full(len(labels[dims[0]]), np.nan) for name, dims in ROWS.items() if dims and dims[0] in labels},
         "status": _NO_SPEED,
         "motion": "",
         "branch_instability": "",
@@ -332,12 +334,12 @@ def _stacked(points: list[list[_Values]]) -> _Curves:
     return curves
 
 
-def _fill(system: System, reached: Reached, shaft: bool) -> tuple[_Values, Array | None, MeshOrders | None]:
+def _fill(ready: Response, reached: Reached, shaft: bool) -> tuple[_Values, Array | None, MeshOrders | None]:
     """Values of what is reached at one speed.
 
     With them the largest forces (F,) [N] where they are known, and the motion where shaft orders are still to come.
     """
-    motion, values = reached.motion, _nothing(system, shaft)
+    motion, values = reached.motion, _nothing(ready, shaft)
     values |= {"branch_instability": reached.instability, "jumped": reached.jumped, "status": "ok"}
     if motion is None:
         return values | {"status": "not converged"}, None, None
@@ -356,7 +358,8 @@ def _fill(system: System, reached: Reached, shaft: bool) -> tuple[_Values, Array
             values["multiplier_error"] = motion.stability.error
         if shaft:
             return values, None, mesh_orders(motion)
-        measures = periodic_measures(system, motion.balance, motion.state)
+        links = link_outputs(ready, motion.balance, motion.state, ready.lines.tones)[1]
+        measures = replace(periodic_measures(ready.system, motion.balance, motion.state), links=links)
     return values | _of_measures(measures), measures.flank, None
 
 
@@ -380,6 +383,7 @@ def _of_measures(measures: Measures) -> _Values:
         "mesh_force_minimum": measures.lowest,
         "contact_open": measures.open,
         "amplitude": measures.amplitude,
+        **{name: values for name, values in measures.links.items() if values.size},
     }
 
 

@@ -23,12 +23,16 @@ import numpy as np
 
 from ...system.system import Array
 from ..response import Unstable
-from ..transient.equation import constant, in_modes_of_its_speed, motion
+from ..response.measures import Range, held_pairs, link_statistics
+from ..response.response import Response
+from ..response.spectra import lateral_pairs
+from ..transient.equation import Motion, constant, in_modes_of_its_speed, motion
 from ..transient.integrators import integrate, steps_for
-from ..transient.transient import flank_force
+from ..transient.transient import flank_force, group_stretch, link_force
 from .branch_set import BranchSet, Crossing, Measures, record_measures
 from .continuation import linear_start, solve
 from .problem import Problem, gap_rows, prolonged
+from .rows import reported_links
 from .solutions import (
     Kind,
     ProblemSize,
@@ -437,12 +441,33 @@ def attractor(
                 return at
     times = begin + cycle * np.arange(len(record)) / samples
     force = flank_force(moving, times, record).T
+    measures = record_measures(system, force, record[:, 0])
     return IntegratedMotion(
         speed=speed,
         last=state,
-        measures=record_measures(system, force, record[:, 0]),
+        measures=replace(measures, links=_record_links(ready, speed, moving, times, record)),
         unchanging=bool(np.all((force != 0) == (force[0] != 0))),
     )
+
+
+def _record_links(ready: Response, speed: float, moving: Motion, times: Array, record: Array) -> dict[str, Array]:
+    """Measures of links over a record (T, 2, n) [m, m/s] of mesh orders: linear rows, and groups by their laws."""
+    system, follows = reported_links(ready)
+    pairs, orders, links = lateral_pairs(system), {line.frequency for line in moving.system.lines}, system.links
+    if ready.frame_speed != "kinematic":
+        links = replace(links, skew=links.skew / speed)
+    lines = tuple(line for line in system.lines if line.frequency in orders)
+    force = link_force(replace(moving, system=replace(system, lines=lines, links=links)), times, record)
+    if follows.size:
+        laws = ready.lawful.laws
+        force[follows] = laws.force(group_stretch(moving, times, record))[:, ~laws.row_memory].T
+    span = Range(
+        low=force.min(axis=1),
+        high=force.max(axis=1),
+        length=np.hypot(force[pairs[:, 0]], force[pairs[:, 1]]).max(axis=1),
+    )
+    held = held_pairs(pairs, system.links.turn)
+    return link_statistics(span, force.mean(axis=1), force.var(axis=1), pairs, held, np.zeros(len(held)))
 
 
 def _solution_beside(

@@ -56,6 +56,9 @@ TRUNCATION_NOTED = 2e-3
 _PHASES, _SHAFT_SAMPLES = {1: 4, 2: 3}, 4
 # First and last orders of a shaft tone, by the number of them.
 _FIRST, _LAST = {1: 4, 2: 3, 3: 2}, {1: 8, 2: 5, 3: 3}
+# Truncation residual by a shaft tone that a single speed leaves where links follow laws, and last orders of that: what
+# opens and closes over a turn has forces of slow series, right to 1e-4 then.
+_OF_LINKS, _LAST_OF_LINKS = 1.5e-4, {1: 32, 2: 8, 3: 3}
 # Harmonics: least, most to begin with, most, the last two by the number of mesh tones.
 _LEAST, _BEGIN, _MOST = 12, {1: 32, 2: 16, 3: 12}, {1: 64, 2: 24, 3: 16}
 # Harmonics begin where they reach beyond the highest mode, by this factor.
@@ -210,12 +213,14 @@ class Torus:
 
     shaft_tones : the shaft lines on tones of their own.  shaft_lines : all groups of them that count.
     face : whole meshes.  problems : those made so far, by size.
+    fine : whether shaft orders grow until links that follow laws are right to 1e-4.
     """
 
     ready: Response
     shaft_tones: ShaftTones
     shaft_lines: tuple[Shaft, ...]
     face: Faces
+    fine: bool = False
     problems: dict[Size, Prepared] = field(default_factory=dict)
 
     @property
@@ -233,6 +238,13 @@ class Torus:
     def mesh_tones(self) -> int:
         """Number of mesh tones."""
         return len(self.ready.lines.tones)
+
+    def excess(self, point: TorusPoint) -> Array:
+        """Truncation residual of a point by each kind, per what may be left (kinds,)."""
+        allowed = np.full(point.truncation.size, TRUNCATION_TOLERANCE)
+        allowed[self.mesh_tones + 1 :] = _OF_LINKS if self.fine else TRUNCATION_TOLERANCE
+        excess: Array = point.truncation / allowed
+        return excess
 
     @property
     def tones(self) -> Array:
@@ -286,7 +298,7 @@ class TorusPoint:
         return "ok" if self.truncation_residual <= TRUNCATION_TOLERANCE else "coarse"
 
 
-def torus_of(ready: Response, *, shaft_orders: bool = True, most: int | None = None) -> Torus:
+def torus_of(ready: Response, *, shaft_orders: bool = True, most: int | None = None, fine: bool = False) -> Torus:
     """Prepare a System for contact loss with shaft orders.
 
     Parameters
@@ -294,6 +306,7 @@ def torus_of(ready: Response, *, shaft_orders: bool = True, most: int | None = N
     shaft_orders : whether shaft lines count.
     most : shaft tones at most; None: 3 beside one mesh tone, 1 beside two, 0 beside more.  The other lines are in
         ``shaft_tones.superposed``.
+    fine : as of `Torus`, where links follow laws.
     """
     tones = len(ready.lines.tones)
     room = max(0, _PHASES.get(tones, tones) - tones) if most is None else most
@@ -303,6 +316,7 @@ def torus_of(ready: Response, *, shaft_orders: bool = True, most: int | None = N
         shaft_tones=shaft_tones(ready, every, most=room),
         shaft_lines=every,
         face=faces(ready.system.meshes),
+        fine=fine and gap_rows_of(ready).links is not None,
     )
 
 
@@ -338,7 +352,7 @@ def respond_torus(
         point = _solve_size(torus, size, speed, points, y, rough)
         if start is None and not point.converged:
             point = _continued_in_speed(torus, point, speed, rough)
-        while point.converged and point.truncation_residual > TRUNCATION_TOLERANCE:
+        while point.converged and float(np.linalg.norm(torus.excess(point))) > 1:
             larger = _larger_size(torus, point)
             if larger == point.size or _values(torus, larger) > _VALUES:
                 break
@@ -502,16 +516,16 @@ def _first_size(torus: Torus, speed: float) -> Size:
 def _larger_size(torus: Torus, point: TorusPoint) -> Size:
     """More rows of the kinds that drop more than their part."""
     size, D, count = point.size, torus.mesh_tones, len(torus.shaft_tones.tones)
-    poor = point.truncation > TRUNCATION_TOLERANCE / np.sqrt(point.truncation.size)
-    most, last, cross = _MOST.get(D, _LEAST), _LAST.get(count, 2), _CROSS_LAST.get(D, _CROSS)
+    excess = torus.excess(point)
+    poor = excess > 1 / np.sqrt(excess.size)
+    most, cross = _MOST.get(D, _LEAST), _CROSS_LAST.get(D, _CROSS)
+    last = (_LAST_OF_LINKS if torus.fine else _LAST).get(count, 2)
     return Size(
         tuple(max(H, min(most, H + H // 2)) if poor[j] else H for j, H in enumerate(size.harmonics)),
         max(size.cross, min(cross, size.cross + _CROSS_STEP)) if poor[D] else size.cross,
         tuple(
-            max(H, min(last, H + (2 if far else 1))) if much else H
-            for H, much, far in zip(
-                size.orders, poor[D + 1 :], point.truncation[D + 1 :] > 1.5 * TRUNCATION_TOLERANCE, strict=True
-            )
+            max(H, min(last, H + (max(2, H // 3) if far else 1))) if much else H
+            for H, much, far in zip(size.orders, poor[D + 1 :], excess[D + 1 :] > 1.5, strict=True)
         ),
     )
 

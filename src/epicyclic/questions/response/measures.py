@@ -146,11 +146,25 @@ def link_measures(links: Signal, pairs: Index, turn: Sequence[Fraction]) -> dict
 
     turn : (p,) of `LinkRows`.  The lateral force on a housing is constant where it stands still in the housing.
     """
-    span, average, square = ranges(links, pairs), mean(links), mean_square(links)
+    held = held_pairs(pairs, turn)
+    standing = _standing_forces(links, pairs[held], [turn[row] for row in pairs[held, 0]])
+    return link_statistics(ranges(links, pairs), mean(links), mean_square(links), pairs, held, standing)
+
+
+def held_pairs(pairs: Index, turn: Sequence[Fraction]) -> list[int]:
+    """Which pairs of link rows (k, 2) hold a turning frame in the housing; turn : (p,) of `LinkRows`."""
+    return [pair for pair, row in enumerate(pairs[:, 0]) if turn and turn[row]]
+
+
+def link_statistics(
+    span: Range, average: Array, square: Array, pairs: Index, held: Sequence[int], standing: Array
+) -> dict[str, Array]:
+    """The measures of extremes, means (p, ..) and mean squares (p, ..) of the link rows.
+
+    standing : (h, ..) length of the force of the pairs `held` that stands still in the housing [N].
+    """
     x, y = pairs.T
     constant, varying = np.hypot(average[x], average[y]), square[x] + square[y]
-    held = [pair for pair, row in enumerate(x) if turn and turn[row]]
-    standing = _standing_forces(links, pairs[held], [turn[row] for row in x[held]])
     varying[held] = np.maximum(varying[held] + constant[held] ** 2 - standing**2, 0.0)
     constant[held] = standing
     return {

@@ -16,7 +16,7 @@ from ...engine.workers import each, import_results
 from ...errors import ModelError
 from ...statics.record import idle_warnings, parallel_meshes
 from ...statics.static import rounding_of
-from ...statics.tangent import linear
+from ...statics.tangent import linear, turn_warnings
 from ...system.system import Array, ComplexArray, System, faces
 from ...warning_codes import CodedText, coded
 from . import SteadyOptions, SweepOptions
@@ -98,6 +98,7 @@ def steady(system: System, options: SteadyOptions) -> xr.Dataset:
     most = f"at most {MOST_NUMBERS // width}"
     require_memory(float(checked_samples(samples)) * width, path="samples", given=samples, allowed=most)
     theta = np.arange(samples) / samples
+    of_turn = turn_warnings(system)
     ready, block = solve_speed(
         system if method == "exact" else superposed(linear(system), relative_speed), relative_speed, TOLERANCE
     )
@@ -144,7 +145,12 @@ def steady(system: System, options: SteadyOptions) -> xr.Dataset:
         verb="steady",
         options={"method": method, "relative_speed": relative_speed, "samples": samples, "harmonics": block.harmonics},
         provenance=system.provenance,
-        warnings=[*system.warnings, *tension_warnings(system, lowest, factor), *factor_warnings(system, factor)],
+        warnings=[
+            *system.warnings,
+            *of_turn,
+            *tension_warnings(system, lowest, factor),
+            *factor_warnings(system, factor),
+        ],
     )
     return with_bounds_named(result, len(ready.lines.tones))
 
@@ -337,6 +343,7 @@ def sweep(
         },
         warnings=[
             *ready.system.warnings,
+            *([] if options.forces_alone else turn_warnings(system)),
             *instability_warnings(ready, speed[unstable]),
             *tension_warnings(ready.system, table.minimum_force, table.values["dynamic_factor"]),
             *factor_warnings(ready.system, table.values["dynamic_factor"]),

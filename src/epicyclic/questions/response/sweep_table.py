@@ -271,7 +271,7 @@ Index = NDArray[np.int64]
 
 _BOUND = "bound of the largest radial force in a bearing or support, over all phases of the mesh frequencies"
 # Dimensions of every numeric variable besides speed.
-_ROWS: dict[str, tuple[str, ...]] = {
+ROWS: dict[str, tuple[str, ...]] = {
     "mesh_force_mean": ("mesh",),
     "mesh_force_rms": ("mesh",),
     "mesh_force_peak": ("mesh",),
@@ -373,7 +373,7 @@ def empty_table(
         "link_row": system.links.name,
         "bearing": [system.links.link[x] for x in layout.pairs[:, 0]],
     }
-    kept = {name: dims for name, dims in _ROWS.items() if harmonics or name not in _COMPLEX}
+    kept = {name: dims for name, dims in ROWS.items() if harmonics or name not in _COMPLEX}
     shapes = {name: [len(labels[dim]) for dim in dims] for name, dims in kept.items()}
     return SweepTable(
         labels=labels,
@@ -410,7 +410,7 @@ def sweep_dataset(
     """
     from ...results.dataset import dataset
 
-    variables = {name: ((*_ROWS[name], "speed"), values) for name, values in table.values.items()}
+    variables = {name: ((*ROWS[name], "speed"), values) for name, values in table.values.items()}
     used = {dim for dims, _ in variables.values() for dim in dims}
     coords: dict[Hashable, Any] = {dim: list(names) for dim, names in table.labels.items() if dim in used}
     coords["mesh_tone"] = ("mesh", table.tones[table.layout.axis])
