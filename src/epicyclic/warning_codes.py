@@ -247,7 +247,7 @@ Nothing is damped: what a start or a step sets moving never dies away.
 State damping.modal, or damping of meshes and supports.
 
 torque-undetermined cases.md
-Couplings close a path of their own, as two clutches at a time between the same members do: their stiffnesses share the load.
+Couplings close a path of their own, as two clutches between the same members do: their stiffnesses share the load.
 Open one of them, or take the torques of `static`.
 
 no-backlash transient.md

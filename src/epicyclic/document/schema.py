@@ -399,7 +399,7 @@ class CaseTable(OperationTable):
         default_factory=dict, description="external forces and moments by name, beside those of the file or in place"
     )
     duration: Annotated[float, Unit("time")] | None = key(None, "time spent in this case [h]", ge=0)
-    share: float | None = key(None, "share of the time spent in this case", ge=0, le=1)
+    share: Annotated[float, Unit("ratio", low=0, high=1)] | None = key(None, "share of the time spent in this case [%]")
 
 
 class StageLimitsTable(SchemaTable):

@@ -26,7 +26,9 @@ def brief_tables(result: xr.Dataset) -> list[Table]:
     """Members and couplings with their speeds and torques, pairs of gears, verbs; everything else by words."""
     assumed, values = (json.loads(str(result.attrs.get(name, "[]"))) for name in ("assumed", "values"))
     count = f"{len(assumed)} of {len(values)} values are assumed. " if assumed else ""
-    tail = Table(title="", columns={}, lead=count + _WHOLE)
+    cases = ", ".join(json.loads(str(result.attrs.get("model", "{}"))).get("cases", ()))
+    others = f" Load cases: {cases}; --case NAME or --case all." if cases else ""
+    tail = Table(title="", columns={}, lead=count + _WHOLE + others)
     return [_members(result), *_couplings(result), _pairs(result), _verbs(result), tail]
 
 
@@ -58,19 +60,21 @@ def locked_words(result: xr.Dataset) -> str:
 
 
 def _couplings(result: xr.Dataset) -> list[Table]:
-    """Torque and speed of every coupling, its shafts among them; none where speeds or torques are not known."""
+    """Torque, speed and slip of every coupling, its shafts among them; none where speeds or torques are not known."""
     if "path_torque" not in result.variables:
         return []
     speed = {one.name: one.speed for one in members_of(result)}
     ends = zip(*(texts(result, name, "path") for name in ("path", "path_from", "path_to")), strict=True)
     torques = numbers(result, "path_torque", "path")
     rows = [
-        (path.removeprefix(_COUPLED), first, second, float(torque), speed.get(second, np.nan))
+        (path.removeprefix(_COUPLED), first, second, float(torque), speed.get(second, np.nan), np.nan)
         for (path, first, second), torque in zip(ends, torques, strict=True)
         if path.startswith(_COUPLED)
     ]
-    headings = ("coupling", "from", "to", "torque [N m]", "speed [rpm]")
-    title = "Couplings (torque on the second member)"
+    apart = _open_couplings(result, members_of(result))
+    rows += [(name, first, second, np.nan, speed.get(second, np.nan), slip) for name, first, second, slip in apart]
+    headings = ("coupling", "from", "to", "torque [N m]", "speed [rpm]", "slip [rpm]")
+    title = f"Couplings (torque on the second member{'; slip of an open one' if apart else ''})"
     return [Table(title=title, columns=named_columns(headings, rows))] if rows else []
 
 
@@ -90,7 +94,10 @@ def check_over_cases(whole: xr.Dataset, cases: Mapping[str, xr.Dataset]) -> list
             values = [getattr(own[at], of) for own in members.values()]
             if of == "speed" or any(values):
                 columns[heading.format(member.name)] = values
-    rows = {name: (_through(result), _slips(result, members[name])) for name, result in cases.items()}
+    rows = {
+        name: (_through(result), {one: slip for one, _, _, slip in _open_couplings(result, members[name])})
+        for name, result in cases.items()
+    }
     paths = list(dict.fromkeys(path for through, slips in rows.values() for path in (*through, *slips)))
     joined: dict[str, Any] = {"case": list(cases)} if paths else {}
     for path in paths:
@@ -108,18 +115,21 @@ def _through(result: xr.Dataset) -> dict[str, float]:
     return {path.removeprefix(_COUPLED): float(torque) for path, torque in torques if not path.startswith("stages.")}
 
 
-def _slips(result: xr.Dataset, members: Sequence[Member]) -> dict[str, float]:
-    """Speed of the second end less that of the first [rpm] of every coupling without stiffness about z."""
+def _open_couplings(result: xr.Dataset, members: Sequence[Member]) -> list[tuple[str, str, str, float]]:
+    """Every coupling without stiffness about z, its members, and the speed of the second less that of the first."""
     speed = {one.name: one.speed for one in members}
     member = dict(zip(texts(result, "body"), texts(result, "member", "body"), strict=True))
     about_z = result["link_stiffness"].sel(direction="rz").values
     ends = zip(*(texts(result, f"link_{end}", "link") for end in ("first", "second")), strict=True)
-    kinds = zip(texts(result, "link"), texts(result, "link_kind", "link"), about_z, ends, strict=True)
-    return {
-        link.removeprefix(_COUPLED): speed.get(member[second], np.nan) - speed.get(member[first], np.nan)
-        for link, kind, stiffness, (first, second) in kinds
-        if kind == "coupling" and stiffness == 0 and first in member and second in member
-    }
+    found = []
+    for name, kind, stiffness, own in zip(
+        texts(result, "link"), texts(result, "link_kind", "link"), about_z, ends, strict=True
+    ):
+        if kind == "coupling" and stiffness == 0 and own[0] in member and own[1] in member:
+            first, second = (member[end] for end in own)
+            slip = speed.get(second, np.nan) - speed.get(first, np.nan)
+            found.append((name.removeprefix(_COUPLED), first, second, slip))
+    return found
 
 
 def ratio(members: Sequence[Member]) -> str:

@@ -60,7 +60,7 @@ def _angles(result: xr.Dataset) -> list[Table]:
         "stiffness [N m/arcmin]": list(_stiffness(result) / _ARCMIN),
     }
     zero = "mid-backlash, so that half of the play is in them" if known else "first touch"
-    lead = "The stiffness is the torque per elastic part of the angle."
+    lead = "The stiffness is a secant, the torque per angle beyond the play; errors that close flanks in turn lower it."
     return [Table(title=f"Locked train: angles from {zero}", columns=columns, lead=lead)]
 
 

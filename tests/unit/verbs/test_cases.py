@@ -144,7 +144,8 @@ def test_findings_say_what_fails_how_long_and_what_has_the_least_margin() -> Non
     value = {name: next(one.value for one in own if one.limit == 1.1) for name, own in alone.items()}
     first, second = findings_of({"": whole})
     assert (first.tone, first.text) == ("bad", "Fails in low, 75 % of the time.")
-    assert second.text == f"Least margin in low, 75 % of the time: {100 * value['low'] / 1.1:.3g} % of the limit."
+    share = f"{100 * value['low'] / 1.1:.3g} % of the limit 1.1"
+    assert second.text == f"Least margin in low, 75 % of the time: {value['low']:.4g}, {share}."
     assert (second.value, second.limit) == (value["low"], 1.1)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ...limits import k_gamma_verdict
 from ...results.dataset import largest
-from ...show.elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table, force_table
+from ...show.elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table, force_table, named_columns
 from ...show.series import engineering, largest_coefficients, readable, short_names, stage_count, texts, unbroken
 from ...show.views import ResultView
 
@@ -159,6 +159,22 @@ def _k_gamma(
     return [Finding(tone=verdict.tone, text=text, change=change, anchor="sharing", **judged)]
 
 
+def over_cases(whole: xr.Dataset, cases: Mapping[str, xr.Dataset]) -> list[Table]:
+    """K_gamma of every case, in the mean and while turning, beside the limit that is nearest, and its mesh."""
+    rows = []
+    for name, result in cases.items():
+        known = result.load_sharing.reindex(definition=["mean-load", "mean-load-turning"])
+        mean, turning = known.transpose("definition", "mesh").values
+        verdict = k_gamma_verdict(result, "mesh", mean.tolist())
+        if verdict is not None:
+            most = np.nanmax(turning) if np.isfinite(turning).any() else np.nan
+            rows.append((name, verdict.value, most, verdict.limit, verdict.name))
+    headings = ("case", "K_gamma", "while turning", "limit", "mesh")
+    return (
+        [Table(title="K_gamma over the load cases", columns=named_columns(headings, rows), decimals=4)] if rows else []
+    )
+
+
 def _loaded(result: xr.Dataset) -> NDArray[np.bool_]:
     """Meshes (m,) that carry a load in the mean; the teeth of others rattle, which is no loss of contact."""
     if "load_sharing" not in result.variables:
@@ -179,4 +195,6 @@ def _coefficients(result: xr.Dataset, meshes: Sequence[str], definitions: Sequen
     return Table(title=title, columns=columns, decimals=4)
 
 
-VIEWS = (ResultView("sharing", 70, tables, sections, key_figures=key_figures, findings=findings),)
+VIEWS = (
+    ResultView("sharing", 70, tables, sections, key_figures=key_figures, findings=findings, over_cases=over_cases),
+)
