@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..results.dataset import cases_of
-from .elements import Company, Drawing, Finding, KeyFigure, Part, Section, Styled, Table, force_table
+from ..results.dataset import cases_of, largest
+from .elements import Company, Drawing, Finding, KeyFigure, Part, Section, Styled, Table, force_table, named_columns
 from .series import texts
 
 if TYPE_CHECKING:
@@ -200,8 +200,22 @@ def cases_tables(result: xr.Dataset) -> list[Table]:
         "share [%]": list(100 * result["case_share"].values),
         str(result.attrs["of"]): verdicts,
     }
-    own = view_of(str(result.attrs["of"])).over_cases(result, cases_of(result))
+    found = cases_of(result)
+    own = view_of(str(result.attrs["of"])).over_cases(result, found) or _forces_over_cases(found)
     return [Table(title="Load cases", columns=columns), *own]
+
+
+def _forces_over_cases(cases: Datasets) -> list[Table]:
+    """Largest mesh force of every case and its mesh; none of results without mesh forces."""
+    rows = []
+    for name, result in cases.items():
+        kind = next((kind for kind in ("mesh_force_peak", "mesh_force") if kind in result), None)
+        if kind is not None:
+            most = result[kind].max([dim for dim in result[kind].dims if dim != "mesh"])
+            at = largest(most.values)
+            rows.append((name, float(most.values[at]) / 1e3, str(result["mesh"].values[at])))
+    columns = named_columns(("case", "largest mesh force [kN]", "mesh"), rows)
+    return [Table(title="Mesh forces over the load cases", columns=columns)] if rows else []
 
 
 def cases_findings(result: xr.Dataset, company: Company) -> list[Finding]:

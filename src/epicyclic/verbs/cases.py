@@ -16,7 +16,7 @@ from ..options import ALL_CASES
 from ..results.dataset import dataset
 from ..system.system import System
 from ..train.train import Train
-from ..warning_codes import coded, placed
+from ..warning_codes import CodedText, coded, placed
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -66,10 +66,7 @@ def over_cases(
         for name, one in zip(names, found, strict=True)
         if one.reason
     ]
-    for name, result in zip(names, results, strict=True):
-        said += (
-            [] if result is None else [placed(f"case {name}", text) for text in json.loads(result.attrs["warnings"])]
-        )
+    said += _warnings_of({name: one for name, one in zip(names, results, strict=True) if one is not None})
     made = dataset(
         {
             "case_status": ("case", np.array([one.status for one in found], dtype=object)),
@@ -84,6 +81,18 @@ def over_cases(
     more = {"of": str(first.attrs["verb"]), "cases": json.dumps(own)}
     whole = along([axis], results)
     return whole.assign(made.data_vars).assign_attrs(made.attrs | more)
+
+
+def _warnings_of(results: Mapping[str, xr.Dataset]) -> list[CodedText]:
+    """Warnings of the cases, one that several have once with their names."""
+    of: dict[CodedText, list[str]] = {}
+    for name, result in results.items():
+        for text in json.loads(result.attrs["warnings"]):
+            of.setdefault(text, []).append(name)
+    every = "every case"
+    return [
+        placed(every if len(own) == len(results) > 1 else f"case {', '.join(own)}", text) for text, own in of.items()
+    ]
 
 
 _PROVENANCE = ("title", "doi", "model", "assumed")

@@ -124,9 +124,9 @@ def test_exceedance_over_the_duty_is_weighted_by_the_time() -> None:
     above = {name: float(one["system_exceedance"].values[0, 0]) for name, one in alone.items()}
     assert 0 < above["high"] < above["low"] < 1
     table = next(one for one in tables_of(whole) if one.title.startswith("K_gamma"))
-    assert table.columns["above 1.1 [%]"] == pytest.approx([100 * above["low"], 100 * above["high"]])
+    assert table.columns["above it [%]"] == pytest.approx([100 * above["low"], 100 * above["high"]])
     weighted = 0.75 * above["low"] + 0.25 * above["high"]  # 30 h and 10 h
-    said = re.search(r"cases: ([\d.]+) % of it above 1.1", table.lead)
+    said = re.search(r"above its limit in ([\d.]+) % of the time", table.lead)
     assert said is not None
     assert float(said[1]) == pytest.approx(100 * weighted, rel=5e-3)
 

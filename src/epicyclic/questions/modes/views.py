@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ...limits import NO_MATTER, RESONANCE_BAND, TEETH_PART, ResonanceVerdict
 from ...results.dataset import EQUAL, ranked
-from ...show.elements import Company, Details, Drawing, Finding, KeyFigure, Listing, Part, Section, Table
+from ...show.elements import Company, Details, Drawing, Finding, KeyFigure, Listing, Part, Section, Table, named_columns
 from ...show.series import engineering, mode_groups, numbers, stage_count, summed_shares, texts, unbroken
 from ...show.views import ResultView
 
@@ -145,6 +145,24 @@ def modes_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
     text = f"{count}; the strongest is where {where}: {size}{_nearer(result, near[ratio[near] >= NO_MATTER], at)}."
     judged = {"value": verdict.force_ratio, "limit": TEETH_PART}
     return [Finding(tone=verdict.tone, text=text, change=change, anchor="resonances", **judged)]
+
+
+def modes_over_cases(whole: xr.Dataset, cases: Mapping[str, xr.Dataset]) -> list[Table]:
+    """Of every case the resonance nearest to its speed of those whose mode makes a force that matters."""
+    rows = []
+    for name, result in cases.items():
+        near, ratio = _driven(result), _force_ratio(result)
+        strong = near[(ratio[near] >= NO_MATTER) | (ratio[near] < 0)]  # or is not known
+        if not strong.size:
+            continue
+        speed = result["resonance_speed"].values
+        at = int(strong[np.abs(speed[strong] - 1).argmin()])
+        mode, hertz = int(result["resonance_mode"].values[at]), float(result["resonance_frequency"].values[at])
+        force = 100 * float(ratio[at]) if ratio[at] >= 0 else np.nan
+        rows.append((name, _order(result, at), mode, hertz, 100 * float(speed[at]), force))
+    headings = ("case", "mesh order", "mode", "frequency [Hz]", "at [% of its speed]", "force [% of mean]")
+    title = f"Nearest resonance of every case whose mode makes {100 * NO_MATTER:g} % of the mean force or more"
+    return [Table(title=title, columns=named_columns(headings, rows))] if rows else []
 
 
 def _nearer(result: xr.Dataset, strong: NDArray[np.int64], strongest: int) -> str:
@@ -314,6 +332,7 @@ VIEWS = (
         key_figures=modes_key_figures,
         findings=modes_findings,
         front=modes_front,
+        over_cases=modes_over_cases,
     ),
     ResultView("campbell", 40, campbell_tables, campbell_sections),
 )

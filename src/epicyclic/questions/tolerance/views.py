@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...limits import k_gamma_verdict, passes
-from ...show.elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table
+from ...show.elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table, named_columns
 from ...show.series import (
     engineering,
     judged_quantile,
@@ -182,29 +182,29 @@ def _quantiles(result: xr.Dataset) -> Table:
 
 
 def tolerance_over_cases(whole: xr.Dataset, cases: Mapping[str, xr.Dataset]) -> list[Table]:
-    """K_gamma of every case, how often it is above its limit, and that over all trains and the time they spend."""
+    """K_gamma of every case, of the pair nearest to its limit, how often it is above that, and over all the time."""
     share = dict(zip(texts(whole, "case"), whole["case_share"].values, strict=True))
-    rows = {name: of_definition(result) for name, result in cases.items()}
-    columns: dict[str, Any] = {"case": list(rows)}
-    for p in next(iter(rows.values()))["probability"].values:
-        columns[f"K_gamma in {percent(float(p))}"] = [
-            float(row["system_k_gamma_quantile"].sel(probability=p)) for row in rows.values()
-        ]
-    said = []
-    for limit in sorted({float(value) for row in rows.values() for value in row["limit"].values}):
-        above = {name: _above(row, limit) for name, row in rows.items()}
-        columns[f"above {limit:g} [%]"] = [100 * value for value in above.values()]
-        time = sum(share[name] for name in above)
-        weighted = sum(share[name] * value for name, value in above.items()) / time if time else np.nan
-        said += [f"{engineering(100 * weighted, 3)} % of it above {limit:g}"] if np.isfinite(weighted) else []
-    lead = f"Over all trains and the time that they spend in the cases: {', '.join(said)}." if said else ""
-    return [Table(title="K_gamma over the load cases", columns=columns, lead=lead)]
+    rows = [(name, *_nearest(result)) for name, result in cases.items()]
+    time = sum(share[name] for name, *_ in rows)
+    weighted = sum(share[name] * above for name, *_, above in rows) / time if time else np.nan
+    probabilities = [float(p) for p in next(iter(cases.values()))["probability"].values]
+    headings = ("case", "pair", *(f"K_gamma in {percent(p)}" for p in probabilities), "limit", "above it [%]")
+    columns = named_columns(headings, [(name, *own, 100 * above) for name, *own, above in rows])
+    said = f"K_gamma is above its limit in {engineering(100 * weighted, 3)} % of the time, over all trains."
+    return [Table(title="K_gamma over the load cases", columns=columns, lead=said if np.isfinite(weighted) else "")]
 
 
-def _above(row: xr.Dataset, limit: float) -> float:
-    """Share of the trains of a case above a limit; nan of a case that has another one."""
-    at = np.flatnonzero(np.isclose(row["limit"].values, limit))
-    return float(row["system_exceedance"].values[at[0]]) if at.size else np.nan
+def _nearest(result: xr.Dataset) -> tuple[Any, ...]:
+    """The pair nearest to its limit, its quantiles, the limit, and the share of the trains above it."""
+    one = of_definition(result)
+    quantiles = one["k_gamma_quantile"].transpose("pair", "probability").values
+    verdict = k_gamma_verdict(result, "pair", quantiles[:, -1].tolist())
+    if verdict is None:
+        return "", *([np.nan] * quantiles.shape[1]), np.nan, np.nan
+    pair = texts(result, "pair").index(verdict.name)
+    at = np.flatnonzero(np.isclose(one["limit"].values, verdict.limit))
+    above = float(one["exceedance"].transpose("pair", "limit").values[pair, at[0]]) if at.size else np.nan
+    return pair_labels(texts(one, "pair"))[pair], *quantiles[pair].tolist(), verdict.limit, above
 
 
 def _with_bands(one: xr.Dataset, name: str) -> list[str]:
