@@ -11,6 +11,7 @@ import os
 import re
 import shlex
 import sys
+import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from enum import StrEnum
@@ -22,7 +23,7 @@ import typer
 from typer.core import TyperGroup
 
 from ..errors import ModelError
-from ..options import Option, shape_of
+from ..options import ALL_CASES, Option, shape_of
 from ..results.files import write_text
 from ..verbs.record import Verb, help_of, keywords, verbs
 from .output import (
@@ -337,7 +338,9 @@ def run_verb(
     typer.Exit : 2 wrong input, 3 no convergence, 130 stopped, 1 a fault of the program.
     """
     options = {name: plain(value) for name, value in given.items() if value not in (None, [])}
-    in_folder = "folder" in signature(verb.run).parameters
+    every = case == ALL_CASES or f"case={ALL_CASES}" in (sets or ())
+    # of several cases each would need a folder of its own
+    in_folder = "folder" in signature(verb.run).parameters and not every
     takes_folder = in_folder and keywords(verb.run)["resume"][1] is not bool
     named = options.get("resume" if takes_folder else "store")
     keeping = kept(
@@ -349,6 +352,10 @@ def run_verb(
     with reported(), _flagged(flags), keeping as folder:
         suffixes = (*verb.writers, *((".toml",) if verb.model_text else ()))
         require_output(output, figure, verb.gives, as_json=as_json, further=suffixes)
+        if figure and every:
+            raise ModelError("is of one case", path="--figure", given=", ".join(figure), allowed="--case with its name")
+        if verb.reads and output is not None:
+            _keep_model(output)
         import_model_rooms()
         overrides = parsed_overrides(sets, case)
         with progress_bar(f"{verb.name} {model}") as step:
@@ -371,6 +378,23 @@ def run_verb(
             put({verb.name: result}, output=output, figures=figure, as_json=as_json, make=make, whole=whole)
         if result.attrs.get("stopped"):
             raise KeyboardInterrupt
+
+
+def _keep_model(output: Path) -> None:
+    """Refuse to write a part of a model file over a whole one."""
+    if output.suffix.lower() != ".toml" or not output.is_file():
+        return
+    try:
+        whole = "format" in tomllib.loads(output.read_text(encoding="utf-8"))
+    except (ValueError, OSError):
+        return
+    if whole:
+        raise ModelError(
+            "is a model file",
+            path="--output",
+            given=str(output),
+            allowed="another name: what is written goes behind it",
+        )
 
 
 @contextmanager

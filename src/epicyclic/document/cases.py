@@ -13,7 +13,7 @@ from typing import Any
 from ..errors import ModelError
 from ..options import ALL_CASES
 from .schema import CaseTable, ModelFile, OperationTable, case_states, nearest
-from .tables import PlainTable, merge
+from .tables import REMOVE, PlainTable, union
 from .units import Quantity
 
 
@@ -25,7 +25,7 @@ def at_case(model: ModelFile) -> ModelFile:
     ModelError : no such case or coupling; the operation of the case contradicts itself.
     """
     if model.case:
-        case = _named(model.cases, model.case, "case")
+        case = _named(model.cases, model.case, "case", "case")
         stated = {name for name in OperationTable.model_fields if case_states(name, case.model_fields_set)}
         operation = model.operation.model_copy(update={name: getattr(case, name) for name in stated})
         model = model.model_copy(update={"operation": operation, "loads": {**model.loads, **case.loads}})
@@ -34,23 +34,21 @@ def at_case(model: ModelFile) -> ModelFile:
     return model.model_copy(update={"couplings": {**model.couplings, **opened}}) if opened else model
 
 
-def _named(tables: Mapping[str, Any], name: str, path: str) -> Any:
+def _named(tables: Mapping[str, Any], name: str, path: str, what: str) -> Any:
     if path == "case" and name == ALL_CASES:
         raise ModelError(
             "stands for every case, which a verb computes one by one", path=path, given=name, allowed=", ".join(tables)
         )
     if name not in tables:
-        allowed = f"one of {', '.join(tables)}" if tables else "a name of [cases], which has none"
-        raise ModelError(
-            f"no such {path.rpartition('.')[2]}{nearest(name, tables)}", path=path, given=name, allowed=allowed
-        )
+        allowed = f"one of {', '.join(tables)}" if tables else f"a name of [{what}s], which has none"
+        raise ModelError(f"no such {what}{nearest(name, tables)}", path=path, given=name, allowed=allowed)
     return tables[name]
 
 
 def _opened(model: ModelFile, name: str) -> Any:
     """Coupling without stiffness about z."""
     path = f"{model.operation_path('open')}.open"
-    table = _named(model.couplings, name, path)
+    table = _named(model.couplings, name, path, "coupling")
     if table.bolts is not None or table.ends == "fixed":
         what = "bolts" if table.bolts is not None else "fixed ends"
         raise ModelError(f"a coupling with {what} does not open", path=path, given=name, allowed="one with rz, or none")
@@ -103,6 +101,7 @@ def of_case(layer: PlainTable, case: str, table: PlainTable) -> PlainTable:
         if not isinstance(whole, dict):
             continue
         found = {name: value for name, value in whole.items() if stands(name)}
-        result[part] = {name: value for name, value in whole.items() if name not in found}
+        # what is removed is removed from both: else that of the operation would stand in its place
+        result[part] = {name: value for name, value in whole.items() if name not in found or value is REMOVE}
         moved |= {part: found} if part == "loads" and found else found if part == "operation" else {}
-    return merge({"cases": {case: moved}}, result) if moved else layer
+    return union({"cases": {case: moved}}, result, "") if moved else layer

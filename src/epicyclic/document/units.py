@@ -181,7 +181,7 @@ KINDS: dict[str, Kind] = {
     "speed": Kind("speed", "rad/s", 1e7, "rad/s, rpm, deg/s"),
     "acceleration": Kind("acceleration", "m/s^2", 1e6, "m/s^2"),
     "rate": Kind("rate", "1/s", 1e12, "1/s"),
-    "time": Kind("time", "s", 1e9, "s, ms, us"),
+    "time": Kind("time", "s", 1e11, "s, ms, us, min, h"),
     "unbalance": Kind("unbalance", "kg m", 1e9, "kg m, g mm"),
 }
 

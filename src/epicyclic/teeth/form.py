@@ -258,6 +258,10 @@ def _ring_fillet(gear: GearForm, shape: Outline, path: str) -> tuple[Array, Arra
         from scipy.optimize import brentq  # heavy, and needed by rings alone
 
         # a full round: the centre of the arc stands in the middle of the gap
+        if _arc(shape, 0.0)[2] > shape.half_pitch:
+            raise ModelError(
+                "the gap of the ring is closed at its root", path=path, allowed="thinner teeth, less shift"
+            )
         rho = brentq(lambda radius: _arc(shape, radius)[2] - shape.half_pitch, 0.0, rho, xtol=_XTOL * rho, rtol=_RTOL)
         touch, angle, pushed = _arc(shape, rho)
     if touch <= shape.tip:

@@ -170,6 +170,7 @@ def takes(options: type[Any] | None = None, *, turning: bool = False) -> Callabl
             for name, (_, _, option) in known.items():
                 if option.reads and name in values:
                     values[name] = READERS[option.reads](values[name], name, drive, option)
+                    _check_bounds(name, values[name], option)
             try:
                 return compute(drive, *([] if options is None else [options(**values)]), **more)
             except ModelError as error:

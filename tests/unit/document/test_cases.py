@@ -113,6 +113,10 @@ def test_an_override_of_the_operation_changes_the_case_that_states_it() -> None:
     assert speed["motor"] == 600
 
 
+def test_what_is_removed_from_the_operation_is_removed_from_its_case() -> None:
+    assert load(TABLES, {"case": "low", "operation.torque": None}).kinematics.torque is None
+
+
 def test_the_text_of_a_document_reads_as_the_same_case() -> None:
     train = load(TABLES, {"case": "low", "operation.torque.motor": "111 N m"})
     again = load(tomllib.loads(model_text(resolved_document(train))))
@@ -140,8 +144,15 @@ def test_durations_are_times() -> None:
         ({"cases.low.duration": "-1 h"}, r"cases.low.duration.*>= 0"),
         ({"cases.apart.share": 0.2}, "cases.low.duration.*beside shares.*cases.apart"),
         ({"cases.low.share": 0.2}, "cases.low.*duration"),
-        ({"case": "apart", "cases.apart.open": ["clutsh"]}, r"cases.apart.open = .'clutsh'.: no such open.*'clutch'"),
+        (
+            {"case": "apart", "cases.apart.open": ["clutsh"]},
+            r"cases.apart.open = .'clutsh'.: no such coupling.*'clutch'",
+        ),
         ({"case": "apart", "cases.apart.open": ["clutch", "clutch"]}, "cases.apart.open.*open twice"),
+        (
+            {"case": "apart", "couplings": None},
+            r"cases.apart.open = .'clutch'.*a name of \[couplings\], which has none",
+        ),
         ({"case": "low", "cases.low.held": ["ring", "motor"]}, "cases.low.speed.motor.*is held"),
         ({"case": "low", "cases.low.held": []}, "cases.low.speed"),
         ({"case": "low", "cases.low.torque.main.sun": "balance"}, r"cases.low.torque.*takes it already"),

@@ -176,6 +176,16 @@ def test_terminal_and_file(tmp_path: Path) -> None:
     assert "--case = lo: no such case; did you mean 'low'?" in wrong.output
 
 
+def test_a_verb_that_keeps_its_run_writes_all_cases_and_a_figure_is_of_one(tmp_path: Path) -> None:
+    model, saved = toml(tmp_path, MODEL["cases"]), tmp_path / "swept.nc"
+    done = CliRunner().invoke(app, ["sweep", model, "--case", "all", "--points", "3", "-o", str(saved)])
+    assert done.exit_code == 0, done.output
+    assert saved.is_file()
+    refused = CliRunner().invoke(app, ["modes", model, "--case", "all", "--figure", "frequencies", "-o", "x.svg"])
+    assert refused.exit_code == 2
+    assert "--figure = frequencies: is of one case; allowed: --case with its name" in refused.output
+
+
 def test_a_report_has_the_cases_side_by_side(tmp_path: Path) -> None:
     page = tmp_path / "cases.html"
     words = ["report", toml(tmp_path), "--case", "all", "--sections", "modes", "-o", str(page)]

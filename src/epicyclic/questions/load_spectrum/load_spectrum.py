@@ -42,6 +42,7 @@ Speeds = dict[str, tuple[float, float]]  # member -> speed in the housing and in
 _ROUNDING = 1e-9  # of the largest edge: values that near below an edge lie on it
 _LEAST_RANGE = 0.2  # of the largest value, that is cut into bins: a speed that hardly varies is one bin, or two
 _MOST_BINS = 1000
+_NOTHING = 1e-100  # a width of bins that is none
 
 
 def load_spectrum(history: LoadHistory, train: Train | None, options: SpectrumOptions) -> xr.Dataset:
@@ -106,7 +107,8 @@ def bin_edges(values: Array, bins: Bins, path: str) -> Array:
         return edges
     if not 1 <= bins <= _MOST_BINS:
         raise ModelError("out of range", path=path, given=bins, allowed=f"1 to {_MOST_BINS}, or edges")
-    least = max(high - low, _LEAST_RANGE * max(-low, high)) / bins or 1.0
+    least = max(high - low, _LEAST_RANGE * max(-low, high)) / bins
+    least = least if least > _NOTHING else 1.0
     power = 10.0 ** np.floor(np.log10(least))
     step = power * min(one for one in (1, 2, 5, 10) if one * power >= least * (1 - _ROUNDING))
     first = np.floor(low / step + _ROUNDING)
@@ -187,7 +189,9 @@ def _cycles(history: LoadHistory, exponent: float) -> Columns:
     """Ranges and means of the torque by rainflow with their counts, the largest range first, equal ones together."""
     import rainflow
 
-    cycles = [cycle[:3] for cycle in rainflow.extract_cycles(history.torque.tolist()) if cycle[0]]
+    series = history.torque.tolist()
+    series = series if len(series) > 2 else [series[0], *series]  # the package sees no reversal in two values
+    cycles = [cycle[:3] for cycle in rainflow.extract_cycles(series) if cycle[0]]
     found = np.array(cycles, dtype=np.float64).reshape(-1, 3)
     pairs, place = np.unique(found[:, 0] + 1j * found[:, 1], return_inverse=True)
     size, mean = pairs.real[::-1].copy(), pairs.imag[::-1].copy()
