@@ -401,7 +401,7 @@ def _zero_warnings(system: System) -> list[CodedText]:
 
 
 # Elastic approach of the flanks at which the play of a locked train is taken, per backlash, and the least of it [m].
-_TOUCH, _LEAST_TOUCH = 1e-5, 1e-10
+_TOUCH, _LEAST_TOUCH = 1e-4, 1e-10
 
 
 def locked_columns(held: HeldTrain, displacement: Array) -> Columns:

@@ -310,3 +310,29 @@ def test_what_a_locked_train_may_not_say(operation: dict[str, Any], path: str, w
     no_speed = one_stage()
     no_speed["operation"]["speed"] = {"sun": 0}
     assert epicyclic.load(no_speed).kinematics.locked  # a speed of 0 is what it has
+
+
+@pytest.mark.parametrize("torque", [1.0, -100.0])
+def test_play_of_a_servo_reducer_on_its_bearings(torque: float) -> None:
+    # the carrier is loaded, sun and ring are held: its play is j / (r_pin cos alpha) of the backlash j of both meshes
+    seat = {"support": {"radial": "3e8 N/m"}}
+    model = {
+        "format": 2,
+        "title": "Servo reducer",
+        "stages": {
+            "main": {
+                "planets": 3,
+                "module": "2 mm",
+                "face_width": "34 mm",
+                "sun": {"teeth": 21, "support": {"radial": "6.8e6 N/m"}},
+                "planet": {"teeth": 39, "bearing": {"radial": "3.4e8 N/m"}},
+                "ring": {"teeth": 99, **seat},
+                "carrier": {"mass": "3 kg", "inertia": "0.01 kg m^2", **seat},
+                "meshes": {pair: {"backlash": "49.2 um"} for pair in ("sun-planet", "planet-ring")},
+            }
+        },
+        "operation": {"held": ["ring", "sun"], "torque": {"carrier": torque}},
+    }
+    result = epicyclic.static(model)
+    play = float(result["play"].sel(body="main/carrier"))
+    assert play == pytest.approx(49.2e-6 / (60e-3 * cos(radians(20))), rel=1e-6)
