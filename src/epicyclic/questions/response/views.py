@@ -196,6 +196,8 @@ def sweep_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
 def _judged_factor(result: xr.Dataset) -> np.ndarray:
     """K_v (mesh, speed) [1]; nan of meshes that idle, with less than a twentieth of the largest mean in their stage."""
     factor = result["dynamic_factor"].transpose("mesh", "speed").values
+    if "mesh_force_mean" not in result.variables:
+        return np.asarray(factor)
     mean = result["mesh_force_mean"].transpose("mesh", ...).values.reshape(len(factor), -1).max(axis=1)
     stages = np.array([split_name(name)[0] for name in texts(result, "mesh")])
     most = np.array([mean[stages == stage].max() for stage in stages])
