@@ -58,7 +58,7 @@ def test_json_and_a_file_and_going_on_from_it(capsys: pytest.CaptureFixture[str]
         (["--torque-step", "1.5"], "--torque-step = 1.5: not a torque step"),
         (["--torque-step", "x@1"], "not a torque step"),
         (["--torque-step", "1.5.5@1"], "not a torque step"),
-        (["--torque-step", "2@1 h"], "--torque-step = 1 h: not a time"),
+        (["--torque-step", "2@1 kg"], "--torque-step = 1 kg: not a time"),
         (["--torque", "none.csv"], "none.csv: cannot be read"),
         (["--resume"], "--resume: needs the file of the run"),
         (["--initial", "none.nc"], "none.nc: no such file"),
