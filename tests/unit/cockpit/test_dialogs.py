@@ -291,7 +291,8 @@ def test_what_a_job_has_found_is_downloaded_while_its_state_stands(tmp_path: Pat
     async def talk(user: User, session: FakeSession) -> None:
         session.jobs.visible = lambda: jobs
         user.find("Take away").click()
-        choice = next(one for one in user.find(ui.select).elements if "job stiffness" in one.options)
+        # that of the results: the command line has a choice of jobs too
+        choice = next(one for one in user.find(ui.select).elements if one.props.get("label") == "of")
         choice.set_value("job stiffness")
         for kind in ("nc", "csv", "xlsx"):
             user.find(kind=ui.button, content=f".{kind}").click()
