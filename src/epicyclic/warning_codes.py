@@ -370,6 +370,10 @@ search-stopped relief.md
 A search ended before it was through: the answer is the best so far.
 Continue it (--resume), or allow more generations or combinations.
 
+tolerance-of-another-case cases.md
+A tolerance is of a torque of the nominal operation, or of another case, and the case that is computed states its own.
+Give a tolerance at the path in the case, `cases.NAME.torque.MEMBER`.
+
 tolerance-without-effect tolerance.md
 A tolerance moves K_gamma by nothing: its spread is zero, or nothing that it moves loads a mesh in the mean.
 Nothing if it is meant; else correct its path (tangential: position.y) or state the support that it displaces.

@@ -182,3 +182,12 @@ def test_efficiency_of_the_electric_state() -> None:
     given = 30 * (1 + r / a) * out + 80 * (1 + r / b) * out
     taken = 30 * (1 + split * r / a) * out + 80 * (1 + range_ * r / b) * out
     assert float(result["train_efficiency"]) == pytest.approx(taken / given, abs=1e-12)
+
+
+def test_clutches_that_share_a_torque_by_stiffness_are_named() -> None:
+    closed_all: dict[str, object] = {"operation.open": [], "operation.held": []}
+    train = epicyclic.load(MODELS / "ravigneaux.toml", closed_all)
+    assert train.kinematics.undetermined == ("C1", "C2", "C3")
+    assert any(text.endswith("[torque-undetermined]") for text in train.warnings)
+    for case in ("first", "third"):
+        assert epicyclic.load(MODELS / "ravigneaux.toml", {"case": case}).kinematics.undetermined == ()

@@ -23,12 +23,13 @@ import typer
 from typer.core import TyperGroup
 
 from ..errors import ModelError
-from ..options import ALL_CASES, Option, shape_of
+from ..options import Option, shape_of
 from ..results.files import write_text
 from ..verbs.record import Verb, help_of, keywords, verbs
 from .output import (
     FORMATS,
     complain,
+    every_case,
     figure_option,
     help_on_stdout,
     import_model_rooms,
@@ -338,7 +339,7 @@ def run_verb(
     typer.Exit : 2 wrong input, 3 no convergence, 130 stopped, 1 a fault of the program.
     """
     options = {name: plain(value) for name, value in given.items() if value not in (None, [])}
-    every = case == ALL_CASES or f"case={ALL_CASES}" in (sets or ())
+    every = every_case(sets, case)
     # of several cases each would need a folder of its own
     in_folder = "folder" in signature(verb.run).parameters and not every
     takes_folder = in_folder and keywords(verb.run)["resume"][1] is not bool
@@ -354,6 +355,8 @@ def run_verb(
         require_output(output, figure, verb.gives, as_json=as_json, further=suffixes)
         if figure and every:
             raise ModelError("is of one case", path="--figure", given=", ".join(figure), allowed="--case with its name")
+        if verb.reads and every:
+            raise ModelError("has no load cases, it gives them", path="--set", given="case=all", allowed="no case")
         if verb.reads and output is not None:
             _keep_model(output)
         import_model_rooms()

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ..errors import ConvergenceError, ModelError
-from ..options import ALL_CASES
 from ..results.files import write_text
 from ..rexs.file import is_rexs_name
 from .command import (
@@ -30,6 +29,7 @@ from .command import (
 from .output import (
     FORMATS,
     complain,
+    every_case,
     figure_option,
     import_model_rooms,
     on_stdout,
@@ -237,7 +237,8 @@ def report(
     ] = False,
 ) -> None:
     """What passes and what to change, and everything the model allows, in one HTML file that opens offline."""
-    several = len(models) > 1 or case == ALL_CASES
+    cases = every_case(sets, case)
+    several = len(models) > 1 or cases
     with reported(), kept(None if several else output, keeps="" if several else "-o FILE") as folder:
         target_of(output, (".html",))
         require_stdout()
@@ -247,7 +248,7 @@ def report(
             raise ModelError("goes with one model and one case", path="--resume", given=", ".join(models))
         from ..verbs.record import STUDIES, report_verbs
 
-        variants = _variants(models, parsed_overrides(sets, case))
+        variants = _variants(models, parsed_overrides(sets, case), cases)
         if several:  # every model is read before the first is computed, which takes seconds
             from ..engine.source import train_of
 
@@ -255,7 +256,7 @@ def report(
                 try:
                     train_of(model, overrides=overrides)
                 except ModelError as error:
-                    if case != ALL_CASES or len(variants) == 1:
+                    if not cases or len(variants) == 1:
                         raise
                     complain(f"left out: case {name}: {error}")
                     del variants[name]
@@ -271,26 +272,26 @@ def report(
             from ..show.report import write_report, write_variants_report
 
             if several:
-                write_variants_report(
-                    output, results, compared=None if case == ALL_CASES else _compared(models, sets, case)
-                )
+                write_variants_report(output, results, compared=None if cases else _compared(models, sets, case))
             else:
                 write_report(output, next(iter(results.values())), each=partial(each, pickled=False))
         with on_stdout():
             _print(results, output)
 
 
-def _variants(models: Sequence[str], overrides: dict[str, object]) -> dict[str, tuple[str, dict[str, object]]]:
+def _variants(
+    models: Sequence[str], overrides: dict[str, object], every: bool
+) -> dict[str, tuple[str, dict[str, object]]]:
     """Model and overrides by what each is called in the page: its case, or its file without folder and ending.
 
-    A name that comes again is numbered.
+    A name that comes again is numbered.  every : whether all load cases are asked for.
     """
     from ..questions.studies.compare import distinct_names
     from ..verbs.cases import case_names
 
     found, names = list[tuple[str, dict[str, object]]](), list[str]()
     for model in models:
-        cases = case_names(model, overrides) if overrides.get("case") == ALL_CASES else ()
+        cases = case_names(model, overrides) if every else ()
         stem = Path(model).stem or model
         names += [case if len(models) == 1 else f"{stem}, {case}" for case in cases] or [stem]
         found += [(model, {**overrides, "case": case}) for case in cases] or [(model, overrides)]

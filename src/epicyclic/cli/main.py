@@ -15,14 +15,22 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..errors import ConvergenceError, ModelError
-from ..options import ALL_CASES
 from ..results.files import write_text
 from ..verbs.record import records, verbs
 from .command import Case, Commands, Json, Model, Output, Sets, command, file_option
 from .commands import app as cockpit
 from .commands import audit, compare, explain, report, show, study, systems
 from .new import export, import_rexs, new_command
-from .output import collect_again, figure_option, open_streams, parsed_overrides, print_file, reported, target_of
+from .output import (
+    collect_again,
+    every_case,
+    figure_option,
+    open_streams,
+    parsed_overrides,
+    print_file,
+    reported,
+    target_of,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -88,7 +96,7 @@ def check(
 
         def with_efficiency(result: xr.Dataset) -> xr.Dataset:
             """Efficiency of every case beside what the train is in it, where it is known."""
-            if case != ALL_CASES:
+            if not every_case(sets, case):
                 return result
             try:
                 found = verbs()["efficiency"].run(model, overrides=parsed_overrides(sets, case))

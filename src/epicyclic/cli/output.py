@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from ..errors import ConvergenceError, ModelError
+from ..options import ALL_CASES
 from ..results.files import require_writable
 from ..show.plot import FIGURE_FILES, companions, figure_names, plot, require_figures, write_figure
 from ..user_input import as_output, outputs_apart
@@ -202,6 +203,11 @@ def parsed_overrides(sets: list[str] | None, case: str | None = None) -> dict[st
     from ..document.overrides import parse_setting
 
     return {**dict(parse_setting(text) for text in sets), **chosen}
+
+
+def every_case(sets: list[str] | None, case: str | None) -> bool:
+    """Whether ``--case all``, or a setting that says the same, asks for all load cases."""
+    return f"case={ALL_CASES}" in (sets or ()) if case is None else case == ALL_CASES
 
 
 def target_of(path: Path, suffixes: tuple[str, ...]) -> None:

@@ -13,7 +13,7 @@ from typing import Any
 from ..errors import ModelError
 from ..options import ALL_CASES
 from .schema import CaseTable, ModelFile, OperationTable, case_states, nearest
-from .tables import REMOVE, PlainTable, union
+from .tables import REMOVE, PlainTable, union, value_at
 from .units import Quantity
 
 
@@ -87,6 +87,18 @@ def check_cases(cases: Mapping[str, CaseTable]) -> None:
         last = next(reversed(shares))
         problem = f"the shares of all cases add up to {whole:g}"
         raise ModelError(problem, path=f"cases.{last}.share", given=shares[last], allowed="1 in all at most")
+
+
+def of_another_point(data: Mapping[str, object], path: str) -> bool:
+    """Whether a path of a document is of the operation or of a case, and not of the point that is computed.
+
+    That is a key of the operation that the case states, and all of other cases.
+    """
+    table, name, *_ = (*path.split("."), "")
+    case = str(data.get("case") or "")
+    if table == "operation":
+        return case_states(name, value_at(data, ["cases", case]) or ())
+    return table == "cases" and name != case
 
 
 def of_case(layer: PlainTable, case: str, table: PlainTable) -> PlainTable:

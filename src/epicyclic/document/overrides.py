@@ -19,7 +19,7 @@ from typing import Any
 
 from ..errors import ModelError
 from ..warning_codes import CodedText, coded
-from .schema import SIDES, Names, nearest
+from .schema import LOADING, SIDES, Names, nearest
 from .tables import REMOVE, PlainTable, clean, dotted_line, leaves, nested, split_path, union, value_at
 from .units import KINDS, Bounds, Quantity, finite_float, is_typed, read_quantity, typed
 from .writer import quantity_text
@@ -160,7 +160,6 @@ ALTERNATIVES: tuple[tuple[tuple[str, ...], ...], ...] = (
     (("force",), ("coefficient", "radius")),
     (("count",), ("angles",)),
 )
-_OPERATION = ("torque", "power")
 
 
 def check_alternatives(layer: PlainTable) -> None:
@@ -180,7 +179,7 @@ def replace_alternatives(base: PlainTable, layer: PlainTable) -> PlainTable:
         if path not in before:
             continue
         operation = dict(before[path])
-        for mine, other in permutations(_OPERATION):
+        for mine, other in permutations(LOADING):
             stated = after.get(other)
             removed = {path for path, _ in leaves(stated)} if isinstance(stated, dict) else set()
             for member in _given(after.get(mine)) & _given(operation.get(other)) - removed:

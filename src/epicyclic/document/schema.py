@@ -451,11 +451,11 @@ class ModelFile(SchemaTable):
 
 def case_states(name: str, stated: Iterable[str]) -> bool:
     """Whether a case of these keys states a key of the operation; a torque or power stands in place of both."""
-    return name in stated or (name in LOADING and not LOADING.isdisjoint(stated))
+    return not {name, *(LOADING if name in LOADING else ())}.isdisjoint(stated)
 
 
 SIDES = ("left", "right")
-LOADING = frozenset({"torque", "power"})
+LOADING = ("torque", "power")
 """Keys of an operation that load members: one member has one of them."""
 _TAKEN = (*SIDES, "meshes", "members", "bearings")
 _NAME = re.compile(r"[A-Za-z0-9_]{1,60}")

@@ -255,9 +255,18 @@ def _searched(blanks: list[Blank], ratio: float | None) -> tuple[list[Blank], tu
         else:
             band = RATIO_BAND if i == open_[-1] else RATIO_LIMIT  # what follows takes up the rest
             size = (blank.helix_angle, blank.module or None, band)
-            best, *further = counts_of_ratio(target, blank.planets, str(blank.held), *size)
+            try:
+                best, *further = counts_of_ratio(target, blank.planets, str(blank.held), *size)
+            except ModelError as error:
+                if alone:
+                    raise
+                problem, allowed = f"{target:.4g} is left for {blank.name}: {error.problem}", "another ratio, or stages"
+                raise ModelError(problem, path="ratio", given=ratio, allowed=allowed) from None
             found[i], others = replace(blank, teeth=best), tuple(further) if alone else ()
         rest /= abs(_ratio(found[i]))
+    if ratio < 0 < math.prod(map(_ratio, found)):
+        problem, allowed = "the output of these stages turns with the input", f"{abs(ratio):g}, or a star among them"
+        raise ModelError(problem, path="ratio", given=ratio, allowed=allowed)
     return found, others
 
 
@@ -607,7 +616,11 @@ def _loaded(document: Mapping[str, Any], wishes: Wishes) -> Train:
         blank = next(b for b in wishes.blanks if error.path.startswith(f"stages.{b.name}."))
         near = " or ".join(map(said, _near(blank))) if key == "planets" else ""
         allowed = f"{error.allowed}; teeth that take {blank.planets}: {near}" if near else error.allowed
-        key = "centre_distance" if key == "profile_shift" and not blank.shifts else key
+        if key == "profile_shift" and not blank.shifts:  # which the distance asks for
+            problem, given_ = f"asks for a profile shift of {error.given}", blank.texts["centre_distance"]
+            raise ModelError(
+                problem, path="centre_distance", given=given_, allowed="one nearer to that without"
+            ) from None
         raise ModelError(error.problem, path=key, given=error.given, allowed=allowed) from None
     given = ", ".join(f"{gear}={shift:g}" for blank in wishes.blanks for gear, shift in blank.shifts.items())
     if any(code_of(text) == "centre-distances-differ" for text in train.warnings):

@@ -14,6 +14,7 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from itertools import combinations, product
 from pathlib import Path
@@ -21,9 +22,11 @@ from typing import Any
 
 import numpy as np
 
+from ..document.cases import of_another_point
 from ..document.deviations import Distribution, StandardGrade
 from ..document.document import Document, read
 from ..document.schema import SIDES, ModelFile, collect
+from ..document.tables import TOLERANCE_TABLES
 from ..document.tolerances import (
     Correlations,
     Grade,
@@ -369,13 +372,18 @@ def external_loads(model: ModelFile, bodies: Sequence[Body]) -> list[Load]:
 
 
 def tolerances_of(train: Train) -> tuple[Tolerance, ...]:
-    """Return the entries of `[tolerance]` of a train, grades with their widths.  Raises ModelError."""
-    return tolerances(train.document, _width_of(train.bodies, train.meshes))
+    """Return the entries of `[tolerance]` of a train, grades with their widths.  Raises ModelError.
+
+    Those of the operation or a case are of it where this is what is computed, and states the number.
+    """
+    entries = tolerances(train.document, _width_of(train.bodies, train.meshes))
+    return tuple(entry for entry in entries if not of_another_point(train.document, entry.path))
 
 
 def costs_of(train: Train) -> dict[str, tuple[Grade, ...]]:
     """Return the grades that `[tolerance.cost]` of a train prices, by the path of their entry.  Raises ModelError."""
-    return costs(train.document, _width_of(train.bodies, train.meshes))
+    priced = costs(train.document, _width_of(train.bodies, train.meshes))
+    return {path: grades for path, grades in priced.items() if not of_another_point(train.document, path)}
 
 
 def _width_of(bodies: Sequence[Body], meshes: Sequence[Mesh]) -> Width:
@@ -442,8 +450,14 @@ def _gear(bodies: Sequence[Body], segments: Sequence[str]) -> Body | None:
 def correlations_of(train: Train) -> tuple[Correlations, ...]:
     """Return the groups of entries of `[tolerance]` whose own draws are correlated.  Raises ModelError."""
     table = _table(train.document).get("correlation", {})
-    entries = {entry.path: entry for entry in tolerances_of(train)}
-    return read_correlations(table, entries, collect(dict(train.document)))
+    drawn = {entry.path for entry in tolerances_of(train)}
+    entries = {entry.path: entry for entry in tolerances(train.document, _width_of(train.bodies, train.meshes))}
+    found = []
+    for group in read_correlations(table, entries, collect(dict(train.document))):
+        at = [place for place, path in enumerate(group.paths) if path in drawn]  # the marginal of those that are drawn
+        paths = tuple(group.paths[place] for place in at)
+        found += [replace(group, paths=paths, matrix=group.matrix[np.ix_(at, at)])] if len(at) > 1 else []
+    return tuple(found)
 
 
 def check_tolerances(document: Document, bodies: Sequence[Body], meshes: Sequence[Mesh]) -> None:
@@ -638,6 +652,10 @@ def resolve(document: Document) -> Train:
     meshes = [mesh for shape in shapes for mesh in meshes_of_stage(shape, model, kinematics, tilting, log)]
     check_sizes(document, bodies, meshes, log)
     check_tolerances(document, bodies, meshes)
+    others = [path for path in _table(document.data) if path not in TOLERANCE_TABLES]
+    if model.case and (left := [path for path in others if of_another_point(document.data, path)]):
+        text = f"case {model.case} states its own: not drawn are {', '.join(left)}"
+        log.coded("tolerance-of-another-case", text)
     planets = {plan.name: len(plan.angles) for plan in plans}  # one branch on fixed axes
     deviated = DeviationScope(
         bodies=bodies, meshes=meshes, links=links, kinematics=kinematics, planets=planets, log=log

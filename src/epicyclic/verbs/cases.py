@@ -45,19 +45,27 @@ def over_cases(
     """
     if kept := [name for name in ("folder", "resume", "store") if keywords.get(name)]:
         raise ModelError("goes with one case", path=kept[0], given=keywords[kept[0]], allowed="case = one name")
-    axis = _axis_of_cases(_cases(source, overrides))
+    cases = _cases(source, overrides)
+    axis = StudyAxis(
+        name="case",
+        changes=tuple({"case": name} for name in cases),
+        labels={"case": (np.array(list(cases), dtype=object), {"long_name": "load case"})},
+    )
     progress, count = keywords.get("progress"), len(axis.changes)
 
     def at_case(index: int) -> xr.Dataset:
         def step(done: float, of: int = 0) -> None:
             assert progress is not None
-            _ = progress(index * of + done, count * of) if of else progress((index + done) / count)
+            if of:
+                progress(index * of + done, count * of)
+            else:
+                progress((index + done) / count)
 
         told = {} if progress is None else {"progress": step}
         return run(source, overrides={**overrides, **axis.changes[index]}, **{**keywords, **told})
 
     found = [attempt(at_case, index) for index in range(count)]
-    results, names = [one.value for one in found], [str(changes["case"]) for changes in axis.changes]
+    results, names = [one.value for one in found], list(cases)
     if (first := next((one for one in results if one is not None), None)) is None:
         assert found[0].error is not None
         raise ModelError(f"every case fails, {names[0]} with: {found[0].reason}", path="case", given=ALL_CASES)
@@ -71,10 +79,11 @@ def over_cases(
         {
             "case_status": ("case", np.array([one.status for one in found], dtype=object)),
             "case_reason": ("case", np.array([one.reason for one in found], dtype=object)),
+            **_weights(cases),
         },
         verb="cases",
         options=json.loads(first.attrs["options"]),
-        provenance={name: first.attrs[name] for name in _PROVENANCE if name in first.attrs},
+        provenance={name: first.attrs[name] for name in _PROVENANCE if name in first.attrs} | _model_of(first),
         warnings=said,
     )
     own = {name: _own_attributes(one) for name, one in zip(names, results, strict=True) if one is not None}
@@ -93,6 +102,12 @@ def _warnings_of(results: Mapping[str, xr.Dataset]) -> list[CodedText]:
     return [
         placed(every if len(own) == len(results) > 1 else f"case {', '.join(own)}", text) for text, own in of.items()
     ]
+
+
+def _model_of(result: xr.Dataset) -> dict[str, str]:
+    """The model without the case that one result is of."""
+    tables = json.loads(result.attrs["model"])
+    return {"model": json.dumps({name: table for name, table in tables.items() if name != "case"})}
 
 
 _PROVENANCE = ("title", "doi", "model", "assumed")
@@ -124,15 +139,12 @@ def _cases(source: Source, overrides: Overrides) -> Mapping[str, Any]:
     return cases
 
 
-def _axis_of_cases(cases: Mapping[str, Any]) -> StudyAxis:
-    """The cases of a model, with what each weighs."""
-    durations = np.array([np.nan if case.duration is None else case.duration for case in cases.values()])
-    shares = np.array([np.nan if case.share is None else case.share for case in cases.values()])
-    if np.isfinite(durations).any():
-        shares = durations / np.nansum(durations) if np.nansum(durations) > 0 else durations
-    labels = {
-        "case": (np.array(list(cases), dtype=object), {"long_name": "load case"}),
-        "case_duration": (durations, {"units": "s", "long_name": "time spent in the case"}),
-        "case_share": (shares, {"units": "1", "long_name": "share of the time spent in the case"}),
-    }
-    return StudyAxis(name="case", changes=tuple({"case": name} for name in cases), labels=labels)
+def _weights(cases: Mapping[str, Any]) -> dict[str, Any]:
+    """Duration [s] and share [1] of every case, nan where the file states neither."""
+    durations, shares = (
+        np.array([np.nan if (value := getattr(case, name)) is None else value for case in cases.values()])
+        for name in ("duration", "share")
+    )
+    if np.nansum(durations) > 0:
+        shares = durations / np.nansum(durations)
+    return {"case_duration": ("case", durations), "case_share": ("case", shares)}

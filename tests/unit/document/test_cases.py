@@ -11,7 +11,8 @@ from epicyclic import ModelError, load
 from epicyclic.document.document import read
 from epicyclic.document.units import Bounds, read_quantity
 from epicyclic.document.writer import model_text
-from epicyclic.train.resolution import resolved_document
+from epicyclic.train.resolution import correlations_of, resolved_document, tolerances_of
+from epicyclic.warning_codes import CodedText
 
 TEXT = """
 format = 2
@@ -175,3 +176,38 @@ def test_a_coupling_with_bolts_does_not_open() -> None:
     tables = {**TABLES, "couplings": {"clutch": {"between": ["motor", "sun"], "bolts": bolts}}}
     with pytest.raises(ModelError, match=r"cases.apart.open = .'clutch'.: a coupling with bolts does not open"):
         load(tables, {"case": "apart"})
+
+
+def test_a_tolerance_of_the_operation_is_not_drawn_in_a_case_that_states_its_own() -> None:
+    law = "normal(800 N m, 40 N m)"
+    tables = {
+        **TABLES,
+        "tolerance": {"operation.torque.motor": law, "cases.low.torque.motor": "normal(300 N m, 9 N m)"},
+    }
+
+    def drawn(case: str) -> tuple[list[str], list[CodedText]]:
+        train = load(tables, {"case": case} if case else {})
+        left = [text for text in train.warnings if "[tolerance-of-another-case]" in text]
+        return [entry.path for entry in tolerances_of(train)], left
+
+    assert drawn("") == (["operation.torque.motor"], [])
+    assert drawn("driven")[0] == []  # a power of its own
+    paths, (left,) = drawn("low")
+    assert paths == ["cases.low.torque.motor"]
+    assert left.startswith("case low states its own: not drawn are operation.torque.motor ")
+
+
+def test_correlations_of_what_is_not_drawn_leave_those_of_the_others() -> None:
+    entries = {name: f"deviations.planet.position.{name}" for name in "xy"}
+    tables = {
+        **TABLES,
+        "tolerance": {
+            **dict.fromkeys(entries.values(), "normal(0, 5 um)"),
+            "operation.torque.motor": "normal(800 N m, 40 N m)",
+            "correlation": {entries["x"]: {entries["y"]: 0.5}},
+        },
+    }
+    (nominal,), (low,) = (correlations_of(load(tables, case)) for case in ({}, {"case": "low"}))
+    assert nominal.paths == low.paths
+    assert nominal.matrix.tolist() == low.matrix.tolist()
+    assert low.matrix[0, 1] == 0.5

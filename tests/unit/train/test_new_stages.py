@@ -206,6 +206,13 @@ def test_the_module_follows_the_centre_distance() -> None:
         ({"kind": "planetary,parallel", "ratio": 500.0}, "ratio", "more stages"),
         ({"kind": "planetary,parallel", "ratio": 20.0, "planets": "3,3,3"}, "planets", "3 entries of 2 stages"),
         ({"kind": "planetary,parallel", "teeth": "21/39/99,24/95", "ratio": 20.0}, "ratio", "22.619"),
+        ({"kind": "planetary,planetary", "ratio": -25.0}, "ratio", "turns with the input"),
+        ({"kind": "planetary,planetary", "ratio": 4.0}, "ratio", "4.0: 2 is left for stage1"),
+        (
+            {"kind": "parallel", "teeth": "20/60", "module": "2 mm", "centre_distance": "95 mm"},
+            "centre_distance",
+            "95 mm: asks for a profile shift of 5.",
+        ),
         ({"teeth": "21/39/99", "output_torque": "9 N m"}, "output_torque", "given twice"),
         ({"teeth": "21/39/99", "backlash": "3 mm"}, "backlash", "angle"),
     ],
@@ -479,3 +486,9 @@ def test_shafts_between_stages_have_the_stiffness_of_their_torque() -> None:
     assert shaft["between"] == ["stage1.carrier", "stage2.pinion"]
     assert float(shaft["rz"].split()[0]) == pytest.approx(stiffness, rel=0.05)
     assert "couplings.stage1-stage2.rz" in made.document["assumed"]
+
+
+def test_a_ring_without_a_gap_at_its_root_is_said() -> None:
+    made = new_train(teeth="21/39/99", centre_distance="65 mm", module="2 mm", speed="1000 rpm", torque="100 N m")
+    needs = [str(text) for text in epicyclic.check(made.document).verb_needs.values]
+    assert any("stages.main.ring: the gap of the ring is closed at its root" in text for text in needs)

@@ -17,6 +17,7 @@ from epicyclic import ModelError
 from epicyclic.cli.main import app
 from epicyclic.results.dataset import cases_of
 from epicyclic.show.views import findings_of, tables_of
+from epicyclic.verbs.cases import over_cases
 
 SPEEDS = {"low": "700 rpm", "high": "1100 rpm"}
 MODEL: dict[str, Any] = {
@@ -63,6 +64,7 @@ def test_each_case_is_as_it_is_alone(verb: str, options: dict[str, Any]) -> None
     whole = run(MODEL, overrides={"case": "all"}, **options)
     assert whole.attrs["verb"] == "cases"
     assert list(whole["case"].values) == ["low", "high"]
+    assert "case" not in json.loads(whole.attrs["model"])
     assert whole["case_duration"].values.tolist() == [108000, 36000]
     assert whole["case_share"].values.tolist() == [0.75, 0.25]
     cases = cases_of(whole)
@@ -131,6 +133,21 @@ def test_exceedance_over_the_duty_is_weighted_by_the_time() -> None:
     assert float(said[1]) == pytest.approx(100 * weighted, rel=5e-3)
 
 
+def test_the_torque_of_a_case_is_its_own_where_that_of_the_operation_is_toleranced() -> None:
+    law = {"deviations.planet.position.y": "normal(0, 5 um)"}
+    plain, drawn = (
+        {**MODEL, "deviations": {}, "tolerance": table}
+        for table in (law, {**law, "operation.torque.sun": "normal(800 N m, 40 N m)"})
+    )
+    options: dict[str, Any] = {"samples": 512, "seed": 3, "effects": "none"}
+    of_low, with_torque = (epicyclic.tolerance(one, overrides={"case": "low"}, **options) for one in (plain, drawn))
+    without, quantiles = (one["system_k_gamma_quantile"].values for one in (of_low, with_torque))
+    np.testing.assert_allclose(quantiles, without, rtol=1e-12)
+    assert any("[tolerance-of-another-case]" in text for text in json.loads(with_torque.attrs["warnings"]))
+    nominal = epicyclic.tolerance(drawn, **options)["system_k_gamma_quantile"].values
+    assert (nominal < quantiles).all()  # 800 N m for 300 N m: the same errors part less
+
+
 def test_findings_say_what_fails_how_long_and_what_has_the_least_margin() -> None:
     model = {**MODEL, "tolerance": {"deviations.planet.position.y": "normal(0, 5 um)"}, "deviations": {}}
     model["limits"] = {"k_gamma": 1.1}
@@ -147,6 +164,54 @@ def test_findings_say_what_fails_how_long_and_what_has_the_least_margin() -> Non
     share = f"{100 * value['low'] / 1.1:.3g} % of the limit 1.1"
     assert second.text == f"Least margin in low, 75 % of the time: {value['low']:.4g}, {share}."
     assert (second.value, second.limit) == (value["low"], 1.1)
+
+
+def test_progress_of_shares_runs_once_over_all_cases() -> None:
+    said: list[float] = []
+
+    def run(source: object, overrides: dict[str, object], progress: Any) -> xr.Dataset:
+        for share in (0.5, 1.0):
+            progress(share)
+        return epicyclic.static(source, overrides=overrides)  # type: ignore[arg-type]
+
+    over_cases(run, MODEL, {"case": "all"}, {"progress": said.append})
+    assert said == [0.25, 0.5, 0.75, 1.0]
+
+
+def test_numbers_of_the_cases_stand_beside_each_other() -> None:
+    def table(verb: str, title: str, **options: Any) -> dict[str, Any]:
+        whole = getattr(epicyclic, verb)(MODEL, overrides={"case": "all"}, **options)
+        return dict(next(one for one in tables_of(whole) if one.title.startswith(title)).columns)
+
+    def alone(verb: str, name: str, **options: Any) -> xr.Dataset:
+        result: xr.Dataset = getattr(epicyclic, verb)(MODEL, overrides={"case": name}, **options)
+        return result
+
+    forces = table("static", "Mesh forces")["largest mesh force [kN]"]
+    assert forces == pytest.approx([float(alone("static", name).mesh_force.max()) / 1e3 for name in SPEEDS])
+    assert forces[1] > 2 * forces[0]
+    shares = table("sharing", "K_gamma")
+    for at, name in enumerate(SPEEDS):
+        own = alone("sharing", name).system_load_sharing
+        assert shares["K_gamma"][at] == pytest.approx(float(own.sel(definition="mean-load")))
+        assert shares["while turning"][at] == pytest.approx(float(own.sel(definition="mean-load-turning")))
+    nearest = table("modes", "Nearest resonance")
+    assert nearest["case"] == list(SPEEDS)
+    weaker_nearer = []
+    for at, name in enumerate(SPEEDS):
+        own = alone("modes", name)
+        strong = own.resonance_near.values & (own.resonance_force_ratio.values >= 0.05)
+        away = np.abs(own.resonance_speed.values - 1)
+        assert 100 * abs(nearest["at [% of its speed]"][at] / 100 - 1) == pytest.approx(100 * away[strong].min())
+        weaker_nearer.append(away[own.resonance_near.values].min() < away[strong].min())
+    assert any(weaker_nearer)
+
+
+def test_a_warning_of_several_cases_is_said_once() -> None:
+    whole = epicyclic.check(MODEL, overrides={"case": "all"})
+    said = json.loads(whole.attrs["warnings"])
+    assert sum("tips of ring reach" in text for text in said) == 1
+    assert any(text.startswith("every case: stages.main.meshes.planet-ring: the tips of ring") for text in said)
 
 
 def toml(folder: Path, cases: dict[str, Any] = UNDETERMINED) -> str:
@@ -169,6 +234,8 @@ def test_terminal_and_file(tmp_path: Path) -> None:
     check = CliRunner().invoke(app, ["check", model, "--case", "all"]).output
     for text in ("main.carrier", "75", "155.556", "244.444", "-1350", "-3600"):
         assert text in check.split(), text
+    efficiency = float(epicyclic.efficiency(MODEL, overrides={"case": "low"})["train_efficiency"])
+    assert f"{100 * efficiency:.6g}" in check.split()
     alone = CliRunner().invoke(app, ["check", model, "--case", "low"]).output
     assert "700 rpm to 155.556 rpm" in alone
     wrong = CliRunner().invoke(app, ["check", model, "--case", "lo"])
@@ -195,3 +262,7 @@ def test_a_report_has_the_cases_side_by_side(tmp_path: Path) -> None:
     text = page.read_text(encoding="utf-8")
     assert text.count("low") > 3
     assert text.count("high") > 3
+    again = [word if word != "--case" else "--set" for word in words]
+    again[again.index("all")] = "case=all"
+    assert CliRunner().invoke(app, again).exit_code == 0
+    assert page.read_text(encoding="utf-8").count("high") == text.count("high")

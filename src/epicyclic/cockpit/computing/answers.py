@@ -16,6 +16,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ...document.cases import of_another_point
 from ...document.deviations import narrowed_text
 from ...document.tables import PAIRS, leaves, value_at
 from ...document.units import factor, written
@@ -227,12 +228,13 @@ def limit_of(value: float, source: str) -> dict[str, object]:
 
 
 # Paths of the model file that an answer follows from.
-_SHARED = r"deviations|operation\.(torque|power)|loads|stages\..*(support|bearing|stiffness|planets)|couplings"
+_POINT = r"(operation|cases\.[\w-]+)\."
+_SHARED = rf"deviations|{_POINT}(torque|power)|loads|stages\..*(support|bearing|stiffness|planets)|couplings"
 _RESTS_ON = {
-    "resonance": r"damping|stages|bodies|couplings|operation\.speed",
+    "resonance": rf"damping|stages|bodies|couplings|{_POINT}speed",
     **dict.fromkeys(("planet", "float", "error"), _SHARED),
     "tolerance": f"tolerance|{_SHARED}",
-    "relief": r"operation\.(torque|power)|stages\..*(module|face_width|helix_angle|relief|flank|stiffness|rim|bore)",
+    "relief": rf"{_POINT}(torque|power)|stages\..*(module|face_width|helix_angle|relief|flank|stiffness|rim|bore)",
 }
 
 
@@ -243,7 +245,7 @@ def assumed_of(train: Train, key: str) -> dict[str, str]:
     """Reasons by path of the assumed values that the answer of a key rests on, or the job on tolerances."""
     acts, assumed = re.compile(_RESTS_ON[key]), {}
     for path, reason in train.assumed.items():
-        if acts.match(path):
+        if acts.match(path) and not of_another_point(train.document, path):
             table, _, last = path.rpartition(".")
             pair = next((pair for pair, keys in PAIRS.items() if last in keys and table.endswith(_HOLDS)), last)
             assumed[f"{table}.{pair}".removeprefix(".")] = reason  # x and y as the file writes them, radial

@@ -139,7 +139,7 @@ def _k_gamma(
     verdict = k_gamma_verdict(result, "mesh", mean.tolist())
     if verdict is None:
         return []
-    most = np.nanmax(turning, initial=-np.inf)
+    most = turning[np.isfinite(turning)].max(initial=-np.inf)
     turns = f", {most:.3f} while turning" if np.isfinite(most) else ""
     limit = f"; {verdict.text}" if "tolerance" not in company else ""
     if not verdict.value > 1 + _EQUAL:

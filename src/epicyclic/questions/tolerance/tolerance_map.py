@@ -29,7 +29,7 @@ from ...system.excitation import unit_lines
 from ...system.system import Array, Line, System
 from ...train.resolution import correlations_of, load, tolerances_of
 from ...train.train import Displacement, MeshError, Train
-from ...warning_codes import CodedText, coded
+from ...warning_codes import CodedText, code_of, coded
 
 Kind = Literal["vector", "gap", "error", "nothing"]
 Drawn = Mapping[str, NDArray[np.inexact]]
@@ -675,7 +675,7 @@ def tolerance_map(train: Train) -> ToleranceMap:
         mesh=base_map.face.name,
         pair=tuple(base_map.pair[i] for i in loaded),
         group=tuple(base_map.group[i] for i in loaded),
-        warnings=(*base.warnings, *notes),
+        warnings=(*base.warnings, *notes, *(text for text in train.warnings if code_of(text) == _LEFT)),
         drawn_tables=tuple(deviated),
         correlations=correlations_of(train),
         moved=tuple(
@@ -695,6 +695,9 @@ def tolerance_map(train: Train) -> ToleranceMap:
         laws=law_map(exact, columns) if exact.groups else None,
         tables=law_map(exact, columns, tables=True) if exact.meshes.laws else None,
     )
+
+
+_LEFT = "tolerance-of-another-case"  # said of the train with its tolerances alone
 
 
 def _torque_line(system: System, force: Array) -> Line:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from epicyclic import load
+from epicyclic.cockpit.computing.answers import assumed_of
 from epicyclic.cockpit.computing.train_view import live_sharing
 from epicyclic.cockpit.processes.jobs import levers_at
 from epicyclic.system.assembly import assemble
@@ -42,3 +43,16 @@ def test_an_idle_mesh_has_no_load_in_the_drawing() -> None:
     idle = np.array([name.startswith("main/large-long") for name in view.mesh])
     assert np.isnan(view.load[idle]).all()
     assert np.allclose(view.load[~idle], 1)
+
+
+def test_answers_rest_on_what_is_assumed_of_the_point_that_is_computed() -> None:
+    paths = ("operation.torque.range.sun", "cases.electric.torque.range.sun", "cases.compound_split.speed.engine")
+    model = {**tables("hybrid"), "assumed": dict.fromkeys(paths, "a guess")}
+
+    def assumed(case: str, key: str) -> list[str]:
+        return list(assumed_of(load(model, {"case": case} if case else {}), key))
+
+    assert assumed("", "planet") == [paths[0]]
+    assert assumed("electric", "planet") == [paths[1]]
+    assert assumed("compound_split", "planet") == [paths[0]]  # which states no torques
+    assert assumed("compound_split", "resonance") == [paths[2]]

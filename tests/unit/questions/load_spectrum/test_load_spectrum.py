@@ -325,3 +325,29 @@ def test_time_grows_with_the_rows(tmp_path: Path) -> None:
     spent = time.process_time() - clock
     print(f"100 000 rows: {spent:.2f} s, {result.sizes['cycle']} cycles")
     assert spent < 10
+
+
+def test_two_rows_are_half_a_cycle() -> None:
+    result = of([0.0, 200.0], 10.0)
+    assert result.cycle_count.values.tolist() == [0.5]
+    assert result.cycle_range.values.tolist() == [200.0]
+    assert result.cycle_mean.values.tolist() == [100.0]
+
+
+def test_what_is_read_of_a_text_is_within_its_bounds() -> None:
+    with pytest.raises(ModelError, match=r"life = 0.0: out of range; allowed: above 0"):
+        of([1.0, 2.0], 10.0, life="0 h")
+
+
+def test_a_part_of_a_model_is_not_written_over_a_whole_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("history.csv").write_text("time [s], torque [N m], speed [rpm]\n0, 1, 9\n1, 2, 9\n", encoding="utf-8")
+    Path("model.toml").write_text('format = 2\ntitle = "mine"\n', encoding="utf-8")
+    words = ["spectrum", "history.csv", "--member", "carrier", "-o", "model.toml"]
+    refused = CliRunner().invoke(app, words)
+    assert refused.exit_code == 2
+    assert "--output = model.toml: is a model file" in refused.output
+    assert Path("model.toml").read_text(encoding="utf-8").startswith("format")
+    every = CliRunner().invoke(app, [*words[:2], "--train", "ren2021", "--member", "carrier", "--set", "case=all"])
+    assert every.exit_code == 2
+    assert "has no load cases, it gives them" in every.output

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 import epicyclic
-from epicyclic.questions.sharing.views import key_figures, tables
+from epicyclic.questions.sharing.views import findings, key_figures, tables
 from epicyclic.show.series import largest_coefficients, unbroken
 
 SPUR: dict[str, Any] = {"stages.main.helix_angle": "0 deg", "operation.torque.carrier": "3600 N m"}
@@ -41,3 +41,13 @@ def test_a_planet_that_carries_too_little_leads_no_headline(one_stage: dict[str,
     assert float(signed.sel(mesh=least)) < 0.99  # the largest deviation is of a planet that carries too little
     for _, value, mesh in largest_coefficients(result):
         assert float(signed.sel(mesh=mesh)) > 1, (value, mesh)
+
+
+def test_the_factor_while_turning_is_that_of_the_mesh_that_has_it() -> None:
+    result = epicyclic.sharing("ren2021", cycles=2, samples=32)
+    mean = result.load_sharing.sel(definition="mean-load")
+    other = str(result.mesh.values[int(np.argmin(mean.values))])  # not the one of the largest mean
+    coefficients = result.load_sharing.copy()
+    coefficients.loc[{"definition": "mean-load-turning", "mesh": other}] = 1.9
+    (text,) = (one.text for one in findings(result.assign(load_sharing=coefficients), {}) if "K_gamma" in one.text)
+    assert ", 1.900 while turning" in text
