@@ -228,4 +228,11 @@ def test_a_browser_that_does_not_answer_is_asked_again(browser: Any, cockpit: Co
     }""")
     tab = Tab(context, cockpit.address)
     tab.page.locator(".ck-mode").nth(3).wait_for()
+    assert tab.page.evaluate(
+        "[sessionStorage.getItem('asked'), performance.getEntriesByType('navigation')[0].type]"
+    ) == [
+        "yes",
+        "reload",
+    ]
+    assert tab.errors() == []
     context.close()

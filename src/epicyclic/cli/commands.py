@@ -272,7 +272,9 @@ def report(
             from ..show.report import write_report, write_variants_report
 
             if several:
-                write_variants_report(output, results, compared=None if cases else _compared(models, sets, case))
+                title = f"{next(iter(results.values()))['check'].attrs['title']}: load cases" if cases else ""
+                compared = None if cases else _compared(models, sets, case)
+                write_variants_report(output, results, title=title, compared=compared)
             else:
                 write_report(output, next(iter(results.values())), each=partial(each, pickled=False))
         with on_stdout():

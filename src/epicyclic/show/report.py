@@ -188,7 +188,7 @@ _NUMBER = re.compile(r"^(-?[0-9.]+(?:e[+-]?[0-9]+)?)\s*(.*)$")
 
 
 def difference_table(variants: Variants) -> Table:
-    """Key figures of all trains, a row each, and how far the last is from the first [%].
+    """Key figures of all trains, a row each, and of two how far the second is from the first [%].
 
     Rows match by what they are, not by where: a largest force in another mesh is the same row.
     """
@@ -203,8 +203,9 @@ def difference_table(variants: Variants) -> Table:
     columns: dict[str, Any] = {"": list(rows)}
     for name in variants:
         columns[name] = [own.get(name, ("", ""))[0] for own in rows.values()]
-    first, last = next(iter(variants)), list(variants)[-1]
-    columns[f"{last} against {first}"] = [_change(own, first, last) for own in rows.values()]
+    if len(variants) == 2:
+        first, last = variants
+        columns[f"{last} against {first}"] = [_change(own, first, last) for own in rows.values()]
     return Table(title="Key figures", columns=columns)
 
 

@@ -16,6 +16,7 @@ import epicyclic
 from epicyclic import ModelError
 from epicyclic.cli.main import app
 from epicyclic.results.dataset import cases_of
+from epicyclic.show.report import difference_table
 from epicyclic.show.views import findings_of, tables_of
 from epicyclic.verbs.cases import over_cases
 
@@ -260,9 +261,16 @@ def test_a_report_has_the_cases_side_by_side(tmp_path: Path) -> None:
     assert done.exit_code == 0, done.output
     assert "left out: case loose: operation.speed" in done.output
     text = page.read_text(encoding="utf-8")
+    assert "<h1>Cases: load cases</h1>" in text
     assert text.count("low") > 3
     assert text.count("high") > 3
     again = [word if word != "--case" else "--set" for word in words]
     again[again.index("all")] = "case=all"
     assert CliRunner().invoke(app, again).exit_code == 0
     assert page.read_text(encoding="utf-8").count("high") == text.count("high")
+
+
+def test_of_more_than_two_none_is_set_against_another() -> None:
+    own = {"check": epicyclic.check(MODEL)}
+    assert list(difference_table({"a": own, "b": own}).columns) == ["", "a", "b", "b against a"]
+    assert list(difference_table({"a": own, "b": own, "c": own}).columns) == ["", "a", "b", "c"]

@@ -344,7 +344,8 @@ def operating_range(results: Mapping[str, Pair]) -> go.Figure | None:
     single, most = len(known) == 1, 1.0
     longest = max((len(words) for modes, _ in known.values() for words in _words(modes)), default=0)
     strip = 40 * len(known) + _LETTER * longest if single else 40.0 * len(known)
-    low = _CURVE / (_CURVE + strip)
+    room = _CURVE if rated else 12.0  # of the curves; without one nothing but the axis
+    low = room / (room + strip)
     layers: list[Layer] = [OPERATING_BAND, Mark(x=100, width=1.5)]
     for place, (name, (modes, _)) in enumerate(known.items()):
         colour, curve, speed = PALETTE[place % len(PALETTE)], curves[name], _speeds(modes)
@@ -375,9 +376,9 @@ def operating_range(results: Mapping[str, Pair]) -> go.Figure | None:
         y_axis={"domain": [0, low], "showticklabels": rated},
     )
     strokes = {"range": [0, 1], "domain": [low, 1], "visible": False, "fixedrange": True}
-    layout: Trace = {"legend": level_legend(-60 / (_CURVE + strip)), "showlegend": True, "margin": {"t": 76}}
+    layout: Trace = {"legend": level_legend(-60 / (room + strip)), "showlegend": True, "margin": {"t": 76}}
     title = "Where in the range of speeds the resonances lie"
-    drawn = chart(title, panel, height=_CURVE + strip + _AROUND, yaxis2=strokes, **layout)
+    drawn = chart(title, panel, height=room + strip + _AROUND, yaxis2=strokes, **layout)
     if single:
         _names(drawn, next(iter(known.values()))[0], 32 / strip)
     return drawn
