@@ -67,6 +67,27 @@ def test_a_late_frame_is_dropped(page: Any) -> None:
 
 
 @browsing
+def test_a_curve_ahead_of_its_state_is_painted_and_makes_nothing_old(page: Any) -> None:
+    show(page, frames.live(5), *frames.full(5))
+    painted(page, "sweep", 5)
+    names = page.locator("#sweep .ck-peak").all_text_contents()
+    before = page.locator("#sweep").screenshot()
+    head, arrays = frames.sweep_head(frames.train(3), 200, 0.7)
+    show(page, frames.packed(6, "curve", {"sweep": {**head, "peaks": []}}, arrays))
+    page.wait_for_function("cockpit.ahead.rev === 6")
+    assert page.locator("#sweep").screenshot() != before
+    stale = "Object.values(panes).map(pane => pane.root.dataset.stale)"
+    assert page.evaluate(stale) == ["false", "false", "false"]
+    assert page.evaluate("[cockpit.rev, cockpit.painted.rev, panes.sweep.root.dataset.rev]") == [5, 5, "5"]
+    assert page.locator("#sweep .ck-peak").all_text_contents() == names  # until the state itself comes
+    show(page, frames.live(6, scale=0.7))
+    painted(page, "sweep", 6)
+    show(page, frames.packed(5, "curve", {"sweep": head}, arrays))
+    page.wait_for_timeout(80)
+    assert page.evaluate("[cockpit.dropped, cockpit.ahead.rev]") == [1, 6]
+
+
+@browsing
 def test_what_a_newer_frame_does_not_bring_is_marked_old(page: Any) -> None:
     page.evaluate("panes.evidence.setEvidence('errors')")
     show(page, frames.live(1), *frames.full(1))

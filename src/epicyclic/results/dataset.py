@@ -66,9 +66,9 @@ def largest(values: ArrayLike, *, equal: float = _ROUNDING) -> int:
 
     0 where none is known.
     """
-    known = np.nan_to_num(np.ravel(np.asarray(values, dtype=float)), nan=-np.inf, posinf=np.inf, neginf=-np.inf)
-    most = known.max(initial=-np.inf)
-    return int(np.argmax(known >= most - equal * abs(most))) if np.isfinite(most) else int(np.argmax(known == most))
+    known = np.ravel(np.asarray(values, dtype=float))
+    most = float(np.fmax.reduce(known, initial=-np.inf))
+    return int(np.argmax(known >= most - equal * abs(most))) if math.isfinite(most) else int(np.argmax(known == most))
 
 
 def first_largest(values: ArrayLike, *, equal: float = EQUAL) -> tuple[int, ...]:

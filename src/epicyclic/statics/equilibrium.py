@@ -31,6 +31,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -329,6 +330,7 @@ def _factorised(weighted: Array, held: Array) -> tuple[Array, Array]:
     return strain, np.ascontiguousarray(motion)
 
 
+@lru_cache(maxsize=4)  # one analysis after the other asks of the same train
 def compliance_of(system: System) -> Compliance:
     """Compliance of a train seen from the loaded flanks of its meshes and the rows of its groups."""
     B = np.hstack([system.meshes.B, system.group_rows])

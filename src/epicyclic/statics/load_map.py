@@ -448,6 +448,8 @@ def _flexible(system: System, links: NDArray[np.int64]) -> Compliance:
     """The train seen from its flanks and the links that vary, which are then rows and no part of K."""
     meshes, far = system.meshes, system.far_flanks
     train = held_train(system)
+    if not links.size and not system.groups:
+        return train.whole
     k_far = train.whole.stiffness[len(meshes.name) : len(meshes.name) + far.mesh.size]
     rows = np.hstack([meshes.B, far.B, system.links.B[:, links]])
     stiffness = np.concatenate([meshes.stiffness, k_far, system.links.stiffness[links]])

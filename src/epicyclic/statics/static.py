@@ -15,6 +15,7 @@ import re
 from collections.abc import Callable, Hashable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from fractions import Fraction
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -92,6 +93,7 @@ class RecordPiece:
     anchor: Array | None
 
 
+@lru_cache(maxsize=4)  # one analysis after the other asks of the same train
 def held_train(system: System) -> HeldTrain:
     """The train seen from its flanks."""
     loaded, far, laws = compliance_of(system), system.far_flanks, system.laws

@@ -15,6 +15,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -105,6 +106,7 @@ class Structure:
         return np.array([0.0 if row.law else row.stiffness for row in self.links])
 
 
+@lru_cache(maxsize=2)  # for the matrices, and for the lines of a train
 def structure_of(train: Train) -> Structure:
     """Rows of all meshes and links of the train.
 

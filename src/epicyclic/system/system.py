@@ -22,6 +22,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import lru_cache
 from html import escape
 from typing import TypeVar
 
@@ -370,6 +371,7 @@ class Faces:
         return np.asarray(np.logical_or.reduceat(values, self.first), bool)
 
 
+@lru_cache(maxsize=32)  # of one train many ask
 def faces(meshes: MeshRows) -> Faces:
     """Whole meshes of mesh rows; the slices of one mesh are adjacent."""
     number = meshes.slice or (0,) * len(meshes.name)

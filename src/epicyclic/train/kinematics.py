@@ -12,6 +12,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from functools import lru_cache
 
 from ..errors import ModelError
 
@@ -343,7 +344,14 @@ def _motions(
     members: Sequence[str], rows: Sequence[Mapping[str, Fraction]], preferred: Sequence[str] = ()
 ) -> dict[str, dict[str, Fraction]]:
     """Admissible motions, by the freedom that turns once while the others are at rest; preferred freedoms first."""
-    matrix = [[row.get(name, Fraction(0)) for name in members] for row in rows]
+    return _motions_of(tuple(members), tuple(tuple(row.items()) for row in rows), tuple(preferred))
+
+
+@lru_cache(maxsize=64)  # a lever, a study and a tolerance change other numbers than teeth
+def _motions_of(
+    members: tuple[str, ...], rows: tuple[tuple[tuple[str, Fraction], ...], ...], preferred: tuple[str, ...]
+) -> dict[str, dict[str, Fraction]]:
+    matrix = [[dict(row).get(name, Fraction(0)) for name in members] for row in rows]
     rest = [name for name in members if name not in preferred]
     order = [members.index(name) for name in [*rest, *reversed(preferred)]]
     vectors = null_space(matrix, order)

@@ -20,7 +20,7 @@ LIVE, PART, PARTS = 0.02, 0.03, 4
 LONG = 100  # parts of a frame that takes long
 
 
-def compute(request: Request, *, stop: Callable[[], bool]) -> Iterator[PageFrame]:
+def compute(request: Request, *, stop: Callable[[], bool], early: Callable[[PageFrame], None]) -> Iterator[PageFrame]:
     """Frames that say which request they are of; a source names what goes wrong."""
     source = request.source if isinstance(request.source, dict) else {}
     if source.get("title") == "refuse":
@@ -34,6 +34,7 @@ def compute(request: Request, *, stop: Callable[[], bool]) -> Iterator[PageFrame
         burn(120.0)
     time.sleep(LIVE)
     big = np.zeros(20_000, np.float32)
+    early(PageFrame(rev=request.rev, kind="curve", head={"title": source.get("title", "")}))
     yield PageFrame(rev=request.rev, kind="live", head={"title": source.get("title", "")}, arrays={"big": big})
     for part in range(PARTS):
         for _ in range(LONG if source.get("title") == "long" else 1):

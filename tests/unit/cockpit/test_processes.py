@@ -95,6 +95,28 @@ def test_a_full_request_gives_all_its_frames() -> None:
     run(test())
 
 
+def test_a_curve_comes_ahead_of_its_live_frame_and_is_kept_nowhere() -> None:
+    async def test() -> None:
+        async with worker() as one:
+            session, seen = await begun(one)
+            order: list[tuple[str, int]] = []
+            session.listen(
+                early=lambda packed: order.append((unpack(packed).kind, unpack(packed).rev)),
+                frame=lambda _, frame: order.append((frame.kind, frame.rev)),
+            )
+            await until(lambda: not session.busy)
+            assert order[0] == ("live", 1)  # nothing is shown yet that a curve could go ahead in
+            order.clear()
+            session.set("damping.modal", 0.5, released=False)
+            await until(lambda: not session.busy)
+            assert order == [("curve", 2), ("live", 2)]
+            assert "curve" not in session.frames
+            assert [frame.kind for frame in seen.frames].count("curve") == 0
+            await session.close()
+
+    run(test())
+
+
 def test_a_preview_is_no_step_and_the_last_one_counts() -> None:
     async def test() -> None:
         async with worker() as one:

@@ -113,7 +113,9 @@ class _Stopped(Exception):
     """Somebody waits for something newer."""
 
 
-def compute(request: Request, *, stop: Callable[[], bool] | None = None) -> Iterator[PageFrame]:
+def compute(
+    request: Request, *, stop: Callable[[], bool] | None = None, early: Callable[[PageFrame], None] | None = None
+) -> Iterator[PageFrame]:
     """Frames of a state, the first within a tenth of a second or two; the caller may stop between any two.
 
     ``live``: one frame with everything a lever moves: train, modes, sharing, errors, the sweep with mesh orders,
@@ -126,6 +128,8 @@ def compute(request: Request, *, stop: Callable[[], bool] | None = None) -> Iter
     ----------
     stop : asked every few milliseconds while frames after the first are computed, which take up to a second; when it is
         true, the frame at work is given up and no other follows.
+    early : called with a frame ``curve`` of what the frame ``live`` will say of forces over speed, but for the names of
+        peaks, as soon as that is known: half of the time of a lever goes on.
     """
     start = time.perf_counter()
 
@@ -134,7 +138,7 @@ def compute(request: Request, *, stop: Callable[[], bool] | None = None) -> Iter
             raise _Stopped
 
     try:
-        model, parts = _live_set(request)
+        model, parts = _live_set(request, early)
         yield _live_frame(model, parts, start)
         if request.kind == "full":
             yield from _further_frames(model, parts, pause)
@@ -151,7 +155,7 @@ def warm_up() -> None:
         pass
 
 
-def _live_set(request: Request) -> tuple[_Model, _Parts]:
+def _live_set(request: Request, early: Callable[[PageFrame], None] | None) -> tuple[_Model, _Parts]:
     """Train and live set of a request; those of the request before where a lever is only let go.
 
     Raises
@@ -175,18 +179,21 @@ def _live_set(request: Request) -> tuple[_Model, _Parts]:
         axis=speed_axis(train),
     )
     system, relative_speed, missing = model.system, request.relative_speed, list[_Missing]()
-    modes = _attempt(
-        "modes", "modes", lambda: mode_view(train, system, model.labels, relative_speed=relative_speed), missing
-    )
-    shared = _attempt("sharing", "load sharing", lambda: live_sharing(system, patience=_LIVE_PATIENCE), missing)
-    twin = errors = curves = None
-    if shared is not None:
-        twin = twin_of(train, shared)
-        errors = _attempt("errors", "share of the errors", lambda: error_view(train, system), missing)
+    curves = None
     ready = _attempt("sweep", "forces over speed", lambda: speed_model(system), missing)
     if ready is not None:
         effort = efforts(ready)[0]
         curves = _attempt("sweep", "forces over speed", lambda: force_curves(ready, effort), missing)
+    if early is not None and curves is not None:
+        early(_curve_frame(model, curves, start))
+    modes = _attempt(
+        "modes", "modes", lambda: mode_view(train, system, model.labels, relative_speed=relative_speed), missing
+    )
+    shared = _attempt("sharing", "load sharing", lambda: live_sharing(system, patience=_LIVE_PATIENCE), missing)
+    twin = errors = None
+    if shared is not None:
+        twin = twin_of(train, shared)
+        errors = _attempt("errors", "share of the errors", lambda: error_view(train, system), missing)
     parts = _Parts(
         modes=modes,
         sharing=shared,
@@ -211,6 +218,14 @@ def _attempt(pane: str, what: str, compute_it: Callable[[], Found], missing: lis
     except _NOT_COMPUTED as error:
         missing.append(_Missing(pane, f"no {what}: {error}", ""))
     return None
+
+
+def _curve_frame(model: _Model, curves: ForceCurves, start: float) -> PageFrame:
+    """The frame of the curve alone, ahead of the live one."""
+    shown = _shown(model, _Parts(curves=curves))
+    head: dict[str, Any] = {name: table for name, (table, _) in shown.items()}
+    arrays = {f"{name}/{key}": array for name, (_, values) in shown.items() for key, array in values.items()}
+    return _frame(model, "curve", {**head, "state": {"computed_ms": 1e3 * (time.perf_counter() - start)}}, arrays)
 
 
 def _live_frame(model: _Model, parts: _Parts, start: float) -> PageFrame:

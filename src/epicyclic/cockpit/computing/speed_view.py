@@ -157,7 +157,7 @@ def _crossings(
     high = max(OPERATION[1], (1 + RESONANCE_BAND) * relative_speed)
     crossings = mesh_crossings(frequency, [float(tone) for tone in tones_of_meshes(system)], low=low, high=high)
     near = np.abs(crossings.relative_speed / relative_speed - 1) <= RESONANCE_BAND
-    forces = resonance_forces(system, crossings.chosen(near), shapes)
+    forces = resonance_forces(system, crossings.chosen(near), shapes, tolerance=_REST)
     kept, ratio = np.ones(len(crossings.mode), dtype=bool), np.full(len(crossings.mode), np.nan)
     kept[near], ratio[near] = forces["excited"] != "no", forces["force_ratio"]
     return crossings.chosen(kept), ratio[kept], int((~kept).sum())
@@ -269,6 +269,10 @@ _ACCEPTED = 100.0
 # Speeds while a lever moves, at rest and with shaft orders, by the number of mesh frequencies that combine: with two
 # a speed takes 2 ms and with shaft orders 20 ms.
 _POINTS = {1: (120, 200, 60), 2: (48, 120, 60), 3: (120, 200, 0)}
+# Speeds times coordinates while a lever moves, in 15 to 25 ms, and speeds at the least.
+_AT_ONCE, _FEWEST = 4000, 48
+# Tolerance at rest, and of forces at resonances: no mode of a ready drive becomes excited by it, or not.
+_REST = 4e-5
 # Mesh frequencies that are solved together: with three a speed takes half a second, and they are solved one at a time.
 _TOGETHER = 2
 # Curves that are drawn strong: more are not told apart.  Curves that differ by less than this part of the largest
@@ -335,14 +339,14 @@ def speed_model(system: System) -> SpeedModel:
 def efforts(model: SpeedModel) -> list[Effort]:
     """How the curves of a train are computed: while a lever moves, at rest, and, where it has any, with shaft orders.
 
-    A tolerance of 1e-4 moves no force by more than 0.4 % (ready drives), what a pixel is; at rest, with 4e-5, it is
-    0.04 %.
+    A tolerance of 1e-4 moves no force by more than 0.4 % (ready drives), what a pixel is; at rest it is 0.04 %.
     """
     combined = len(model.whole.lines.tones) if model.whole.system.meshes.variation.any() else 1
     live, full, shafts = _POINTS[min(combined, _TOGETHER + 1)]
-    steps = [Effort(live, False, 1e-4), Effort(full, False, 4e-5)]
+    live = min(live, max(_FEWEST, _AT_ONCE // model.whole.modal.squared.size))
+    steps = [Effort(live, False, 1e-4), Effort(full, False, _REST)]
     if shafts and model.whole.lines.shaft:
-        steps.append(Effort(shafts, True, 4e-5))
+        steps.append(Effort(shafts, True, _REST))
     return steps
 
 

@@ -286,6 +286,11 @@ class Board(Element, component="board.js", esm={"epicyclic-cockpit": "static"}):
             self.run_method("frame", _text(without_drawing(frame, self._drawn) or packed), *mode)
             self._drawn = drawing_key(frame) or self._drawn
 
+    def early(self, packed: bytes) -> None:
+        """Show a packed frame ahead of the next one, which has all of it again."""
+        if self._ready:
+            self.run_method("frame", _text(packed))
+
     def show_instead(self, text: str | None = None) -> None:
         """Forget what was sent; with a text, have all panes of the page show that in its place."""
         self._sent.clear()

@@ -334,6 +334,7 @@ def cockpit_page(session: Session) -> None:
     heard(
         session,
         root,
+        early=page.early,
         frame=page.frame,
         state=page.follow,
         failed=page.refuse,
@@ -427,6 +428,10 @@ class _Page:
         self._evidence.show(str(view.get("tab")))
         mode = view.get("mode")
         self._chose(mode if isinstance(mode, int) and not isinstance(mode, bool) else None)
+
+    def early(self, packed: bytes) -> None:
+        """Show what comes ahead of a frame."""
+        self._train.early(packed)
 
     def frame(self, packed: bytes, frame: PageFrame) -> None:
         """Show a frame; the panes first, since they are what moves under a lever."""

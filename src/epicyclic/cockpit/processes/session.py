@@ -65,12 +65,12 @@ class Session:
         self.closed = False
         self.jobs = _PageJobs(self)
         self._worker = worker
-        self._client = Client(deliver=self._deliver, idle=self._idle)
+        self._client = Client(deliver=self._deliver, idle=self._idle, early=self._deliver_early)
         self._client_of_a = Client(deliver=self._deliver_a, idle=self._tell_state)
         self._previews = 0
         self._client_of_preview = Client(deliver=self._deliver_preview, idle=lambda: None)
         self._listeners: dict[str, list[Callable[..., None]]] = {
-            name: [] for name in ("frame", "state", "failed", "jobs", "view", "looked", "waits", "preview")
+            name: [] for name in ("frame", "state", "failed", "jobs", "view", "looked", "waits", "preview", "early")
         }
         self._kept: dict[Origin, PageState | None] = {}
         self._digests: dict[Path, str] = {}
@@ -83,7 +83,7 @@ class Session:
         change of the state; ``failed`` with the head of a failed frame, None once the state computes again; ``jobs``
         with the session after each change of a job, ``looked`` after each of the view; ``view`` with the session once
         it shows what another page did; ``waits`` with it where a call waits for its turn; ``preview`` with the packed
-        frame of `preview`."""
+        frame of `preview`; ``early`` with one that comes ahead of the frame of the present state."""
         for name, function in callbacks.items():
             self._listeners[name].append(function)
 
@@ -261,6 +261,10 @@ class Session:
             self._fail(None)
         self.frames[frame.kind], self.packed[frame.kind] = frame, packed
         self._tell("frame", packed, frame)
+
+    def _deliver_early(self, packed: bytes) -> None:
+        if not self.closed and not self.is_of_another_model and unpack(packed).rev == self.rev:
+            self._tell("early", packed)
 
     @property
     def is_of_another_model(self) -> bool:

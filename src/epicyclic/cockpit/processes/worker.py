@@ -303,7 +303,7 @@ _MOST_STARTS = 3
 # [s] that a frame may go on to be computed for a page that is closed, before its process is started anew.
 _GONE = 4.0
 
-# compute(request, stop=asked), as `computing.compute.compute`
+# compute(request, stop=asked, early=sent), as `computing.compute.compute`
 Compute = Callable[..., Iterator[PageFrame]]
 
 
@@ -330,11 +330,12 @@ class _Call:
 class Client:
     """One page: what it waits for, and what of it runs.  deliver : called with each packed frame.
 
-    idle : called when nothing of it is left.
+    idle : called when nothing of it is left.  early : called with packed frames ahead of the one at work.
     """
 
     deliver: Callable[[bytes], None]
     idle: Callable[[], None]
+    early: Callable[[bytes], None] = lambda _: None
     waiting: Request | None = None
     task: _Task | None = None
     deaths: int = 0
@@ -493,6 +494,9 @@ class Worker:
         client = self._busy
         if client is None or client.task is None or client.task.number != number:
             return
+        if kind == "early":
+            client.early(data)
+            return
         self._quiet()
         client.deaths = 0
         left = client not in self.clients
@@ -593,12 +597,18 @@ def serve_with(connection: Connection, compute: Compute) -> None:
             connection.send(("value", number, _value(*rest)))
         elif kind in ("run", "next"):
             if kind == "run":
-                running[number] = (rest[0], iter(compute(rest[0], stop=_hurry(connection, number, later))))
+                stop = _hurry(connection, number, later)
+                running[number] = (rest[0], iter(compute(rest[0], stop=stop, early=_sent(connection, number))))
             data = _next_frame(*running[number]) if number in running else None
             last = data is None or running[number][0].kind == "live"
             if last:
                 running.pop(number, None)
             connection.send(("end" if last else "frame", number, data))
+
+
+def _sent(connection: Connection, number: int) -> Callable[[PageFrame], None]:
+    """Sends a frame ahead of the one that the task of this number is at."""
+    return lambda frame: connection.send(("early", number, pack(frame)))
 
 
 def _hurry(connection: Connection, number: int, later: deque[tuple[Any, ...]]) -> Callable[[], bool]:

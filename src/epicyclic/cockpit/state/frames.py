@@ -51,7 +51,7 @@ class Request:
 class PageFrame:
     """One message of results.
 
-    rev : of the state it belongs to.  kind : live, sweep, sharing, errors, job or failed.
+    rev : of the state it belongs to.  kind : curve, live, sweep, sharing, errors, changes, job or failed.
     head : texts, labels and numbers, as JSON has them.  arrays : by name.
     """
 

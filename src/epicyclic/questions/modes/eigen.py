@@ -19,6 +19,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -62,6 +63,7 @@ class Modal:
     coupling: dict[str, Array]
 
 
+@lru_cache(maxsize=4)  # one analysis after the other asks of the same train
 def mean_modes(system: System) -> tuple[Array, Array]:
     """Squared natural frequencies and mass-normalised shapes of the undamped mean system at standstill.
 

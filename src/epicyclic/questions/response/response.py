@@ -13,6 +13,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -158,6 +159,7 @@ class Block:
         return worst
 
 
+@lru_cache(maxsize=2)  # with its kernels, for the curve and for the resonances of one train
 def response(
     system: System,
     *,

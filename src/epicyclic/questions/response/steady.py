@@ -299,15 +299,51 @@ def sweep(
     ModelError : no damping, no mesh frequency, torques out of balance, or an option out of range.
     A single speed that fails holds nan, and ``status`` says why.
     """
-    orders, shaft_orders = options.orders, options.shaft_orders
-    if not 1 <= orders <= _ORDERS:
-        raise ModelError("out of range", path="orders", given=orders, allowed=f"1 to {_ORDERS}")
+    if not 1 <= options.orders <= _ORDERS:
+        raise ModelError("out of range", path="orders", given=options.orders, allowed=f"1 to {_ORDERS}")
     ready = response(system, frame_speed=options.frame_speed)
     speed = speeds_of(ready, options)
-    table = empty_table(
-        ready.system, ready.lines, speed.size, orders=orders, shafts=shaft_orders, harmonics=options.forces_alone
+    table = solved_table(ready, speed, options, progress=progress, kept=kept)
+    return sweep_dataset(
+        table,
+        ready.system,
+        speed=speed,
+        tone=float(ready.lines.tone),
+        options={
+            "frame_speed": options.frame_speed,
+            "shaft_orders": options.shaft_orders,
+            "orders": options.orders,
+            "tolerance": options.tolerance,
+            **options.range_taken,
+        },
+        warnings=[
+            *ready.system.warnings,
+            *([] if options.forces_alone else turn_warnings(system)),
+            *instability_warnings(ready, speed[table.status == MEAN_UNSTABLE]),
+            *tension_warnings(ready.system, table.minimum_force, table.values["dynamic_factor"]),
+            *factor_warnings(ready.system, table.values["dynamic_factor"]),
+        ],
+        further={"cross_order": ("speed", table.cross_order)} if len(ready.lines.tones) > 1 else None,
     )
-    cross = np.zeros(speed.size, dtype=np.int64)
+
+
+def solved_table(
+    ready: Response,
+    speed: Array,
+    options: SweepOptions,
+    *,
+    progress: Callable[[int, int], None] | None = None,
+    kept: RunFolder | None = None,
+) -> SweepTable:
+    """The filled table of a sweep over relative speeds (P,); progress, kept : as of `sweep`."""
+    table = empty_table(
+        ready.system,
+        ready.lines,
+        speed.size,
+        orders=options.orders,
+        shafts=options.shaft_orders,
+        harmonics=options.forces_alone,
+    )
     usable = np.isfinite(speed) & (speed > 0)
     table.status[~usable] = "speed is not a number above zero"
     unstable = np.zeros(speed.size, dtype=bool)
@@ -321,35 +357,14 @@ def sweep(
         nonlocal done
         for block in blocks:
             block.fill(table, solved[block.index])
-            cross[solved[block.index]] = block.truncation[-1]
             done += block.index.size
             if progress is not None:
                 progress(done, speed.size)
 
-    parts = response_parts(ready, speed[usable], shaft_orders=shaft_orders)
+    parts = response_parts(ready, speed[usable], shaft_orders=options.shaft_orders)
     work = partial(_measured, ready, speed[usable], table.layout, options)
     each(work, parts, arrived=fill, kept=None if kept is None else kept.part("speeds"), meanwhile=import_results)
-    return sweep_dataset(
-        table,
-        ready.system,
-        speed=speed,
-        tone=float(ready.lines.tone),
-        options={
-            "frame_speed": options.frame_speed,
-            "shaft_orders": shaft_orders,
-            "orders": orders,
-            "tolerance": options.tolerance,
-            **options.range_taken,
-        },
-        warnings=[
-            *ready.system.warnings,
-            *([] if options.forces_alone else turn_warnings(system)),
-            *instability_warnings(ready, speed[unstable]),
-            *tension_warnings(ready.system, table.minimum_force, table.values["dynamic_factor"]),
-            *factor_warnings(ready.system, table.values["dynamic_factor"]),
-        ],
-        further={"cross_order": ("speed", cross)} if len(ready.lines.tones) > 1 else None,
-    )
+    return table
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -375,6 +390,7 @@ class _Measured:
         table.store(index, self.values, good)
         table.minimum_force[:, index] = np.where(good, self.minimum, np.nan)
         table.values["residual"][index], table.harmonics[index] = self.residual, self.harmonics
+        table.cross_order[index] = self.truncation[-1]
         table.status[index] = self.status
 
 

@@ -27,7 +27,7 @@ from ..modes.campbell import MESH_ORDERS, OPERATION, MeshCrossings, mesh_crossin
 from ..modes.eigen import Modal
 from . import SweepOptions
 from .measures import Layout
-from .response import Response
+from .response import Response, response
 from .spectra import LineExcitation, lateral_pairs
 
 if TYPE_CHECKING:
@@ -120,16 +120,18 @@ def with_resonances(
     return wider
 
 
-def resonance_forces(system: System, crossings: MeshCrossings, shapes: Array) -> ResonanceForces:
+def resonance_forces(
+    system: System, crossings: MeshCrossings, shapes: Array, *, tolerance: float = 1e-6
+) -> ResonanceForces:
     """Forces at crossings (c,) alone, of the mesh orders.
 
     Parameters
     ----------
-    shapes : (n, modes) in the coordinates of the System [m, rad].
+    shapes : (n, modes) in the coordinates of the System [m, rad].  tolerance : as of `SweepOptions`.
     """
     # shaft orders are lines of their own: the motion at the mesh orders is the same without them
     tones = tuple(tones_of_meshes(system))
-    return _forces(linear(system), crossings, tones, shapes, {"shaft_orders": False})[0]
+    return _forces(linear(system), crossings, tones, shapes, {"shaft_orders": False, "tolerance": tolerance})[0]
 
 
 def _largest_share(
@@ -204,34 +206,35 @@ def _enter_forces(
 
     Returns at how many of them teeth are pulled.
     """
-    from .steady import sweep
+    from .steady import solved_table
 
     tone, meshes = tones[number], system.meshes
     entries = np.flatnonzero(crossings.tone == number)
     speeds, column = np.unique(crossings.relative_speed[entries], return_inverse=True)
     driven = np.array([system.tones[i] == tone for i in meshes.tone])
     excited = system if len(tones) == 1 else of_one_tone(system, tone, driven)
-    swept = sweep(excited, SweepOptions(relative_speed=speeds, orders=MESH_ORDERS, forces_alone=True, **how))
-    factors = swept["dynamic_factor"].transpose("mesh", "speed").values
-    lowest = swept["mesh_force_minimum"].transpose("mesh", "speed").values
-    whole = driven[faces(meshes).first]
-    mean = np.abs(swept["mesh_force_mean"].transpose("mesh", "speed").values[whole])
-    amplitude = swept["mesh_force_order"].transpose("order", "mesh", "speed").values[:, whole]
-    motion = swept["displacement_harmonic"].transpose("order", "speed", "dof").values / system.dofs.radius
+    ready, options = response(excited), SweepOptions(orders=MESH_ORDERS, forces_alone=True, **how)
+    swept = solved_table(ready, speeds, options).values
+    factors, lowest, face = swept["dynamic_factor"], swept["mesh_force_minimum"], faces(meshes)
+    whole = driven[face.first]
+    mean = np.abs(swept["mesh_force_mean"][whole])
+    # (mesh, order, speed), (dof, order, speed)
+    amplitude = swept["mesh_force_order"][whole]
+    motion = np.asarray(swept["displacement_harmonic"] / system.dofs.radius[:, None, None], complex)
     pulled = 0
     for entry, speed in zip(entries, column, strict=True):
         factor, order = factors[:, speed], crossings.order[entry] - 1
         loaded = np.isfinite(factor)
         pulled += bool((lowest[loaded, speed] < 0).any())
-        force = amplitude[order, :, speed]
+        force = amplitude[:, order, speed]
         forces["amplitude"][entry] = np.max(force) if np.isfinite(force).all() else np.nan
         if loaded.any():
             # of equal branches the first: rounding does not choose
             (most,) = first_largest(factor)
             forces["dynamic_factor"][entry] = np.nanmax(factor)
-            forces["mesh"][entry] = str(swept["mesh"].values[most])
+            forces["mesh"][entry] = face.name[most]
         space = shapes[:, crossings.mode[entry] : crossings.mode[entry] + crossings.count[entry]]
-        forces["share"][entry], made = _mode_part(system, space, motion[order, speed])
+        forces["share"][entry], made = _mode_part(system, space, motion[:, order, speed])
         forces["own_force"][entry] = np.max(made[whole])
         if (carrying := loaded[whole]).any():
             forces["force_ratio"][entry] = np.max(made[whole][carrying] / mean[carrying, speed])
@@ -321,7 +324,7 @@ class SweepTable:
     """Numbers of a sweep over P speeds.
 
     labels : names along every dimension but speed.  values : arrays by name, speeds last, nan where nothing was found.
-    harmonics : (P,) 0 where nothing was found.  status : (P,) text.
+    harmonics, cross_order : (P,) 0 where nothing was found.  status : (P,) text.
     minimum_force : (m, P) smallest force of every mesh row, slices apart [N].  reported, layout : lines and rows
         reported.
     tones : (D,) mesh frequencies in orders of the first mesh's.
@@ -330,6 +333,7 @@ class SweepTable:
     labels: Mapping[str, Sequence[Any]]
     values: Mapping[str, Array]
     harmonics: Index
+    cross_order: Index
     status: NDArray[np.object_]
     minimum_force: Array
     reported: ReportedLines
@@ -383,6 +387,7 @@ def empty_table(
             if 0 not in shape
         },
         harmonics=np.zeros(count, dtype=np.int64),
+        cross_order=np.zeros(count, dtype=np.int64),
         status=np.full(count, "", dtype=object),
         minimum_force=np.full((len(system.meshes.name), count), np.nan),
         reported=reported,

@@ -98,7 +98,12 @@ def test_the_numbers_are_those_of_the_verbs(drive: str, overrides: dict[str, obj
     assert errors.head["errors"]["k_gamma"] == pytest.approx(mean_load.max(), rel=1e-9)
     system = assemble(train)
     # a picture of the live set, and what it is at rest
-    for frame, points, shaft, close in ((live, 120, False, 5e-3), (orders, 200, False, 5e-4), (shafts, 60, True, 5e-4)):
+    most = {"ren2021": 120, "xu2020": 4000 // 56}.get(drive, 48)  # by coordinates and mesh frequencies
+    for frame, points, shaft, close in (
+        (live, most, False, 5e-3),
+        (orders, 200, False, 5e-4),
+        (shafts, 60, True, 5e-4),
+    ):
         swept = sweep(system, SweepOptions(points=points, shaft_orders=shaft, forces_alone=True))
         exact = swept["mesh_force_peak"].transpose("mesh", "speed").values
         np.testing.assert_allclose(1e3 * frame.arrays["sweep/y"], exact, rtol=close)
@@ -212,6 +217,29 @@ def test_peaks_that_rise_by_a_twentieth_are_named_and_no_others(
             rises.append(frame.arrays["sweep/x"][i])
     np.testing.assert_allclose([peak["x"] for peak in frame.head["sweep"]["peaks"]], rises, rtol=1e-6)
     assert len(rises) == count
+
+
+def test_the_curve_comes_ahead_with_the_numbers_of_the_live_frame() -> None:
+    request = Request(
+        rev=7, kind="live", source=tomllib.loads(drive_text("ren2021")), overrides={"damping.modal": 0.03}
+    )
+    ahead: list[PageFrame] = []
+    (live,) = compute(request, early=ahead.append)
+    (curve,) = ahead
+    assert (curve.kind, curve.rev, set(curve.head)) == ("curve", 7, {"sweep", "state"})
+    assert set(curve.arrays) == {"sweep/x", "sweep/y"}
+    for name, values in curve.arrays.items():
+        np.testing.assert_array_equal(values, live.arrays[name])
+    named = [
+        {**head["sweep"], "peaks": [(peak["x"], peak["y"]) for peak in head["sweep"]["peaks"]]}
+        for head in (curve.head, live.head)
+    ]
+    assert named[0] == named[1]
+    assert 0 < curve.head["state"]["computed_ms"] < live.head["state"]["computed_ms"]
+    list(compute(replace(request, kind="full"), early=ahead.append))
+    assert len(ahead) == 1  # of a lever that is let go everything is there
+    (_,) = compute(replace(request, overrides={"damping": None}), early=ahead.append)
+    assert len(ahead) == 1  # a train without a curve
 
 
 def test_curves_that_lie_on_each_other_are_one_strong_curve() -> None:

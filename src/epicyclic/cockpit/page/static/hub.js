@@ -41,6 +41,7 @@ export class Hub {
     this.playing = true;
     this.dropped = 0;
     this.painted = { rev: -1, time: 0, kind: "" };
+    this.ahead = { rev: -1, time: 0 }; // the last curve that was painted ahead of its state
     this.panes = new Set();
   }
 
@@ -54,6 +55,9 @@ export class Hub {
     else if (drawing) frame.head.train.drawing = this.drawing;
     const changed = this.forget(frame);
     if (frame.kind === "live") this.instead = "";
+    // a curve ahead of its state: the names of its peaks are those before, the revision of the page goes on with the rest
+    const isAhead = frame.kind === "curve";
+    if (isAhead && this.parts.sweep?.head.y_label === frame.head.sweep?.y_label) frame.head.sweep.peaks = this.parts.sweep.head.peaks;
     for (const [name, part] of Object.entries(partsOf(frame))) {
       if (this.parts[name] && this.parts[name].rev > part.rev) {
         this.dropped += 1;
@@ -70,7 +74,7 @@ export class Hub {
       changed.push("resonance");
     }
     // A job belongs to the state it was started in; it does not make what is shown of the present one older.
-    this.rev = Math.max(this.rev, frame.rev);
+    if (!isAhead) this.rev = Math.max(this.rev, frame.rev);
     if (mode !== undefined && mode !== this.mode) {
       this.mode = mode;
       changed.push("mode");

@@ -123,6 +123,10 @@ export class Pane {
     channel.port1.onmessage = () => {
       channel.port1.close();
       if (this.destroyed) return;
+      if (kind === "curve") {
+        this.hub.ahead = { rev, time: performance.now(), computed };
+        return;
+      }
       this.root.dataset.rev = String(rev);
       this.root.dataset.stage = kind;
       const time = performance.now();

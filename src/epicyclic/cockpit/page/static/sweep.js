@@ -89,7 +89,7 @@ export class SweepPane extends Pane {
 
   /** A new sweep: curves in the order of painting, strong ones last, their colours kept. */
   take(part, head, arrays) {
-    const isReleased = part.kind !== "live";
+    const isReleased = !["curve", "live"].includes(part.kind);
     const isOther = this.head?.x_label !== head.x_label || this.head?.y_label !== head.y_label;
     const rows = rowsOf(arrays.y);
     this.pinned = this.ghostOf();
