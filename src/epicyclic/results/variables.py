@@ -430,6 +430,8 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "reached_k_gamma": ("1", "quantile of K_gamma of the grades found, of the fresh run"),
     "reached_k_gamma_low": ("1", "lower end of its 95 % band"),
     "reached_k_gamma_high": ("1", "upper end of its 95 % band"),
+    "case_k_gamma": ("1", "quantile of K_gamma in the load case, of the fresh run"),
+    "case_above": ("1", "share of the trains above the target in the load case, of the fresh run"),
     "front_price": ("1", "least total price for one of several targets"),
     "front_k_gamma": ("1", "quantile of K_gamma at that price"),
     # tolerance: what buys what

@@ -509,4 +509,4 @@ def least_load(mean: Array, *, most: Array, rounding: float) -> Array:
 def idle_warnings(meshes: Sequence[str], loaded: NDArray[np.bool_], what: str) -> list[CodedText]:
     """A warning of the meshes without load, (m,), and `what` is not defined there."""
     names = ", ".join(name for name, yes in zip(meshes, loaded, strict=True) if not yes)
-    return [coded("mesh-without-load", f"no load, hence no {what}, in {names}")] if names else []
+    return [coded("mesh-without-load", f"no load, or next to none, hence no {what}, in {names}")] if names else []

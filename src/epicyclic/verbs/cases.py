@@ -10,7 +10,7 @@ import numpy as np
 
 from ..document.document import read
 from ..engine.points import along, attempt
-from ..engine.source import Source, StudyAxis
+from ..engine.source import Drive, Source, StudyAxis, train_of
 from ..errors import ModelError
 from ..options import ALL_CASES
 from ..results.dataset import dataset
@@ -122,6 +122,26 @@ def _own_attributes(result: xr.Dataset) -> dict[str, Any]:
     }
     kinds = {str(name): one.dtype.name for name, one in result.variables.items() if one.dtype.kind in "bi"}
     return {**own, "whole_numbers": kinds, "labels": [str(name) for name in result.coords]}
+
+
+def duty_of(drive: Drive) -> Train | dict[str, tuple[Train, float]]:
+    """The train of a drive; of all load cases the train of each and its share of the time, which all need.
+
+    Raises
+    ------
+    ModelError : a source without cases, a case without duration or share, one that is wrong.
+    """
+    overrides = drive.overrides or {}
+    if overrides.get("case") != ALL_CASES:
+        return drive.train
+    cases = _cases(drive.source, overrides)
+    shares = _weights(cases)["case_share"][1]
+    for name, share in zip(cases, shares.tolist(), strict=True):
+        if not share > 0:
+            allowed = "a duration or a share above zero in every case, to weigh them"
+            raise ModelError("has no weight beside the other cases", path=f"cases.{name}", allowed=allowed)
+    trains = [train_of(drive.source, overrides={**overrides, "case": name}) for name in cases]
+    return dict(zip(cases, zip(trains, (shares / shares.sum()).tolist(), strict=True), strict=True))
 
 
 def case_names(source: Source, overrides: Overrides) -> tuple[str, ...]:

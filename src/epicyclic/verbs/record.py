@@ -130,10 +130,13 @@ def help_of(verb: Verb) -> str:
     return "\n\n".join(" ".join(text.split()) for text in paragraphs if "\n    ----" not in text)
 
 
-def takes(options: type[Any] | None = None, *, turning: bool = False) -> Callable[[Analysis], Analysis]:
+def takes(
+    options: type[Any] | None = None, *, turning: bool = False, joint: bool = False
+) -> Callable[[Analysis], Analysis]:
     """Make the public function of a verb of the function that computes it and the dataclass of its options.
 
-    turning : whether it is of a train that turns, and refuses one that is locked.
+    turning : whether it is of a train that turns, and refuses one that is locked.  joint : whether it takes all load
+    cases together (`cases.duty_of`), not one by one.
 
     The function that computes takes a `Drive`, the options where there are any, and ``progress`` where it has one.  The
     public one takes a source, overrides, the fields of the options as keywords, and ``progress``: it refuses arguments
@@ -158,7 +161,7 @@ def takes(options: type[Any] | None = None, *, turning: bool = False) -> Callabl
             from ..engine.source import Drive
             from .options import READERS
 
-            if (bound.get("overrides") or {}).get("case") == ALL_CASES:
+            if (bound.get("overrides") or {}).get("case") == ALL_CASES and not joint:
                 from .cases import over_cases
 
                 return over_cases(run, bound.pop("source"), bound.pop("overrides"), bound)

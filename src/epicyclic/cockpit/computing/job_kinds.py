@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 
 from ...document.tables import PlainTable
 from ...errors import ModelError
-from ...options import Option
+from ...options import ALL_CASES, Option
 from ...results.dataset import ranked
-from ...show.elements import Finding
+from ...show.elements import Finding, Table
 from ...show.series import (
     judged_quantile,
     of_definition,
@@ -30,7 +30,7 @@ from ...show.series import (
     system_quantiles,
     tenth_less,
 )
-from ...show.views import findings_of
+from ...show.views import cases_tables, findings_of
 from ...system.tooth_pairs import first_mesh
 from ...train.resolution import load
 from ...train.train import Train
@@ -107,12 +107,18 @@ def job_frame(
     apply_label: str = "",
     answers: Sequence[Answer] = (),
     kept: Sequence[tuple[Mapping[str, object], Answer]] = (),
+    tables: Sequence[Table] = (),
 ) -> PageFrame:
     """The frame of a job that is done, of no state yet; with ``answers`` where it answers a question.
 
     kept : overrides with which the result still holds, since it knows of them, and the answer that then stands.
+    tables : that stand above what is drawn.
     """
     job = {"name": name, "title": title, "text": text, **drawn.head}
+    if tables:
+        from ...show.report import html_table
+
+        job["tables"] = "".join(html_table(table) for table in tables)
     job |= {"apply": dict(apply) if apply else None, "apply_label": apply_label if apply else ""}
     head: dict[str, Any] = {"job": job}
     if answers:
@@ -171,6 +177,20 @@ def _title(values: xr.DataArray) -> str:
     return f"{name} [{values.attrs.get('units') or '1'}]"
 
 
+def cases_frame(result: xr.Dataset, train: Train) -> PageFrame:
+    """K_gamma of every load case; operation, load sharing and nearest resonance of all beside each other."""
+    from ...verbs.record import verbs
+
+    check, modes = (verbs()[verb].run(dict(train.document), overrides=_EVERY_CASE) for verb in ("check", "modes"))
+    weights, *sharing = cases_tables(result)
+    operation, resonances = cases_tables(check)[1:], cases_tables(modes)[1:]
+    columns = next((table.columns for table in sharing if "K_gamma" in table.columns), {"case": [], "K_gamma": []})
+    drawn = bars("K_gamma [1]", list(columns["case"]), np.array(columns["K_gamma"], float))
+    tables = (weights, *sharing, *resonances, *operation)
+    return job_frame("cases", "Load cases", _said(result), drawn, tables=tables)
+
+
+_EVERY_CASE = {"case": ALL_CASES}
 _DRAW = "Draw this relief"
 
 
@@ -415,6 +435,7 @@ class JobKind:
     verb : that it runs.  options : its keywords that may be chosen, a job refuses others; where none are named all
     that write or read no file.
     defaults : its keywords unless chosen otherwise.  search : those that follow from the train.
+    overrides : of the model beside those of the page.
     question : of `QUESTIONS`, that the first finding of its result answers.  frame : (result, train, chosen options) ->
     what the page shows; `found_frame` where there is none.  views : what that may draw, as ``show``.
     """
@@ -432,6 +453,7 @@ class JobKind:
     defaults: Mapping[str, Any] = field(default_factory=dict)
     views: tuple[str, ...] = ()
     search: Callable[[Train], Mapping[str, Any]] | None = None
+    overrides: Mapping[str, object] = field(default_factory=dict)
     question: str = ""
     frame: Callable[[xr.Dataset, Train, Mapping[str, Any]], PageFrame] | None = None
 
@@ -498,7 +520,7 @@ class JobKind:
         run = verbs()[self.verb].run
         if "progress" in signature(run).parameters:
             keywords["progress"] = computed
-        result = run(source, overrides=dict(overrides), **keywords)
+        result = run(source, overrides={**overrides, **self.overrides}, **keywords)
         progress(end)
         return self.shown(result, train, options), result
 
@@ -559,6 +581,19 @@ _KINDS = (
         options=("samples",),
         verb="stiffness",
         frame=lambda result, train, options: stiffness_frame(result, train),
+    ),
+    JobKind(
+        name="cases",
+        label="Load cases",
+        purpose="Every load case of the model beside the others",
+        about="Load sharing, resonances and operation of every load case, side by side.",
+        quick=True,
+        effort=(20, 20),
+        options=("samples",),
+        verb="sharing",
+        defaults={"method": "static"},
+        overrides=_EVERY_CASE,
+        frame=lambda result, train, options: cases_frame(result, train),
     ),
     JobKind(
         name="relief",

@@ -152,7 +152,7 @@ class EvidenceTabs:
             prop(tab, "aria-selected", "true" if key == name else "false")
             prop(tab, "tabindex", "0" if key == name else "-1")
         for key, bar in self._bars.items():
-            hide(bar.root, key != name)
+            bar.hide(key != name)
         hide(self._drawn, name == _LIST)
         self._list.hide(name != _LIST)
         if name != _LIST:
@@ -183,6 +183,9 @@ class EvidenceTabs:
     def sized(self, head: Mapping[str, Any]) -> None:
         """Say how long jobs take of the train of a frame that says how large it is, where that is news at rest."""
         state = head.get("state", {})
+        if "cases" in state:
+            for name, kind in JOBS.items():
+                hide(self._tabs[name], "case" in kind.overrides and not state["cases"])
         if "live_ms" not in state or self._session.rev != self._session.released_rev:
             return
         size = float(state["live_ms"]), state["mesh_frequencies"]

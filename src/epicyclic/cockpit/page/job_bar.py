@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from inspect import Parameter
 from typing import Any
 
+from nicegui import ui
 from nicegui.events import GenericEventArguments
 
 from ...errors import ModelError
@@ -96,10 +98,15 @@ class JobBar:
             self._progress.props.update({"max": 1, "aria-label": f"{words}: share done"})
             self._apply = button("Apply", self._on_apply, classes="ck-small ck-main")
             self._text = Words(classes="ck-answer-text", text=kind.about)
+        self._tables = ui.html("", sanitize=False).classes("ck-tables")  # of the report, which escapes what they hold
         for control in (self._again, self._cancel, self._progress, self._apply):
             hide(control, True)
-        hide(self.root, True)
+        self.hide(True)
         self._offer()
+
+    def hide(self, hidden: bool) -> None:
+        hide(self.root, hidden)
+        hide(self._tables, hidden or not self._tables.content)
 
     def options(self) -> dict[str, Any]:
         """What is chosen of the job; errors as of `OptionFields.values`."""
@@ -171,6 +178,9 @@ class JobBar:
         self._run.say("Run again" if job is not None and job.rev != rev and job.status == "done" else "Run")
         result = {} if job is None or job.rev != rev else result_of(job)
         hide(self._apply, not result.get("apply"))
+        if (tables := str({} if job is None else result_of(job).get("tables") or "")) != self._tables.content:
+            self._tables.set_content(tables)
+            self.hide(self.root.props.get("hidden") is not None)
         if job is not None:
             # without a number the bar only moves: a first part may take long
             prop(self._progress, "value", round(job.progress * _STEPS) / _STEPS or None)
@@ -201,6 +211,7 @@ async def replayed(session: Session, name: str, options: Mapping[str, Any]) -> d
     if state is None:
         raise ModelError("no model is open", path="model")
     verb, keywords = JOBS[name].verb, await session.call(job_keywords, name, *request_of(state), options)
+    state = replace(state, overrides={**state.overrides, **JOBS[name].overrides})
     return dict(zip(TAKEN, (command_line(state, verb, keywords), verb_script(state, verb, keywords)), strict=True))
 
 

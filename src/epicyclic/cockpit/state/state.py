@@ -464,20 +464,20 @@ def verb_script(state: PageState, verb: str, keywords: Mapping[str, Any]) -> str
     """A Python script that runs one verb of the same train, keeps its result, and prints what that means."""
     chosen = "".join(f"    {name}={value!r},\n" for name, value in keywords.items())
     file = file_name_of(state, f"-{verb}.nc")
-    return _loading(state, "from epicyclic.show.views import findings_of\n") + (
-        f"result = epicyclic.{verb}(\n    train,\n{chosen})\n"
+    return _loading(state, "from epicyclic.show.views import findings_of\n", f"result = epicyclic.{verb}", chosen) + (
         f"epicyclic.save_result(result, {file!r})  # epicyclic show {file} prints its tables\n"
         'for finding in findings_of({"": result}):\n'
         "    print(finding.text, finding.change)\n"
     )
 
 
-def _loading(state: PageState, imports: str = "") -> str:
-    """Lines of a script that load the train of a state."""
+def _loading(state: PageState, imports: str = "", call: str = "train = epicyclic.load", keywords: str = "") -> str:
+    """Lines of a script that call a function with the model of a state, and keywords, a line each."""
     overrides = pformat(dict(state.overrides), sort_dicts=False, width=100)
     given = f", overrides={overrides}" if state.overrides else ""
+    further = f",\n{keywords}" if keywords else ""
     note = f"# download the model as {file_name_of(state)} beside this script\n" if download_needed(state) else ""
-    return f"{note}import epicyclic\n{imports}\ntrain = epicyclic.load({_source(state)!r}{given})\n"
+    return f"{note}import epicyclic\n{imports}\n{call}({_source(state)!r}{given}{further})\n"
 
 
 def file_name_of(state: PageState, suffix: str = ".toml") -> str:

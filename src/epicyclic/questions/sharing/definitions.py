@@ -134,6 +134,15 @@ def meshes_with_load(mean: Array, members: Sequence[MeshGroup], *, most: Array, 
     return loaded
 
 
+def sharing_meshes(loaded: NDArray[np.bool_], mean_load: Array) -> NDArray[np.bool_]:
+    """Meshes (w,) that share a load: of those that carry any the ones with a mean-load coefficient, where known.
+
+    mean_load : (2, w) by `MEAN_LOADS` [1].
+    """
+    known = np.isfinite(mean_load[0])
+    return loaded & known if known.any() else loaded
+
+
 def mesh_limits(system: System, stated: float | str | None) -> list[KGammaLimit]:
     """Limit of K_gamma of every whole mesh, by its stage and the branches that share the load of its pair and side.
 
@@ -209,6 +218,7 @@ def labelled(
     from ...results.dataset import dataset
 
     names, members, record = faces(system.meshes).name, parallel_meshes(system.meshes), forces.record
+    forces = replace(forces, loaded=sharing_meshes(forces.loaded, mean_load[0]))
     values = forces.coefficients(mean_load[0], members)
     ratio = shares(forces.history.T, members).T
     sign, most, least = forces.sign, forces.over.peak, forces.over.least

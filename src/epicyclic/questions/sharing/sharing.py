@@ -39,6 +39,7 @@ from .definitions import (
     merge_extremes,
     meshes_with_load,
     require_speed,
+    sharing_meshes,
     worst_case,
 )
 from .tone_forces import ToneForces, cycle_starts, forces_of_equilibria, mean_force, tone_forces
@@ -287,6 +288,7 @@ def spread_sharing(system: System, *, cycles: int = 1024, patience: float = 0.1)
     else:
         mean, peak, place, ratio, period = _by_record(system, face, members, patience)
     loaded = meshes_with_load(mean, members, most=np.abs(peak), rounding=rounding_of(system))
+    loaded = sharing_meshes(loaded, mean_load)
     ratio = np.where(loaded[:, None], ratio, np.nan)
     with np.errstate(invalid="ignore"):
         most = 1.0 + np.max(np.abs(ratio - 1.0), axis=1)

@@ -2,6 +2,7 @@
 
 A combination is one grade for each entry, (E,) places in its list, which stands from the finest grade to the coarsest.
 K_gamma of combinations is on common random numbers: a sum of columns where it is linear, else evaluated one by one.
+Over load cases the drawing is one, and a train lies above the target for the share of its time in which it does.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ from ...train.resolution import costs_of, load
 from ...train.train import Train
 from ...warning_codes import CodedText, coded
 from . import AllocateOptions
-from .statistics import CONFIDENCE, Band
+from .statistics import CONFIDENCE, Band, weighted_tally
 from .tolerance import pair_limits, piece_of_samples, sampled
 from .tolerance_map import ToleranceMap, tolerance_map
 
@@ -50,16 +51,18 @@ _SAME = 1e-12
 _PIECES = (1024, 8192)
 
 
-def order_statistic(values: Array, probability: float) -> float:
-    """Least of the values (S,) that at least a share `probability` of them does not exceed."""
-    place = len(values) - 1 - allowed_above(len(values), probability)
-    return float(np.partition(values, place)[place])
+def order_statistic(values: Array, weight: Array, probability: float) -> float:
+    """Least of the values (S,) that at least a share `probability` of their weights (S,) does not exceed."""
+    order = np.argsort(-values, kind="stable")
+    above = np.cumsum(weight[order])
+    place = int(np.searchsorted(above, allowed_above(probability), side="right"))
+    return float(values[order[min(place, len(values) - 1)]])
 
 
-def allowed_above(samples: int, probability: float) -> int:
-    """Largest number of samples above a target that is met with a probability; below one sample: none."""
-    # 1e-9: 0.99 * 16384 and its like are not to be rounded up across a whole number
-    return min(samples - 1, samples - math.ceil(probability * samples - 1e-9))
+def allowed_above(probability: float) -> float:
+    """Largest share of the samples above a target that is met with a probability."""
+    # 0.99 of 16384 samples and its like are not to be rounded up across a whole number
+    return 1 - probability + 1e-12
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -79,9 +82,13 @@ class GradeSet:
 
 
 class Grades(ABC):
-    """Load factors of combinations of grades on one set of samples."""
+    """Load factors of combinations of grades on one set of samples.  linear : whether they are sums of columns."""
 
     __slots__ = ()
+
+    @property
+    def linear(self) -> bool:
+        return False
 
     @abstractmethod
     def factors(self, combination: Combination) -> Array:
@@ -89,12 +96,17 @@ class Grades(ABC):
 
     def value(self, combination: Combination, probability: float) -> float:
         """Load factor that is not exceeded with the probability [1]."""
-        return order_statistic(self.factors(combination), probability)
+        factors = self.factors(combination)
+        return order_statistic(factors, np.full(len(factors), 1 / len(factors)), probability)
+
+    def above(self, combination: Combination, target: float, allowed: float) -> float:
+        """Share of the samples above the target [1]; once it is more than what is allowed, at least that."""
+        return float(np.mean(self.factors(combination) > target))
 
     def meets(self, combination: Combination, target: float, probability: float) -> bool:
         """Whether no more samples than the probability leaves lie above the target."""
-        factors = self.factors(combination)
-        return int(np.count_nonzero(factors > target)) <= allowed_above(len(factors), probability)
+        allowed = allowed_above(probability)
+        return self.above(combination, target, allowed) <= allowed
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -120,23 +132,27 @@ class GradeColumns(Grades):
         least = np.stack([grades.min(axis=0) for grades in kept]) if kept else np.zeros((0, *base.shape))
         return cls(base=np.ascontiguousarray(base[order]), change=kept, least=least, order=order)
 
+    @property
+    def linear(self) -> bool:
+        return True
+
     def factors(self, combination: Combination) -> Array:
         """Load factor of the most loaded mesh (S,), in the order of the columns."""
         return np.asarray(self._loads(combination, slice(None)).max(axis=1))
 
-    def meets(self, combination: Combination, target: float, probability: float) -> bool:
-        """Whether no more samples than the probability leaves lie above the target.
+    def above(self, combination: Combination, target: float, allowed: float) -> float:
+        """Share of the samples above the target [1]; once it is more than what is allowed, at least that.
 
-        With free entries: whether a bound leaves it open that some choice of them does.  The bound takes of every free
-        entry the least that any of its grades adds, mesh by mesh and sample by sample: no combination lies below it.
+        With free entries: a bound of it.  The bound takes of every free entry the least that any of its grades adds,
+        mesh by mesh and sample by sample: no combination lies below it.
         """
-        allowed, above, start = allowed_above(len(self.base), probability), 0, 0
+        above = start = 0
         for stop in (*_PIECES, len(self.base)):
             above += int(np.count_nonzero(self._loads(combination, slice(start, stop)).max(axis=1) > target))
-            if above > allowed:
-                return False
+            if above > allowed * len(self.base):
+                break
             start = min(stop, len(self.base))
-        return True
+        return above / len(self.base)
 
     def _loads(self, part: Combination, rows: slice) -> Array:
         """Loads (rows, w) of a combination, of free entries their least."""
@@ -185,6 +201,44 @@ class SampledGrades(Grades):
         return np.asarray(np.nan_to_num(k[:, MEAN_LOADS.index(self.definition)].max(axis=1), nan=np.inf))
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class DutyGrades(Grades):
+    """Load factors of the same trains in every load case.
+
+    parts : of each case, all of columns or all of samples.  share : (c,) of the time [1].
+    """
+
+    parts: tuple[Grades, ...]
+    share: tuple[float, ...]
+
+    @property
+    def linear(self) -> bool:
+        return all(part.linear for part in self.parts)
+
+    def factors(self, combination: Combination) -> Array:
+        """Load factor of every sample [1], case by case."""
+        return np.concatenate([part.factors(combination) for part in self.parts])
+
+    def value(self, combination: Combination, probability: float) -> float:
+        """Load factor that is not exceeded with the probability [1]."""
+        return self.quantile([part.factors(combination) for part in self.parts], probability)
+
+    def quantile(self, factors: Sequence[Array], probability: float) -> float:
+        """The same of load factors of every case (S,)."""
+        pairs = zip(self.share, factors, strict=True)
+        weight = np.concatenate([np.full(len(own), share / len(own)) for share, own in pairs])
+        return order_statistic(np.concatenate(factors), weight, probability)
+
+    def above(self, combination: Combination, target: float, allowed: float) -> float:
+        """Share of the time of all trains above the target [1]; once it is more than what is allowed, at least that."""
+        above = 0.0
+        for part, share in zip(self.parts, self.share, strict=True):
+            above += share * part.above(combination, target, (allowed - above) / share)
+            if above > allowed:
+                break
+        return above
+
+
 def with_grade(entry: Tolerance, grade: Grade) -> Tolerance:
     """The entry with a grade in the place of its own draw; of its common one where it has no other."""
     if entry.own is not None:
@@ -221,10 +275,20 @@ def grade_columns(sampled: SampledGrades) -> GradeColumns:
     return GradeColumns.of(base, changes)
 
 
-def differing(columns: GradeColumns, sampled: SampledGrades, combination: Combination, target: float) -> int:
+def differing(columns: DutyGrades, sampled: DutyGrades, combination: Combination, target: float) -> int:
     """Samples that the sum of columns and an evaluation put on different sides of a target."""
-    exact = _in_order(columns, sampled, combination)
-    return int(np.count_nonzero((columns.factors(combination) > target) != (exact > target)))
+    count = 0
+    for part, exact_part in _pairs(columns, sampled):
+        exact = _in_order(part, exact_part, combination)
+        count += int(np.count_nonzero((part.factors(combination) > target) != (exact > target)))
+    return count
+
+
+def _pairs(columns: DutyGrades, sampled: DutyGrades) -> Iterator[tuple[GradeColumns, SampledGrades]]:
+    for part, exact in zip(columns.parts, sampled.parts, strict=True):
+        assert isinstance(part, GradeColumns)
+        assert isinstance(exact, SampledGrades)
+        yield part, exact
 
 
 def largest_difference(columns: GradeColumns, sampled: SampledGrades, combination: Combination, below: float) -> float:
@@ -294,7 +358,7 @@ def allocate_grades(
     cheapest = better or first
     price = math.inf if cheapest is None else total_price(prices, cheapest)
     proof: Proof = "monotone" if complete else "open"
-    if isinstance(grades, GradeColumns) and most_proof:
+    if grades.linear and most_proof:
         better, _, complete, more = _best_first(
             prices, lambda part: grades.meets(part, target, probability), price, most_proof
         )
@@ -421,6 +485,8 @@ def _best_first(
     return None, below, True, tried
 
 
+Duty = Mapping[str, tuple[Train, float]]
+"""Name of every load case -> its train, and its share of the time [1]."""
 Report = Callable[[float], None]
 Columns = dict[str, tuple[Any, Any]]
 
@@ -445,17 +511,22 @@ _FRONT, _MOST_FRONT = 60, 2_000
 class _Problem:
     """Grades on offer, and the samples that tell combinations apart.
 
+    duty : name of every load case -> its train and its share of the time; what is on offer is the same in all.
     names : paths of the entries with grades.  finest, coarsest : combinations.
     """
 
-    train: Train
-    sampled: SampledGrades
+    duty: Duty
+    sampled: DutyGrades
     limit: KGammaLimit
     probability: float
 
     @property
+    def first(self) -> SampledGrades:
+        return cast(SampledGrades, self.sampled.parts[0])
+
+    @property
     def offered(self) -> GradeSet:
-        return self.sampled.offered
+        return self.first.offered
 
     @property
     def target(self) -> float:
@@ -464,12 +535,13 @@ class _Problem:
 
     @property
     def names(self) -> list[str]:
-        return [self.sampled.drawn.entries[index].path for index in self.offered.entry]
+        return [self.first.drawn.entries[index].path for index in self.offered.entry]
 
     @property
     def table(self) -> dict[str, Any]:
         """`[tolerance]` of the document, with full paths."""
-        return dict(cast(Mapping[str, Any], self.train.document["tolerance"]))
+        train, _ = next(iter(self.duty.values()))
+        return dict(cast(Mapping[str, Any], train.document["tolerance"]))
 
     @property
     def finest(self) -> Combination:
@@ -480,17 +552,19 @@ class _Problem:
         return tuple(len(row) - 1 for row in self.offered.grades)
 
 
-def allocate(train: Train, options: AllocateOptions, *, progress: Report | None = None) -> xr.Dataset:
+def allocate(source: Train | Duty, options: AllocateOptions, *, progress: Report | None = None) -> xr.Dataset:
     """Cheapest grades of ``[tolerance.cost]`` with which K_gamma stays at or below a target with a probability.
 
     Parameters
     ----------
+    source : one train; or the trains of load cases, of one drawing, whose time above the target counts together.
     progress : called with the share done, 0..1.
 
     Returns
     -------
     Dataset : grade, price, and the next finer and coarser grade of every entry with what it costs or saves and the
         K_gamma it gives (tolerance), total price, its bound, K_gamma reached by the fresh run; kind ``allocate``.
+        Of load cases also share of the time, K_gamma and the share of the trains above the target of each (case).
         Attribute ``proof``: ``samples``: no combination costs less on the samples; ``monotone``: none does where finer
         grades never raise K_gamma; ``open``: neither.  Attribute ``allocated_model``: the model with the grades.
 
@@ -501,16 +575,21 @@ def allocate(train: Train, options: AllocateOptions, *, progress: Report | None 
     target, probability, definition, method = options.target, options.probability, options.definition, options.method
     samples, seed, fresh_samples = options.samples, options.seed, options.fresh_samples
     _check_samples(probability, samples)
-    costs = costs_of(train)
-    drawn = tolerance_map(train)
-    offered = _offered(drawn, costs)
-    limit = min(pair_limits(drawn, train, None), key=lambda one: one.value)
+    duty = {"": (source, 1.0)} if isinstance(source, Train) else source
+    trains = [train for train, _ in duty.values()]
+    maps = [tolerance_map(train) for train in trains]
+    offered = [_offered(drawn, costs_of(train)) for drawn, train in zip(maps, trains, strict=True)]
+    _check_offered(maps, offered)
+    limits = [one for drawn, train in zip(maps, trains, strict=True) for one in pair_limits(drawn, train, None)]
+    limit = min(limits, key=lambda one: one.value)
     if target is not None:
         limit = KGammaLimit(value=target, source="the option target")
     report = progress or (lambda done: None)
     with one_thread():
-        common = SampledGrades.of(drawn, offered, samples=samples, seed=seed, definition=definition, method=method)
-        problem = _Problem(train=train, sampled=common, limit=limit, probability=probability)
+        how: dict[str, Any] = {"samples": samples, "seed": seed, "definition": definition, "method": method}
+        parts = [SampledGrades.of(drawn, own, **how) for drawn, own in zip(maps, offered, strict=True)]
+        common = DutyGrades(parts=tuple(parts), share=tuple(share for _, share in duty.values()))
+        problem = _Problem(duty=duty, sampled=common, limit=limit, probability=probability)
         report(0.1)
         columns = _columns(problem)
         report(0.5)
@@ -519,30 +598,36 @@ def allocate(train: Train, options: AllocateOptions, *, progress: Report | None 
         messages = _messages(problem, found)
     result = dataset(
         variables,
-        {"tolerance": problem.names},
+        {"tolerance": problem.names, **({} if len(duty) == 1 else {"case": list(duty)})},
         verb="allocate",
         options={
             **{"target": limit.value, "probability": probability, "definition": definition, "samples": samples},
             **{"seed": seed, "method": method, "fresh_samples": fresh_samples},
         },
-        provenance=train_provenance(train),
-        warnings=[*drawn.warnings, *messages],
+        provenance=train_provenance(trains[0]),
+        warnings=[*dict.fromkeys(text for drawn in maps for text in drawn.warnings), *messages],
     )
     result.attrs |= {
         "probability": probability,
         "target_source": limit.source,
         "definition": definition,
-        "samples": len(common.uniform),
+        "samples": len(parts[0].uniform),
         "seed": seed,
         "fresh_samples": found.fresh_samples,
         "fresh_seed": seed + 1,
         "confidence": CONFIDENCE,
         "proof": found.choice.proof,
         "tried": found.choice.tried,
-        "linear": int(isinstance(found.grades, GradeColumns)),
-        "allocated_model": json.dumps(dict(found.train.document), default=str),
+        "linear": int(found.grades.linear),
+        "allocated_model": json.dumps(_document(found.trains), default=str),
     }
     return result
+
+
+def _document(trains: Sequence[Train]) -> dict[str, Any]:
+    """The document of the trains, without the case that each is of where they are several."""
+    document = dict(trains[0].document)
+    return document if len(trains) == 1 else {name: table for name, table in document.items() if name != "case"}
 
 
 def allocated_model(result: xr.Dataset) -> str:
@@ -574,39 +659,53 @@ def _offered(drawn: ToleranceMap, costs: dict[str, Any]) -> GradeSet:
     return GradeSet(entry=tuple(priced), grades=tuple(rows))
 
 
-def _columns(problem: _Problem) -> GradeColumns | None:
+def _check_offered(maps: Sequence[ToleranceMap], offered: Sequence[GradeSet]) -> None:
+    """Refuse a price of what is not drawn in every load case, such as the torque of one."""
+    paths = [[drawn.entries[index].path for index in own.entry] for drawn, own in zip(maps, offered, strict=True)]
+    for other in paths[1:]:
+        for path in {*paths[0]} ^ {*other}:
+            allowed = "prices of what is drawn in every load case"
+            raise ModelError("is not drawn in every load case", path=f"tolerance.cost.{path}", allowed=allowed)
+
+
+def _columns(problem: _Problem) -> DutyGrades | None:
     """Columns where K_gamma is linear in the errors of the entries: by mean-load, of deviations, on closed contact.
 
     Checked at the finest grades, sample by sample; None where it is not.
     """
     deviations = all(name.startswith("deviations.") for name in problem.names)
-    if problem.sampled.definition != MEAN_LOADS[0] or not deviations or problem.sampled.method == "static":
+    first = problem.first
+    if first.definition != MEAN_LOADS[0] or not deviations or first.method == "static":
         return None
-    columns = grade_columns(problem.sampled)
-    off = largest_difference(columns, problem.sampled, problem.finest, problem.target)
-    return columns if off <= _ROUNDING else None
+    parts = tuple(grade_columns(cast(SampledGrades, part)) for part in problem.sampled.parts)
+    columns = DutyGrades(parts=parts, share=problem.sampled.share)
+    off = [largest_difference(*pair, problem.finest, problem.target) for pair in _pairs(columns, problem.sampled)]
+    return columns if max(off) <= _ROUNDING else None
 
 
 # search and its verification ------------------------------------------------------------------------------------------
 
 
 class _Verified(NamedTuple):
-    """Grades found.  searched : target of the search that found them.  reached, train : of the fresh run.
+    """Grades found.  searched : target of the search that found them.  reached, above, trains : of the fresh run.
 
+    reached : over all load cases.  of_case, above : (c,) K_gamma of each and share of the trains above the target.
     grades : columns where K_gamma is linear, else the samples, by which they were found.
     """
 
     choice: Allocation
     combination: Combination
-    grades: GradeColumns | SampledGrades
+    grades: DutyGrades
     searched: float
     reached: Band
-    train: Train
+    of_case: Array
+    above: Array
+    trains: Sequence[Train]
     fresh_samples: int
 
 
 def _verified(
-    problem: _Problem, columns: GradeColumns | None, fresh_samples: int, seed: int, report: Report
+    problem: _Problem, columns: DutyGrades | None, fresh_samples: int, seed: int, report: Report
 ) -> _Verified:
     """Grades whose K_gamma a run with another seed confirms; the target of the search is lowered by what it misses."""
     first: Allocation | None = None
@@ -617,11 +716,11 @@ def _verified(
         if choice.combination is None:
             break
         first = first or choice
-        train = _with_grades(problem, choice.combination)
-        reached, count = _fresh(problem, train, fresh_samples, seed)
+        trains = _with_grades(problem, choice.combination)
+        reached, of_case, above, count = _fresh(problem, trains, fresh_samples, seed)
         # the bound is that of the target asked for: a lower target costs at least as much
         kept = choice if choice is first else choice._replace(bound=first.bound, proof=first.proof)
-        found = _Verified(kept, choice.combination, grades, searched, reached, train, count)
+        found = _Verified(kept, choice.combination, grades, searched, reached, of_case, above, trains, count)
         report(0.6 + 0.4 * (round_number + 1) / _ROUNDS)
         missed = float(reached.value.item()) - problem.target
         if missed <= 0:
@@ -632,9 +731,7 @@ def _verified(
     return found
 
 
-def _searched(
-    problem: _Problem, columns: GradeColumns | None, target: float
-) -> tuple[Allocation, GradeColumns | SampledGrades]:
+def _searched(problem: _Problem, columns: DutyGrades | None, target: float) -> tuple[Allocation, DutyGrades]:
     """Grades by sums of columns; by evaluation where there are none, or where contact opens and that changes them."""
     prices, p = problem.offered.prices, problem.probability
     if columns is not None:
@@ -646,13 +743,13 @@ def _searched(
     return allocate_grades(problem.sampled, prices, target, p, most=_MOST_EVALUATED), problem.sampled
 
 
-def _with_grades(problem: _Problem, combination: Combination) -> Train:
-    """The train whose ``[tolerance]`` has the grades of a combination."""
+def _with_grades(problem: _Problem, combination: Combination) -> list[Train]:
+    """The trains of all load cases whose ``[tolerance]`` has the grades of a combination."""
     table = problem.table
     for name, row, grade in zip(problem.names, problem.offered.grades, combination, strict=True):
         stated, text = table[name], row[grade].text
         table[name] = {**stated, _drawn_of(stated): text} if isinstance(stated, dict) else text
-    return load({**problem.train.document, "tolerance": table})
+    return [load({**train.document, "tolerance": table}) for train, _ in problem.duty.values()]
 
 
 def _drawn_of(stated: Mapping[str, Any]) -> str:
@@ -660,17 +757,22 @@ def _drawn_of(stated: Mapping[str, Any]) -> str:
     return "own" if "own" in stated else "common"
 
 
-def _fresh(problem: _Problem, train: Train, samples: int, seed: int) -> tuple[Band, int]:
-    """Quantile of K_gamma of the train with its band, of a run with a seed of its own, and its number of samples."""
-    drawn, plan = tolerance_map(train), sampling_plan(samples, seed=seed)
-    pieces = (piece_of_samples(drawn, plan, problem.sampled.method, False, piece) for piece in range(plan.pieces))
-    tally, _ = sampled(drawn, plan, pieces)
-    bands = tally.quantile_bands(np.array([problem.probability]))
-    at = MEAN_LOADS.index(problem.sampled.definition), len(drawn.pair)
-    return Band(value=bands.value[at], low=bands.low[at], high=bands.high[at]), plan.samples
+def _fresh(problem: _Problem, trains: Sequence[Train], samples: int, seed: int) -> tuple[Band, Array, Array, int]:
+    """Of a run with a seed of its own: quantile of K_gamma over all load cases with its band, quantile and share above
+    the target (c,) of each case, and the number of samples."""
+    plan, definition = sampling_plan(samples, seed=seed), MEAN_LOADS.index(problem.first.definition)
+    probability, tallies = np.array([problem.probability]), []
+    for train in trains:
+        drawn = tolerance_map(train)
+        pieces = (piece_of_samples(drawn, plan, problem.first.method, False, piece) for piece in range(plan.pieces))
+        tallies.append(sampled(drawn, plan, pieces)[0].of_train(definition))
+    of_case = np.array([tally.quantile_bands(probability).value.item() for tally in tallies])
+    above = np.array([tally.exceedance(np.array([problem.target])).value.item() for tally in tallies])
+    bands = weighted_tally(tallies, problem.sampled.share).quantile_bands(probability)
+    return bands.of(lambda values: values.ravel()[:1]), of_case, above, plan.samples
 
 
-def _out_of_reach(problem: _Problem, columns: GradeColumns | None) -> ModelError:
+def _out_of_reach(problem: _Problem, columns: DutyGrades | None) -> ModelError:
     """The error of a target that no grades meet, with the best that they reach."""
     prices, p, at = problem.offered.prices, problem.probability, problem.finest
     exact = problem.sampled.value(at, p)
@@ -685,7 +787,7 @@ def _out_of_reach(problem: _Problem, columns: GradeColumns | None) -> ModelError
     best = grades.value(at, p)
     cheapest = allocate_grades(grades, prices, best, p, most=_MOST_EVALUATED)
     price = min(cheapest.price, total_price(prices, at))
-    rest = [entry.path for i, entry in enumerate(problem.sampled.drawn.entries) if i not in problem.offered.entry]
+    rest = [entry.path for i, entry in enumerate(problem.first.drawn.entries) if i not in problem.offered.entry]
     if math.isfinite(best):
         least = f"{math.ceil(best * 1e4) / 1e4:g}"
         allowed = f"{least} or more, the least that the grades reach on these samples, for {price:g}"
@@ -711,7 +813,8 @@ def _variables(problem: _Problem, found: _Verified) -> Columns:
         for row, grades_of, text in zip(prices, texts, stated, strict=True)
     ]
     # of the drawing as it is, on the samples of the search
-    as_drawn = problem.sampled.of_entries(problem.sampled.drawn.entries)
+    parts = [cast(SampledGrades, part) for part in problem.sampled.parts]
+    as_drawn = problem.sampled.quantile([part.of_entries(part.drawn.entries) for part in parts], p)
     variables: Columns = {
         "drawn_grade": ("tolerance", np.array(stated, dtype=object)),
         "drawn_grade_price": ("tolerance", np.array(paid)),
@@ -722,18 +825,21 @@ def _variables(problem: _Problem, found: _Verified) -> Columns:
         "total_price": ((), found.choice.price),
         "price_bound": ((), found.choice.bound),
         "drawn_price": ((), math.fsum(paid)),
-        "drawn_k_gamma": ((), order_statistic(as_drawn, p)),
+        "drawn_k_gamma": ((), as_drawn),
         "found_k_gamma": ((), grades.value(at, p)),
         "reached_k_gamma": ((), float(found.reached.value.item())),
         "reached_k_gamma_low": ((), float(found.reached.low.item())),
         "reached_k_gamma_high": ((), float(found.reached.high.item())),
     }
-    if isinstance(grades, GradeColumns):
+    if len(problem.duty) > 1:
+        own = {"case_share": np.array(problem.sampled.share), "case_k_gamma": found.of_case, "case_above": found.above}
+        variables |= {name: ("case", values) for name, values in own.items()}
+    if grades.linear:
         variables |= _front(problem, grades)
     return variables
 
 
-def _steps(problem: _Problem, grades: Grades, at: Combination, texts: Sequence[Sequence[str]]) -> Columns:
+def _steps(problem: _Problem, grades: DutyGrades, at: Combination, texts: Sequence[Sequence[str]]) -> Columns:
     """The next finer and coarser grade of every entry: what it costs or saves, and K_gamma with it alone changed."""
     prices, count = problem.offered.prices, len(at)
     text = {step: np.array([""] * count, dtype=object) for step in (-1, 1)}
@@ -753,7 +859,7 @@ def _steps(problem: _Problem, grades: Grades, at: Combination, texts: Sequence[S
     }
 
 
-def _front(problem: _Problem, columns: GradeColumns) -> Columns:
+def _front(problem: _Problem, columns: DutyGrades) -> Columns:
     """Cheapest grades for targets from the coarsest grades down to the finest: price and K_gamma (front,).
 
     Each target lies just below what the grades of the last one reach, so that none is left out but for small steps.
@@ -781,11 +887,12 @@ def _messages(problem: _Problem, found: _Verified) -> list[CodedText]:
     if found.choice.proof == "open":
         text = f"the search ended after {found.choice.tried} combinations: a cheaper one may be left"
         messages.append(coded("search-stopped", text))
-    if isinstance(found.grades, GradeColumns):
+    if found.grades.linear:
         off = differing(found.grades, problem.sampled, problem.coarsest, problem.target)
         if off:
+            count = len(problem.duty) * len(problem.first.uniform)
             text = (
-                f"contact opens at the coarsest grades: {off} of {len(problem.sampled.uniform)} samples lie on the "
+                f"contact opens at the coarsest grades: {off} of {count} samples lie on the "
                 "other side of the target then; the bound is that of closed contact"
             )
             messages.append(coded("bound-of-closed-contact", text))

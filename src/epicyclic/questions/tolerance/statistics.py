@@ -16,7 +16,7 @@ Bands of independent samples: order statistics (derived here).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -258,8 +258,8 @@ class SampleTally:
         batches, quantities = min(plan.scrambles, _BATCHES), definitions * (groups + 1 + meshes)
         # untouched pages of these take no memory: loads fill a small part of the bins
         number = np.int32 if plan.samples < 2**31 else np.int64
-        self._fine: NDArray[np.signedinteger[Any]] = np.zeros((quantities, BINS), number)
-        self._coarse: NDArray[np.signedinteger[Any]] = np.zeros((batches, quantities, COARSE_BINS), number)
+        self._fine: NDArray[Any] = np.zeros((quantities, BINS), number)
+        self._coarse: NDArray[Any] = np.zeros((batches, quantities, COARSE_BINS), number)
         self._top: Array = np.tile([-1.0, 0.0, -np.inf], (quantities, 1))
         self._size, self._apart = np.zeros(batches, np.int64), np.zeros((batches, meshes + 1), np.int64)
         self._sums: list[Array] = []
@@ -400,11 +400,32 @@ class SampleTally:
             shown = edges[BINS // 2 : BINS // 2 + 2]
         return shown, np.array([[display_histogram(counts, edges, shown) for counts in rows] for rows in fine])
 
+    def of_train(self, definition: int) -> SampleTally:
+        """What of it is of K of the train by one definition."""
+        at = definition * (self.groups + 1 + self.meshes) + self.groups
+        part = SampleTally(plan=self.plan, definitions=1, groups=0, meshes=0)
+        part._fine, part._coarse, part._top = self._fine[[at]], self._coarse[:, [at]], self._top[[at]]
+        part.done, part.failed = self.done, self.failed
+        return part
+
     def worst(self) -> tuple[Array, NDArray[np.int64]]:
         """Largest K of the train by the first definition, and the numbers of their samples, the worst first."""
         value, number = self._worst
         known = number >= 0
         return value[known], number[known]
+
+
+def weighted_tally(tallies: Sequence[SampleTally], share: Sequence[float]) -> SampleTally:
+    """The tallies (c,) of one quantity with as many samples each, by their shares (c,) of the time [1]."""
+    whole = SampleTally(plan=tallies[0].plan, definitions=1, groups=0, meshes=0)
+    whole._fine = np.einsum("c,cqb->qb", share, [tally._fine for tally in tallies])
+    whole._coarse = np.einsum("c,cnqb->nqb", share, [tally._coarse for tally in tallies])
+    tops = np.array([tally._top[0] for tally in tallies])
+    weight = np.where(tops[:, 0] == tops[:, 0].max(), share, 0.0)  # of those that reach the highest bin
+    whole._top = np.array([[tops[:, 0].max(), weight @ tops[:, 1], tops[weight > 0, 2].max()]])
+    whole.done = min(tally.done for tally in tallies)
+    whole.failed = max(tally.failed for tally in tallies)
+    return whole
 
 
 def _add(counts: NDArray[Any], index: NDArray[np.int32], bins: int) -> None:

@@ -28,19 +28,21 @@ def tolerance(drive: "Drive", options: ToleranceOptions, progress: Progress | No
     return run(drive.train, options, progress=progress)
 
 
-@takes(AllocateOptions)
+@takes(AllocateOptions, joint=True)
 def allocate(drive: "Drive", options: AllocateOptions, progress: Progress | None = None) -> "xr.Dataset":
     """The cheapest grades of the drawing that keep K_gamma below a target in a share of the trains.
 
     The model has prices of grades in [tolerance.cost]. With -o MODEL.toml the model is written with the grades found.
+    With --case all it is one drawing for all load cases: time above the target counts by their durations.
 
     Raises
     ------
     ModelError : the model or an option is wrong; no prices; a target that no grades reach.
     """
+    from ...verbs.cases import duty_of
     from .allocation import allocate as run
 
-    return run(drive.train, options, progress=progress)
+    return run(duty_of(drive), options, progress=progress)
 
 
 def _model_text(result: "xr.Dataset") -> str:

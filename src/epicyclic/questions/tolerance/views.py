@@ -306,7 +306,28 @@ _PROOF = {
 def allocate_tables(result: xr.Dataset) -> Sequence[Table]:
     """Grade and price of every entry, its neighbours, the totals."""
     names = texts(result, "tolerance")
-    return [_grades(result, names), _neighbours(result, names), _totals(result)]
+    return [_grades(result, names), _neighbours(result, names), _totals(result), *_load_cases(result)]
+
+
+def _load_cases(result: xr.Dataset) -> list[Table]:
+    """K_gamma in every load case with the grades found, and how often it is above the target; nothing of one alone."""
+    if "case" not in result.dims:
+        return []
+    columns: dict[str, Any] = {
+        "case": texts(result, "case"),
+        "time [%]": list(100 * result["case_share"].values),
+        f"K_gamma in {percent(float(result.attrs['probability']))}": list(result["case_k_gamma"].values),
+        "above the target [%]": list(100 * result["case_above"].values),
+    }
+    above = engineering(100 * float((result["case_share"] * result["case_above"]).sum()), 3)
+    lead = f"With the grades found, fresh run: above the target in {above} % of the time of all trains."
+    return [Table(title="The load cases", columns=columns, lead=lead)]
+
+
+def _share_of(result: xr.Dataset) -> str:
+    """`99 % of the trains`, over load cases of their time."""
+    what = "the time of all trains" if "case" in result.dims else "the trains"
+    return f"{percent(float(result.attrs['probability']))} of {what}"
 
 
 def allocate_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
@@ -320,28 +341,27 @@ def allocate_sections(result: xr.Dataset, company: Company) -> Sequence[Section]
         _grades(result, names),
         _neighbours(result, names),
         _totals(result),
+        *_load_cases(result),
     ]
     return [Section(anchor="allocation", title="Allocation of tolerances", parts=parts)]
 
 
 def allocate_key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
     """Total price, and the K_gamma that it reaches [1]."""
-    p = percent(float(result.attrs["probability"]))
     return [
         (engineering(float(result["total_price"])), "price of the cheapest grades"),
-        (f"{float(result['reached_k_gamma']):.4f}", f"K_gamma in {p} of the trains with them"),
+        (f"{float(result['reached_k_gamma']):.4f}", f"K_gamma in {_share_of(result)} with them"),
     ]
 
 
 def allocate_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
     """What the grades found cost, and the K_gamma that they keep, against the target."""
     target, reached = float(result["target"]), float(result["reached_k_gamma"])
-    p = percent(float(result.attrs["probability"]))
     source = result.attrs.get("target_source", "")  # a result of an earlier version has none
     kept = "keep" if passes(reached, target) else "MISS"
     text = (
         f"Grades for {engineering(float(result['total_price']))} {kept} the target of {target:g}"
-        f"{f' ({source})' if source else ''}: K_gamma stays below {reached:.4f} in {p} of the trains."
+        f"{f' ({source})' if source else ''}: K_gamma stays below {reached:.4f} in {_share_of(result)}."
     )
     tone = "good" if kept == "keep" else "bad"
     return [Finding(tone=tone, text=text, anchor="allocation", value=reached, limit=target)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 import epicyclic
 from epicyclic.questions.sharing.views import findings, key_figures, tables
 from epicyclic.show.series import largest_coefficients, unbroken
+from epicyclic.show.views import findings_of
 
 SPUR: dict[str, Any] = {"stages.main.helix_angle": "0 deg", "operation.torque.carrier": "3600 N m"}
 
@@ -51,3 +53,23 @@ def test_the_factor_while_turning_is_that_of_the_mesh_that_has_it() -> None:
     coefficients.loc[{"definition": "mean-load-turning", "mesh": other}] = 1.9
     (text,) = (one.text for one in findings(result.assign(load_sharing=coefficients), {}) if "K_gamma" in one.text)
     assert ", 1.900 while turning" in text
+
+
+def test_a_mesh_that_a_drag_alone_loads_is_not_judged() -> None:
+    model = Path(__file__).parents[4] / "examples/models/ravigneaux.toml"
+    drawn = {
+        "deviations.main.long.position.y": "[40, 0, 0] um",
+        "tolerance": {"deviations.main.long.position.y": "normal(0, 20 um)"},
+    }
+    for drag, shares in (("0 N m", False), ("-0.5 N m", False), ("-20 N m", True)):
+        overrides = {**drawn, "operation.torque.large": drag}
+        result = epicyclic.sharing(model, overrides=overrides, method="static")
+        idle = np.array([name.startswith("main/large-long") for name in result["mesh"].values])
+        assert np.isfinite(result["load_sharing"].sel(definition="mean-load").values[idle]).all() == shares, drag
+        assert np.isfinite(result["load_sharing"].sel(definition="mean-load").values[~idle]).all()
+        assert ("next to none" in result.attrs["warnings"]) != shares
+        judged = next(one for one in findings_of({"": result}) if one.limit > 0)
+        assert ("large" in judged.text) == shares
+        drawn_k = epicyclic.tolerance(model, overrides=overrides, samples=256)
+        assert any("large-long" in str(pair) for pair in drawn_k["pair"].values) == shares
+        assert np.isfinite(drawn_k["k_gamma_quantile"].sel(definition="mean-load").values).all()

@@ -258,3 +258,90 @@ def test_the_command_writes_a_drawing_or_nothing(tmp_path: Path) -> None:
     assert done.exit_code == 0, done.output
     assert POSITION in drawing.read_text(encoding="utf-8")
     assert "The cheapest grades" in done.output
+
+
+# load cases -----------------------------------------------------------------------------------------------------------
+
+# under little torque a gap is more of the load
+DUTY = {
+    "cruise": {"torque": {"sun": "2500 N m"}, "duration": "70 h"},
+    "idle": {"torque": {"sun": "900 N m"}, "duration": "30 h"},
+}
+
+
+def over(cases: dict[str, Any]) -> dict[str, Any]:
+    tolerance = {path: value for path, value in MODEL["tolerance"].items() if not path.startswith("operation.")}
+    return MODEL | {"cases": cases, "tolerance": tolerance}
+
+
+def test_over_cases_one_drawing_is_the_cheapest_by_the_time_above_the_target() -> None:
+    options: dict[str, Any] = {"probability": 0.95, "samples": SAMPLES, "fresh_samples": SAMPLES}
+    target, model, costs = 1.2, over(DUTY), MODEL["tolerance"]["cost"]
+    found = epicyclic.allocate(model, target=target, overrides={"case": "all"}, **options)
+    rows, best = {}, math.inf
+    for texts in product(*(costs[path] for path in (POSITION, GAP, RUN_OUT))):
+        own = copy.deepcopy(model)
+        own["tolerance"] |= {path: with_grades(texts)["tolerance"][path] for path in (POSITION, GAP, RUN_OUT)}
+        above = [float(np.mean(exceeding({**own, "case": name})[:, 0] > target)) for name in DUTY]
+        price = sum(costs[path][text] for path, text in zip((POSITION, GAP, RUN_OUT), texts, strict=True))
+        rows[texts] = price, above
+        best = min(best, price) if 0.7 * above[0] + 0.3 * above[1] <= 0.05 else best
+    texts = tuple(str(found.grade.sel({"tolerance": path}).item()) for path in (POSITION, GAP, RUN_OUT))
+    assert (float(found.price_bound), found.attrs["proof"]) == (best, "samples")
+    assert float(found.total_price) == rows[texts][0] >= best
+    assert list(found["case"].values) == list(DUTY)
+    np.testing.assert_allclose(found.case_share, [0.7, 0.3])
+    # another seed: as far as that many samples tell
+    np.testing.assert_allclose(found.case_above, rows[texts][1], atol=0.02)
+    assert float(found.case_share @ found.case_above) <= 0.05
+    assert float(found.reached_k_gamma) <= target
+    assert found.case_k_gamma.values[0] < float(found.reached_k_gamma) < found.case_k_gamma.values[1]
+    # neither case by itself asks for this drawing
+    prices = [
+        float(epicyclic.allocate(model, target=target, overrides={"case": name}, **options).price_bound)
+        for name in DUTY
+    ]
+    assert prices[0] < best < prices[1]
+    (finding,) = findings_of({"": found})
+    assert "% of the time of all trains" in finding.text
+    drawing = allocated_model(found)
+    assert "[cases.idle]" in drawing
+    assert "\ncase =" not in drawing
+
+
+def test_equal_cases_are_one() -> None:
+    options: dict[str, Any] = {"target": 1.13, "probability": 0.95, "samples": 512, "fresh_samples": 512}
+    same = {name: {"share": share} for name, share in (("a", 0.3), ("b", 0.5))}
+    both = epicyclic.allocate(over(same), overrides={"case": "all"}, **options)
+    alone = epicyclic.allocate(over(same), overrides={"case": "a"}, **options)
+    np.testing.assert_allclose(both.case_share, [0.375, 0.625])
+    for name in alone.data_vars:
+        if alone[name].dtype.kind == "f":
+            np.testing.assert_allclose(both[name], alone[name], rtol=1e-12, err_msg=name)
+        else:
+            assert list(np.ravel(both[name])) == list(np.ravel(alone[name]))
+    np.testing.assert_allclose(both.case_k_gamma, float(alone.reached_k_gamma), rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("change", "path", "words"),
+    [
+        ({"cases": {"a": {"duration": "1 h"}, "b": {}}}, "cases.b", "no weight beside"),
+        ({"cases": {}}, "case", "has no cases"),
+        (
+            {
+                "tolerance": {
+                    POSITION: "normal(0, 8 um)",
+                    "cases.idle.torque.sun": "normal(900 N m, 30 N m)",
+                    "cost": {"cases.idle.torque.sun": {"normal(900 N m, 30 N m)": 4}},
+                }
+            },
+            "tolerance.cost",
+            "prices",
+        ),
+    ],
+)
+def test_duties_that_cannot_be_weighed_are_told(change: dict[str, Any], path: str, words: str) -> None:
+    with pytest.raises(ModelError, match=words) as caught:
+        epicyclic.allocate(over(DUTY) | change, target=1.2, samples=SAMPLES, overrides={"case": "all"})
+    assert caught.value.path.startswith(path)

@@ -12,6 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 from epicyclic.questions.tolerance.allocation import (
+    DutyGrades,
     GradeColumns,
     allocate_grades,
     allowed_above,
@@ -146,7 +147,34 @@ def test_neighbours_change_one_entry_by_one_grade() -> None:
 def test_the_order_statistic_leaves_as_many_above_as_are_allowed() -> None:
     values = np.random.default_rng(5).permutation(np.arange(1.0, 16385.0))
     for probability in (0.5, 0.9, 0.99, 0.999, 0.9999999):
-        value = order_statistic(values, probability)
+        value = order_statistic(values, np.full(len(values), 1 / len(values)), probability)
         assert np.mean(values <= value) >= probability or probability > 1 - 1 / len(values)
         assert np.mean(values <= value - 1) < probability
-        assert np.count_nonzero(values > value) == allowed_above(len(values), probability)
+        most = min(len(values) - 1, int(len(values) * allowed_above(probability)))
+        assert np.count_nonzero(values > value) == most
+
+
+def test_over_cases_the_time_above_the_target_counts() -> None:
+    slow, fast = (five_planets([(0.05, 0.1, 0.2)] * 3, seed=seed) for seed in (1, 2))
+    prices, probability = [(9.0, 4.0, 1.0)] * 3, 0.95
+    alone = allocate_grades(slow, prices, 1.2, probability, most=1000, most_proof=1000)
+    one = DutyGrades(parts=(slow,), share=(1.0,))
+    assert allocate_grades(one, prices, 1.2, probability, most=1000, most_proof=1000) == alone
+    duty = DutyGrades(parts=(slow, fast), share=(0.7, 0.3))
+    found = allocate_grades(duty, prices, 1.2, probability, most=1000, most_proof=1000)
+    best, value = math.inf, {}
+    for grades in product(range(3), repeat=3):
+        above = []
+        for part in (slow, fast):
+            loads = part.base + sum(column[grade] for column, grade in zip(part.change, grades, strict=True))
+            above.append(loads.max(axis=1))
+        if 0.7 * np.mean(above[0] > 1.2) + 0.3 * np.mean(above[1] > 1.2) <= 1 - probability:
+            best = min(best, sum(row[grade] for row, grade in zip(prices, grades, strict=True)))
+        weight = np.repeat([0.7 / 2000, 0.3 / 2000], 2000)
+        value[grades] = np.concatenate(above), weight
+    assert (found.price, found.proof) == (best, "samples")
+    assert found.combination is not None
+    factors, weight = value[found.combination]
+    least = duty.value(found.combination, probability)
+    assert weight[factors > least].sum() <= 1 - probability + 1e-9 < weight[factors >= least].sum()
+    assert weight[factors > least].sum() == pytest.approx(duty.above(found.combination, least, math.inf))
