@@ -25,7 +25,7 @@ def cockpit(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cockpit]:
 def test_a_case_is_one_step_and_a_lever_changes_what_it_states(browser: Any, cockpit: Cockpit) -> None:
     context = still(browser)
     tab = Tab(context, cockpit.address)
-    switch, facts = tab.page.get_by_label("Load case"), tab.page.locator(".ck-facts")
+    switch, facts = tab.page.get_by_label("Load case", exact=True), tab.page.locator(".ck-facts")
     switch.wait_for()
     assert switch.inner_text().split() == ["nominal", "operation", "input_split", "compound_split", "fixed", "electric"]
     facts.filter(has_text="engine 140 N m").wait_for()
@@ -45,5 +45,30 @@ def test_a_case_is_one_step_and_a_lever_changes_what_it_states(browser: Any, coc
     tab.page.get_by_label(re.compile("^Redo")).click()
     facts.filter(has_text="engine 70 N m").wait_for()
     assert switch.input_value() == "electric"
+    assert tab.errors() == []
+    context.close()
+
+
+def test_the_cases_stand_in_one_table_beside_what_replays_it(browser: Any, cockpit: Cockpit) -> None:
+    context = still(browser)
+    tab = Tab(context, cockpit.address)
+    tab.page.get_by_role("tab", name="Load cases").click()
+    job = tab.page.locator("[data-job=cases]")
+    job.get_by_role("button", name="Run", exact=True).click()
+    tables = tab.page.locator(".ck-tables table")
+    tables.first.wait_for()
+    rows = tables.first.locator("tbody tr")
+    names = ["input_split", "compound_split", "fixed", "electric"]
+    assert [row.split("\t")[0] for row in rows.all_inner_texts()] == names
+    heads = tables.first.locator("th").all_inner_texts()
+    assert {"share [%]", "K_gamma", "ratio", "power [kW]"} <= set(heads)
+    assert "slip" in tables.nth(1).inner_text()  # of the open clutches
+    assert tab.page.locator("[data-kind=evidence]").is_hidden()
+    tab.page.get_by_role("tab", name="Sharing").click()
+    tables.first.wait_for(state="hidden")
+    tab.page.locator("[data-kind=evidence]").wait_for()
+    tab.page.get_by_role("tab", name="Load cases").click()
+    job.get_by_role("button", name="Command line", exact=True).click()
+    tab.page.locator("pre.ck-code").filter(has_text="--set case=all").wait_for()
     assert tab.errors() == []
     context.close()

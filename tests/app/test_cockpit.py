@@ -67,7 +67,8 @@ def test_the_first_thing_on_the_page_is_the_answer(tab: Tab) -> None:
     assert all(re.search(r"\d", found[key]) for key in ("resonance", "planet", "float", "error"))
     assert tab.page.get_by_text("No strength rating").first.is_visible()
     tab.page.locator("[data-lever]").nth(4).wait_for()
-    assert not tab.page.get_by_label("Load case").is_visible()  # the model has none
+    assert not tab.page.get_by_label("Load case", exact=True).is_visible()  # the model has none
+    assert not tab.page.get_by_role("tab", name="Load cases").is_visible()
     # without scrolling: answers, drawing and curve
     for place in ("[data-answer=relief]", "[data-kind=train]", "[data-kind=sweep]"):
         seen = tab.page.locator(place).first.bounding_box()

@@ -178,18 +178,25 @@ def _title(values: xr.DataArray) -> str:
 
 
 def cases_frame(result: xr.Dataset, train: Train) -> PageFrame:
-    """K_gamma of every load case; operation, load sharing and nearest resonance of all beside each other."""
+    """K_gamma of every load case; a row a case with its time, operation, load sharing and nearest resonance."""
     from ...verbs.record import verbs
 
-    check, modes = (verbs()[verb].run(dict(train.document), overrides=_EVERY_CASE) for verb in ("check", "modes"))
-    weights, *sharing = cases_tables(result)
-    operation, resonances = cases_tables(check)[1:], cases_tables(modes)[1:]
-    columns = next((table.columns for table in sharing if "K_gamma" in table.columns), {"case": [], "K_gamma": []})
-    drawn = bars("K_gamma [1]", list(columns["case"]), np.array(columns["K_gamma"], float))
-    tables = (weights, *sharing, *resonances, *operation)
-    return job_frame("cases", "Load cases", _said(result), drawn, tables=tables)
+    others = [verbs()[verb].run(dict(train.document), overrides=_EVERY_CASE) for verb in ("check", "modes")]
+    (weights, *sharing), (_, operation, *couplings), (_, *resonances) = map(cases_tables, (result, *others))
+    names = list(weights.columns["case"])
+    joined: dict[str, Any] = {}
+    for table in (weights, *sharing, *resonances, operation):
+        place = {name: at for at, name in enumerate(table.columns["case"])}
+        for heading, cells in table.columns.items():
+            joined[heading] = [cells[place[name]] if name in place else "" for name in names]
+    factors = np.array([value or np.nan for value in joined.get("K_gamma", [""] * len(names))], float)
+    said = " ".join(finding.text for finding in findings_of({"": result})) or f"{len(names)} load cases."
+    one = Table(title="", columns={name: joined[name] for name in joined if name not in _TOO_MUCH}, digits=4)
+    return job_frame("cases", "Load cases", said, bars("K_gamma [1]", names, factors), tables=(one, *couplings))
 
 
+# Columns of cases that findings say, or that fill a screen.
+_TOO_MUCH = ("sharing", "mesh")
 _EVERY_CASE = {"case": ALL_CASES}
 _DRAW = "Draw this relief"
 

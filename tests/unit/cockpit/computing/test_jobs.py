@@ -6,6 +6,7 @@ import re
 import runpy
 import shlex
 import tomllib
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -25,6 +26,7 @@ from epicyclic.errors import ModelError
 from epicyclic.questions.check.verbs import check
 from epicyclic.questions.flanks.verbs import contact
 from epicyclic.questions.response.verbs import sweep
+from epicyclic.questions.sharing.verbs import sharing
 from epicyclic.questions.tolerance.verbs import tolerance
 from epicyclic.results.dataset import load_result
 from epicyclic.show.views import findings_of, tables_of
@@ -39,11 +41,29 @@ SMALL: dict[str, dict[str, Any]] = {
     "contact_loss": {"points": 6},
     "transient": {"cycles": 2.0},
     "detune": {"changes": 1},
+    "cases": {"samples": 32},
     "sensitivity": {"of": "frequency"},
 }
 
 # The derivatives of each number of a small train; the other jobs need teeth and a load.
 DRIVES = {"sensitivity": "lin1999-n4"}
+
+
+# Load cases of ren2021: the one of their job has its pin errors and half of the torque.
+CASES = """
+[cases.whole]
+duration = "60 h"
+
+[cases.half]
+torque.sun = "50 kN m"
+duration   = "40 h"
+"""
+
+
+def text_of(name: str) -> str:
+    text = drive_text(DRIVES.get(name, "ren2021"))
+    pin = '[deviations]\nplanet.position.y = "[200, 0, 0] um"\n'
+    return text.replace("[deviations]\n", pin) + CASES if name == "cases" else text
 
 
 class Stopped(BaseException):
@@ -53,7 +73,7 @@ class Stopped(BaseException):
 @lru_cache
 def done(name: str) -> tuple[PageFrame, Any, tuple[float, ...]]:
     told: list[float] = []
-    source = tomllib.loads(drive_text(DRIVES.get(name, "ren2021")))
+    source = tomllib.loads(text_of(name))
     frame, dataset = JOBS[name].run(source, {}, SMALL[name], lambda *d: told.append(d[0] / (d[1:] or (1,))[0]))
     return frame, dataset, tuple(told)
 
@@ -66,6 +86,7 @@ def test_a_job_gives_a_frame_a_dataset_and_its_progress(name: str) -> None:
     assert job["text"].endswith(".")
     assert "nan" not in job["text"]
     assert dataset.attrs["verb"] in (name, "contact_sweep")
+    assert ("tables" in job) == (name == "cases")
     assert told
     assert all(0 <= share < 1 for share in told)  # what is left is packed and sent
     assert told[-1] > 0.9
@@ -85,7 +106,7 @@ def test_a_job_stops_where_its_progress_raises(name: str) -> None:
         raise Stopped
 
     with pytest.raises(Stopped):
-        JOBS[name].run(tomllib.loads(drive_text("ren2021")), {}, SMALL[name], stop)
+        JOBS[name].run(tomllib.loads(text_of(name)), {}, SMALL[name], stop)
 
 
 @pytest.mark.parametrize("name", list(JOBS))
@@ -251,6 +272,7 @@ def test_own_and_common_parts_are_halved_alone() -> None:
 
 def test_every_job_says_what_it_does_by_default() -> None:
     assert set(JOBS) == {
+        "cases",
         "contact",
         "relief",
         "stiffness",
@@ -277,13 +299,18 @@ def test_command_line_and_script_of_a_job_give_what_the_page_says(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     kind, drive = JOBS[name], DRIVES.get(name, "ren2021")
-    state = with_value(opened(drive), "stages.main.sun.support.radial", "0.9 GN/m")
+    if name == "cases":
+        drive = "duty"
+        (tmp_path / "duty.toml").write_text(text_of(name), encoding="utf-8")
+    model = "duty.toml" if name == "cases" else drive
+    state = with_value(opened(model), "stages.main.sun.support.radial", "0.9 GN/m")
     page, _ = kind.run(*request_of(state), SMALL[name], lambda *_: None)
     keywords = job_keywords(name, *request_of(state), SMALL[name])
+    state = replace(state, overrides={**state.overrides, **kind.overrides})
     words = shlex.split(command_line(state, kind.verb, keywords))
     ran = CliRunner().invoke(app, [*words[1:], "-o", "out.nc"], env={"COLUMNS": "1000"})
     assert ran.exit_code == 0, ran.output
-    train = load(drive, {"stages.main.sun.support.radial": "0.9 GN/m"})
+    train = load(model, {"stages.main.sun.support.radial": "0.9 GN/m"})
     script = verb_script(state, kind.verb, keywords)
     (tmp_path / "job.py").write_text(script, encoding="utf-8")
     capsys.readouterr()
@@ -297,6 +324,27 @@ def test_command_line_and_script_of_a_job_give_what_the_page_says(
     for number in re.findall(r"\d+\.\d+", page.head["job"]["text"]):
         assert number in printed
         assert number in ran.output
+
+
+def test_the_load_cases_stand_beside_each_other() -> None:
+    frame, _, _ = done("cases")
+    job = frame.head["job"]
+    assert "Fails in whole, half, 100 % of the time." in job["text"]
+    assert "Least margin in half, 40 % of the time" in job["text"]
+    assert job["bars"]["rows"] == ["whole", "half"]
+    source = tomllib.loads(text_of("cases"))
+    for place, case in enumerate(("whole", "half")):
+        alone = sharing(source, overrides={"case": case}, method="static", samples=32)
+        k = float(alone["system_load_sharing"].sel(definition="mean-load"))
+        assert frame.arrays["job/bar"][place] == pytest.approx(k, rel=1e-6)
+        assert f'<td class="number">{k:.4g}</td>' in job["tables"]
+    for words in ("duration [h]", "K_gamma", "ratio", "limit", "power [kW]"):
+        assert f">{words}</th>" in job["tables"]
+    hostile = {**source, "cases": {"<b>x</b>": {"duration": "1 h"}}}
+    with pytest.raises(ModelError, match="cases"):
+        JOBS["cases"].run(hostile, {}, SMALL["cases"], lambda *_: None)
+    with pytest.raises(ModelError, match="has no cases"):
+        JOBS["cases"].run(tomllib.loads(drive_text("ren2021")), {}, {}, lambda *_: None)
 
 
 def test_an_envelope_keeps_every_peak() -> None:
