@@ -251,6 +251,14 @@ class System:
     spin_up: Array = field(default_factory=lambda: np.zeros(0))
     locked: Mapping[str, float] | None = None
 
+    def __post_init__(self) -> None:
+        """Make the arrays read-only: what follows from a System is kept by its identity."""
+        parts = (self, self.dofs, self.meshes, self.links, self.far, *self.lines, *self.groups)
+        for part in (one for one in parts if one is not None):
+            for name in part.__dataclass_fields__:
+                if isinstance(values := getattr(part, name), np.ndarray):
+                    values.flags.writeable = False
+
     def __repr__(self) -> str:
         """One line: title, numbers of coordinates, meshes, links and laws, mesh frequencies, lines and damping."""
         title = self.provenance.get("title", "")

@@ -95,16 +95,21 @@ def mean_modes(system: System) -> tuple[Array, Array]:
     squared[:small] = 0.0
     rows = stiffness_rows(system) if soft else None
     if rows is None:
-        return squared, shapes
+        return _read_only(squared, shapes)
     root = np.linalg.cholesky((system.M + system.M.T) / 2)
     scaled = scipy.linalg.solve_triangular(root, rows, lower=True)
     free, rest = free_motions(scaled)
     if free.shape[1] == small == soft:
-        return squared, shapes
+        return _read_only(squared, shapes)
     motions, omega, _ = scipy.linalg.svd(rest.T @ scaled, full_matrices=False)
     motions = np.concatenate([free, rest @ motions[:, ::-1]], axis=1)
     squared = np.concatenate([np.zeros(free.shape[1]), omega[::-1] ** 2])
-    return squared, scipy.linalg.solve_triangular(root.T, motions, lower=False)
+    return _read_only(squared, scipy.linalg.solve_triangular(root.T, motions, lower=False))
+
+
+def _read_only(squared: Array, shapes: Array) -> tuple[Array, Array]:
+    squared.flags.writeable = shapes.flags.writeable = False
+    return squared, shapes
 
 
 def _eigenpairs(system: System) -> tuple[Array, Array]:
