@@ -274,6 +274,10 @@ mode-grows modes.md
 A mode grows at this speed: the rotating train is unstable.
 A stiffer support, a lower speed, or damping.
 
+cases-not-weighed cases.md
+Some load cases have a duration or a share of the time and others none: nothing is weighed by the time.
+A duration, or a share, in every case; 0 where it takes none.
+
 no-steady-motion response.md
 Centripetal terms exceed the stiffness at these speeds: no steady motion exists, the values are nan.
 A lower speed, or a stiffer support of the body that the message names.
@@ -287,8 +291,8 @@ The Floquet multipliers of a motion or speed are not known, or the largest one i
 Read the reason in status; a neighbouring speed, or more steps.
 
 no-motion-found contact-loss.md
-No periodic motion was found at some points of a sweep with contact loss.
-A finer or shorter range of speed; transient shows the motion in time.
+No periodic motion was found at some points of a sweep.
+A finer or shorter range of speed; with linear contact more damping; transient shows the motion in time.
 
 several-motions contact-loss.md
 A run-up or coast-down has fallen from the end of a branch to where several motions are stable: it is on one of them.

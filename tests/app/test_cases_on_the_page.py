@@ -69,6 +69,6 @@ def test_the_cases_stand_in_one_table_beside_what_replays_it(browser: Any, cockp
     tab.page.locator("[data-kind=evidence]").wait_for()
     tab.page.get_by_role("tab", name="Load cases").click()
     job.get_by_role("button", name="Command line", exact=True).click()
-    tab.page.locator("pre.ck-code").filter(has_text="--set case=all").wait_for()
+    tab.page.locator("pre.ck-code").filter(has_text="--case all").wait_for()
     assert tab.errors() == []
     context.close()

@@ -353,7 +353,7 @@ def run_verb(
     with reported(), _flagged(flags), keeping as folder:
         suffixes = (*verb.writers, *((".toml",) if verb.model_text else ()))
         require_output(output, figure, verb.gives, as_json=as_json, further=suffixes)
-        if figure and every:
+        if figure and every and not getattr(verb.run, "joint", False):
             raise ModelError("is of one case", path="--figure", given=", ".join(figure), allowed="--case with its name")
         if verb.reads and every:
             raise ModelError("has no load cases, it gives them", path="--set", given="case=all", allowed="no case")

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from functools import cached_property, partial
 from math import prod
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -93,6 +93,18 @@ class Drive:
     def drawing(self) -> Train | None:
         """The Train; None where the source is assembled already."""
         return None if isinstance(self.source, System) else self.train
+
+
+class Duty(NamedTuple):
+    """Load cases of one drawing.
+
+    cases : name of each -> its train, and its share of the time [1].  document : of the model, of no case.
+    left_out : warnings of cases that have no train.
+    """
+
+    cases: Mapping[str, tuple[Train, float]]
+    document: Mapping[str, Any]
+    left_out: tuple[CodedText, ...] = ()
 
 
 Entry = TypeVar("Entry")

@@ -231,8 +231,7 @@ def cases_findings(result: xr.Dataset, company: Company) -> list[Finding]:
     ]
     if limited:
         most, name, one = max(limited, key=lambda entry: entry[0])
-        what = f"{one.value:.4g}, {100 * most:.3g} % of the limit {one.limit:g}"
-        text = f"Least margin in {name}{_lasting(result, [name])}: {what}."
+        text = f"Least margin in {name}{_lasting(result, [name])}, {100 * most:.3g} % of its limit: {one.text}"
         found.append(Finding(tone=one.tone, text=text, anchor=anchor, value=one.value, limit=one.limit))
     return found
 

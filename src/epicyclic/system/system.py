@@ -256,8 +256,9 @@ class System:
         parts = (self, self.dofs, self.meshes, self.links, self.far, *self.lines, *self.groups)
         for part in (one for one in parts if one is not None):
             for name in part.__dataclass_fields__:
-                if isinstance(values := getattr(part, name), np.ndarray):
-                    values.flags.writeable = False
+                values = getattr(part, name)
+                while isinstance(values, np.ndarray):  # and what it is a view of
+                    values.flags.writeable, values = False, values.base
 
     def __repr__(self) -> str:
         """One line: title, numbers of coordinates, meshes, links and laws, mesh frequencies, lines and damping."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..document.document import read
 from ..engine.points import along, attempt
-from ..engine.source import Drive, Source, StudyAxis, train_of
+from ..engine.source import Drive, Duty, Source, StudyAxis, train_of
 from ..errors import ModelError
 from ..options import ALL_CASES
 from ..results.dataset import dataset
@@ -74,6 +74,9 @@ def over_cases(
         for name, one in zip(names, found, strict=True)
         if one.reason
     ]
+    without = [name for name, one in cases.items() if one.duration is None and one.share is None]
+    if 0 < len(without) < count:
+        said.append(coded("cases-not-weighed", f"neither duration nor share of {', '.join(without)}"))
     said += _warnings_of({name: one for name, one in zip(names, results, strict=True) if one is not None})
     made = dataset(
         {
@@ -124,24 +127,38 @@ def _own_attributes(result: xr.Dataset) -> dict[str, Any]:
     return {**own, "whole_numbers": kinds, "labels": [str(name) for name in result.coords]}
 
 
-def duty_of(drive: Drive) -> Train | dict[str, tuple[Train, float]]:
+def duty_of(drive: Drive) -> Train | Duty:
     """The train of a drive; of all load cases the train of each and its share of the time, which all need.
 
     Raises
     ------
-    ModelError : a source without cases, a case without duration or share, one that is wrong.
+    ModelError : a source without cases, a case without duration or share, every case is wrong.
     """
+
     overrides = drive.overrides or {}
     if overrides.get("case") != ALL_CASES:
         return drive.train
     cases = _cases(drive.source, overrides)
-    shares = _weights(cases)["case_share"][1]
-    for name, share in zip(cases, shares.tolist(), strict=True):
-        if not share > 0:
-            allowed = "a duration or a share above zero in every case, to weigh them"
-            raise ModelError("has no weight beside the other cases", path=f"cases.{name}", allowed=allowed)
-    trains = [train_of(drive.source, overrides={**overrides, "case": name}) for name in cases]
-    return dict(zip(cases, zip(trains, (shares / shares.sum()).tolist(), strict=True), strict=True))
+    shares = dict(zip(cases, _weights(cases)["case_share"][1].tolist(), strict=True))
+    without = [name for name, case in cases.items() if case.duration is None and case.share is None]
+    if without or not sum(shares.values()) > 0:
+        path, allowed = f"cases.{next(iter(without or cases))}", "a duration or a share in every case, to weigh them"
+        raise ModelError(
+            "has no weight beside the other cases" if without else "lasts no time", path=path, allowed=allowed
+        )
+    trains, left_out, first = dict[str, tuple[Train, float]](), list[CodedText](), None
+    for name, share in shares.items():
+        try:
+            if share > 0:
+                trains[name] = train_of(drive.source, overrides={**overrides, "case": name}), share
+        except ModelError as error:
+            first = first or error
+            left_out.append(coded("case-failed", f"{name} is left out: {error}"))
+    if first is not None and not trains:
+        raise first
+    assert not isinstance(drive.source, Train | System)
+    document = read(drive.source, {path: value for path, value in overrides.items() if path != "case"}).data
+    return Duty(trains, document, tuple(left_out))
 
 
 def case_names(source: Source, overrides: Overrides) -> tuple[str, ...]:
@@ -166,5 +183,5 @@ def _weights(cases: Mapping[str, Any]) -> dict[str, Any]:
         for name in ("duration", "share")
     )
     if np.nansum(durations) > 0:
-        shares = durations / np.nansum(durations)
+        shares = durations / durations.sum()  # none where one is not known
     return {"case_duration": ("case", durations), "case_share": ("case", shares)}

@@ -182,6 +182,7 @@ def takes(
                     raise ModelError(error.problem, path=error.path, given=typed, allowed=error.allowed) from None
                 raise
 
+        vars(run).update(joint=joint)
         run.__annotations__ = {name: one.annotation for name, one in plain.parameters.items()}
         run.__annotations__["return"] = plain.return_annotation
         vars(run).update(__signature__=plain)

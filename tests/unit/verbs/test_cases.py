@@ -162,8 +162,8 @@ def test_findings_say_what_fails_how_long_and_what_has_the_least_margin() -> Non
     value = {name: next(one.value for one in own if one.limit == 1.1) for name, own in alone.items()}
     first, second = findings_of({"": whole})
     assert (first.tone, first.text) == ("bad", "Fails in low, 75 % of the time.")
-    share = f"{100 * value['low'] / 1.1:.3g} % of the limit 1.1"
-    assert second.text == f"Least margin in low, 75 % of the time: {value['low']:.4g}, {share}."
+    own = next(one.text for one in alone["low"] if one.limit == 1.1)
+    assert second.text == f"Least margin in low, 75 % of the time, {100 * value['low'] / 1.1:.3g} % of its limit: {own}"
     assert (second.value, second.limit) == (value["low"], 1.1)
 
 
@@ -274,3 +274,41 @@ def test_of_more_than_two_none_is_set_against_another() -> None:
     own = {"check": epicyclic.check(MODEL)}
     assert list(difference_table({"a": own, "b": own}).columns) == ["", "a", "b", "b against a"]
     assert list(difference_table({"a": own, "b": own, "c": own}).columns) == ["", "a", "b", "c"]
+
+
+def test_a_case_without_weight_beside_others_is_told_and_nothing_is_weighed() -> None:
+    model = {**MODEL, "cases": {**MODEL["cases"], "free": {"speed": {"sun": "500 rpm"}}}}
+    whole = epicyclic.sharing(model, overrides={"case": "all"}, method="static")
+    assert np.isnan(whole["case_share"].values).all()
+    assert "neither duration nor share of free [cases-not-weighed]" in whole.attrs["warnings"]
+    assert "of the time" not in " ".join(one.text for one in findings_of({"": whole}))
+    assert (
+        "cases-not-weighed"
+        not in epicyclic.sharing(MODEL, overrides={"case": "all"}, method="static").attrs["warnings"]
+    )
+
+
+def test_a_resonance_at_which_no_motion_is_found_does_not_count_beside_others() -> None:
+    whole = epicyclic.modes(MODEL, overrides={"case": "all"})
+    (table,) = [one for one in tables_of(whole) if one.title.startswith("Nearest resonance")]
+    (name, *_), at = table.columns["case"], float(table.columns["at [% of its speed]"][0])
+    speed = whole["resonance_speed"].sel(case=name).values
+    place = np.isclose(100 * speed, at)
+
+    def nearest(others: float) -> dict[str, float]:
+        """The table where no motion is found at that resonance, and the others make so much force."""
+        lost, ratio = whole.copy(deep=True), np.full(speed.size, others)
+        ratio[place] = np.nan
+        lost["resonance_force_ratio"].loc[{"case": name}] = ratio
+        lost["resonance_near"].loc[{"case": name}] = np.abs(speed - 1) < 0.5
+        lost["resonance_excited"].loc[{"case": name}] = "yes"
+        found = [one for one in tables_of(lost) if one.title.startswith("Nearest resonance")]
+        return (
+            {}
+            if not found
+            else dict(zip(found[0].columns["case"], found[0].columns["at [% of its speed]"], strict=True))
+        )
+
+    assert name not in nearest(0.01)  # too little, or not known
+    assert nearest(0.5)[name] != at
+    assert nearest(np.nan)[name] == at  # of none is anything known

@@ -199,6 +199,11 @@ def planet_answer(train: Train, sharing: Mapping[str, Any] | None, errors: Mappi
     limit = limit_of(verdict["limit"], verdict["source"])
     figure, against = f"{verdict['value']:.3f}", f" Limit {verdict['limit']:g}: {limit['words']}."
     judged: dict[str, Any] = {"figure": figure, "level": level, "limit": limit, "evidence": "sharing"}
+    if largest <= 1 + _ONE and not has_deviations(train) and train.document.get("tolerance"):
+        text = (
+            f"No deviations are given: as drawn all {planets} planets carry the same. Compute: within the tolerances."
+        )
+        return Answer("planet", text, job="tolerance", **{**judged, "level": "none"})
     if largest <= 1 + _ONE and not has_deviations(train):
         text = f"No deviations are given: all {planets} planets carry the same; class 6 of ISO 1328-1 may be assumed."
         values = class_six(train)

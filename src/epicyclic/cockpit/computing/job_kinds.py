@@ -34,6 +34,7 @@ from ...show.views import cases_tables, findings_of
 from ...system.tooth_pairs import first_mesh
 from ...train.resolution import load
 from ...train.train import Train
+from ...warning_codes import code_of
 from ..state.frames import LEVELS, Answer, Level, PageFrame, force_unit, mesh_labels, number, per_cent, speed_axis
 
 if TYPE_CHECKING:
@@ -187,10 +188,12 @@ def cases_frame(result: xr.Dataset, train: Train) -> PageFrame:
     joined: dict[str, Any] = {}
     for table in (weights, *sharing, *resonances, operation):
         place = {name: at for at, name in enumerate(table.columns["case"])}
-        for heading, cells in table.columns.items():
+        for heading, cells in (item for item in table.columns.items() if item[0] not in joined):
             joined[heading] = [cells[place[name]] if name in place else "" for name in names]
     factors = np.array([value or np.nan for value in joined.get("K_gamma", [""] * len(names))], float)
-    said = " ".join(finding.text for finding in findings_of({"": result})) or f"{len(names)} load cases."
+    failed = [text for text in json.loads(str(result.attrs["warnings"])) if code_of(text) == "case-failed"]
+    found = [*(text.partition(" [")[0] + "." for text in failed), *(one.text for one in findings_of({"": result}))]
+    said = " ".join(found) or f"{len(names)} load cases."
     one = Table(title="", columns={name: joined[name] for name in joined if name not in _TOO_MUCH}, digits=4)
     return job_frame("cases", "Load cases", said, bars("K_gamma [1]", names, factors), tables=(one, *couplings))
 

@@ -186,6 +186,8 @@ class EvidenceTabs:
         if "cases" in state:
             for name, kind in JOBS.items():
                 hide(self._tabs[name], "case" in kind.overrides and not state["cases"])
+                if self._tabs[name].props.get("hidden") and self._tabs[name].props["aria-selected"] == "true":
+                    self.show("sharing")
         if "live_ms" not in state or self._session.rev != self._session.released_rev:
             return
         size = float(state["live_ms"]), state["mesh_frequencies"]

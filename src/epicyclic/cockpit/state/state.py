@@ -438,7 +438,7 @@ def command_line(state: PageState, verb: str = "report", keywords: Mapping[str, 
 
         words += command_words(verbs()[verb].run, keywords)
     for path, value in state.overrides.items():
-        words += ["--set", setting(path, value)]
+        words += ["--case", str(value)] if path == "case" and value else ["--set", setting(path, value)]
     return shlex.join(words)
 
 

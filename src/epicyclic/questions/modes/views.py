@@ -84,7 +84,7 @@ def modes_key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
         hertz = engineering(float(result["resonance_frequency"].values[at]))
         meets = f"{_order(result, at)} meets mode {int(result['resonance_mode'].values[at])}, {hertz} Hz"
         speed = engineering(100 * float(result["resonance_speed"].values[at]))
-        found.append((f"{speed} %", f"of the operating speed: strongest resonance near it, {meets}"))
+        found.append((f"{speed} %", f"of the operating speed, strongest resonance near it: {meets}"))
     return found
 
 
@@ -152,7 +152,8 @@ def modes_over_cases(whole: xr.Dataset, cases: Mapping[str, xr.Dataset]) -> list
     rows = []
     for name, result in cases.items():
         near, ratio = _driven(result), _force_ratio(result)
-        strong = near[(ratio[near] >= NO_MATTER) | (ratio[near] < 0)]  # or is not known
+        known = ratio[near] >= 0  # of none where there is no load; beside others nobody found a motion there
+        strong = near[ratio[near] >= NO_MATTER] if known.any() else near
         if not strong.size:
             continue
         speed = result["resonance_speed"].values

@@ -201,6 +201,16 @@ def tension_warnings(system: System, lowest: Array, factor: Array) -> list[Coded
     ]
 
 
+def _lost_warnings(status: NDArray[np.object_]) -> list[CodedText]:
+    """Warning of speeds, by their status (P,), at which the balance did not converge."""
+    lost = int(np.isin(status, _LOST).sum())
+    where = f"at {lost} of {status.size} speeds: see status; the largest values are those of the others"
+    return [coded("no-motion-found", f"no motion was found {where}")] if lost else []
+
+
+_LOST = ("not finite", "not converged", "resonance too sharp for double precision")
+
+
 def factor_warnings(system: System, factor: Array) -> list[CodedText]:
     """A warning of the pairs of gears without a K_v (m, P) at any speed, where another pair has one."""
     loaded = _with_factor(system, factor)
@@ -320,6 +330,7 @@ def sweep(
             *ready.system.warnings,
             *([] if options.forces_alone else turn_warnings(system)),
             *instability_warnings(ready, speed[table.status == MEAN_UNSTABLE]),
+            *_lost_warnings(table.status),
             *tension_warnings(ready.system, table.minimum_force, table.values["dynamic_factor"]),
             *factor_warnings(ready.system, table.values["dynamic_factor"]),
         ],

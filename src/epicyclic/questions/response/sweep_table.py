@@ -185,6 +185,8 @@ def _forces(
     except ModelError as error:
         return forces, f"no forces: {error}"
     notes = ["K_v: the mesh orders of one stage at a time, without shaft orders"] if count and len(tones) > 1 else []
+    if lost := int(np.isnan(forces["share"]).sum()):
+        notes.append(f"At {lost} of {count} speeds no motion was found: what the mode does there is not known")
     if pulled:
         notes.append(
             f"At {pulled} of {count} speeds the linear model pulls on teeth that would part: "

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from ...document.tolerances import Grade, Tolerance
 from ...engine.plan import piece_uniforms, sampling_plan
+from ...engine.source import Duty
 from ...engine.workers import one_thread
 from ...errors import ModelError
 from ...limits import KGammaLimit
@@ -485,8 +486,6 @@ def _best_first(
     return None, below, True, tried
 
 
-Duty = Mapping[str, tuple[Train, float]]
-"""Name of every load case -> its train, and its share of the time [1]."""
 Report = Callable[[float], None]
 Columns = dict[str, tuple[Any, Any]]
 
@@ -511,7 +510,7 @@ _FRONT, _MOST_FRONT = 60, 2_000
 class _Problem:
     """Grades on offer, and the samples that tell combinations apart.
 
-    duty : name of every load case -> its train and its share of the time; what is on offer is the same in all.
+    duty : what is on offer is the same in all of its load cases.
     names : paths of the entries with grades.  finest, coarsest : combinations.
     """
 
@@ -540,7 +539,7 @@ class _Problem:
     @property
     def table(self) -> dict[str, Any]:
         """`[tolerance]` of the document, with full paths."""
-        train, _ = next(iter(self.duty.values()))
+        train, _ = next(iter(self.duty.cases.values()))
         return dict(cast(Mapping[str, Any], train.document["tolerance"]))
 
     @property
@@ -575,9 +574,8 @@ def allocate(source: Train | Duty, options: AllocateOptions, *, progress: Report
     target, probability, definition, method = options.target, options.probability, options.definition, options.method
     samples, seed, fresh_samples = options.samples, options.seed, options.fresh_samples
     _check_samples(probability, samples)
-    duty = {"": (source, 1.0)} if isinstance(source, Train) else source
-    trains = [train for train, _ in duty.values()]
-    maps = [tolerance_map(train) for train in trains]
+    duty, maps = _mapped(Duty({"": (source, 1.0)}, source.document) if isinstance(source, Train) else source)
+    trains = [train for train, _ in duty.cases.values()]
     offered = [_offered(drawn, costs_of(train)) for drawn, train in zip(maps, trains, strict=True)]
     _check_offered(maps, offered)
     limits = [one for drawn, train in zip(maps, trains, strict=True) for one in pair_limits(drawn, train, None)]
@@ -588,7 +586,7 @@ def allocate(source: Train | Duty, options: AllocateOptions, *, progress: Report
     with one_thread():
         how: dict[str, Any] = {"samples": samples, "seed": seed, "definition": definition, "method": method}
         parts = [SampledGrades.of(drawn, own, **how) for drawn, own in zip(maps, offered, strict=True)]
-        common = DutyGrades(parts=tuple(parts), share=tuple(share for _, share in duty.values()))
+        common = DutyGrades(parts=tuple(parts), share=tuple(share for _, share in duty.cases.values()))
         problem = _Problem(duty=duty, sampled=common, limit=limit, probability=probability)
         report(0.1)
         columns = _columns(problem)
@@ -598,14 +596,14 @@ def allocate(source: Train | Duty, options: AllocateOptions, *, progress: Report
         messages = _messages(problem, found)
     result = dataset(
         variables,
-        {"tolerance": problem.names, **({} if len(duty) == 1 else {"case": list(duty)})},
+        {"tolerance": problem.names, **({} if "" in duty.cases else {"case": list(duty.cases)})},
         verb="allocate",
         options={
             **{"target": limit.value, "probability": probability, "definition": definition, "samples": samples},
             **{"seed": seed, "method": method, "fresh_samples": fresh_samples},
         },
         provenance=train_provenance(trains[0]),
-        warnings=[*dict.fromkeys(text for drawn in maps for text in drawn.warnings), *messages],
+        warnings=[*duty.left_out, *dict.fromkeys(text for drawn in maps for text in drawn.warnings), *messages],
     )
     result.attrs |= {
         "probability": probability,
@@ -619,15 +617,35 @@ def allocate(source: Train | Duty, options: AllocateOptions, *, progress: Report
         "proof": found.choice.proof,
         "tried": found.choice.tried,
         "linear": int(found.grades.linear),
-        "allocated_model": json.dumps(_document(found.trains), default=str),
+        "allocated_model": json.dumps(_document(duty, found.trains), default=str),
     }
     return result
 
 
-def _document(trains: Sequence[Train]) -> dict[str, Any]:
-    """The document of the trains, without the case that each is of where they are several."""
-    document = dict(trains[0].document)
-    return document if len(trains) == 1 else {name: table for name, table in document.items() if name != "case"}
+def _mapped(duty: Duty) -> tuple[Duty, list[ToleranceMap]]:
+    """The duty of the load cases that share a load, and their maps; a case that fails is left out beside others."""
+    maps, left_out, first = dict[str, ToleranceMap](), list(duty.left_out), None
+    for name, (train, _) in duty.cases.items():
+        try:
+            maps[name] = tolerance_map(train)
+        except ModelError as error:
+            first = first or error
+            left_out.append(coded("case-failed", f"{name} is left out: {error}"))
+    if first is not None and not maps:
+        raise first
+    whole = sum(duty.cases[name][1] for name in maps)
+    cases = {name: (duty.cases[name][0], duty.cases[name][1] / whole) for name in maps}
+    return Duty(cases, duty.document, tuple(left_out)), list(maps.values())
+
+
+def _document(duty: Duty, trains: Sequence[Train]) -> dict[str, Any]:
+    """The document of the model with the tolerances of the trains found, and of each load case what its train has."""
+    document: dict[str, Any] = {**duty.document, "tolerance": trains[0].document["tolerance"]}
+    if "" in duty.cases:
+        return document
+    documents = zip(duty.cases, (cast(Any, train.document) for train in trains), strict=True)
+    own = {name: of_case["cases"][name] for name, of_case in documents}
+    return {**document, "cases": {**document["cases"], **own}}
 
 
 def allocated_model(result: xr.Dataset) -> str:
@@ -738,7 +756,8 @@ def _searched(problem: _Problem, columns: DutyGrades | None, target: float) -> t
         choice = allocate_grades(columns, prices, target, p, most=_MOST_SUMS, most_proof=_MOST_SUMS)
         # teeth that only push carry less than a sum of columns that pull elsewhere: a sum alone refuses nothing
         met = problem.sampled.meets(choice.combination or problem.finest, target, p)
-        if met == (choice.combination is not None):
+        opens = differing(columns, problem.sampled, problem.coarsest, target) > 0
+        if met == (choice.combination is not None) and not opens:
             return choice, columns
     return allocate_grades(problem.sampled, prices, target, p, most=_MOST_EVALUATED), problem.sampled
 
@@ -749,7 +768,7 @@ def _with_grades(problem: _Problem, combination: Combination) -> list[Train]:
     for name, row, grade in zip(problem.names, problem.offered.grades, combination, strict=True):
         stated, text = table[name], row[grade].text
         table[name] = {**stated, _drawn_of(stated): text} if isinstance(stated, dict) else text
-    return [load({**train.document, "tolerance": table}) for train, _ in problem.duty.values()]
+    return [load({**train.document, "tolerance": table}) for train, _ in problem.duty.cases.values()]
 
 
 def _drawn_of(stated: Mapping[str, Any]) -> str:
@@ -831,7 +850,7 @@ def _variables(problem: _Problem, found: _Verified) -> Columns:
         "reached_k_gamma_low": ((), float(found.reached.low.item())),
         "reached_k_gamma_high": ((), float(found.reached.high.item())),
     }
-    if len(problem.duty) > 1:
+    if "" not in problem.duty.cases:
         own = {"case_share": np.array(problem.sampled.share), "case_k_gamma": found.of_case, "case_above": found.above}
         variables |= {name: ("case", values) for name, values in own.items()}
     if grades.linear:
@@ -890,7 +909,7 @@ def _messages(problem: _Problem, found: _Verified) -> list[CodedText]:
     if found.grades.linear:
         off = differing(found.grades, problem.sampled, problem.coarsest, problem.target)
         if off:
-            count = len(problem.duty) * len(problem.first.uniform)
+            count = len(problem.duty.cases) * len(problem.first.uniform)
             text = (
                 f"contact opens at the coarsest grades: {off} of {count} samples lie on the "
                 "other side of the target then; the bound is that of closed contact"

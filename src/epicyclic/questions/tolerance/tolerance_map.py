@@ -22,6 +22,7 @@ from ...document.tables import value_at
 from ...document.tolerances import Correlations, Tolerance
 from ...errors import ModelError
 from ...statics.load_map import LawMap, LoadMap, at_mesh_order, law_map, load_map
+from ...statics.record import idle_warnings
 from ...statics.sample_loads import ContactMethod, SampleLoads, nominal_signs, sample_loads
 from ...statics.tangent import linear, linear_columns
 from ...system.assembly import assemble
@@ -668,6 +669,8 @@ def tolerance_map(train: Train) -> ToleranceMap:
     if not loaded.size:
         problem = "load sharing needs a load, and no mesh carries any"
         raise ModelError(problem, path="operation.torque", allowed="a torque")
+    sharing = np.zeros(len(base_map.face.name), bool)
+    sharing[np.concatenate([base_map.group[i] for i in loaded])] = True
     torque_columns = iter(range(len(keys), len(columns)))
     return ToleranceMap(
         entries=entries,
@@ -675,7 +678,12 @@ def tolerance_map(train: Train) -> ToleranceMap:
         mesh=base_map.face.name,
         pair=tuple(base_map.pair[i] for i in loaded),
         group=tuple(base_map.group[i] for i in loaded),
-        warnings=(*base.warnings, *notes, *(text for text in train.warnings if code_of(text) == _LEFT)),
+        warnings=(
+            *base.warnings,
+            *notes,
+            *idle_warnings(base_map.face.name, sharing, "K_gamma"),
+            *(text for text in train.warnings if code_of(text) == _LEFT),
+        ),
         drawn_tables=tuple(deviated),
         correlations=correlations_of(train),
         moved=tuple(

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...limits import k_gamma_verdict, passes
+from ...limits import JUDGED_AT, k_gamma_verdict, passes
 from ...show.elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table, named_columns
 from ...show.series import (
     engineering,
@@ -190,7 +190,8 @@ def tolerance_over_cases(whole: xr.Dataset, cases: Mapping[str, xr.Dataset]) -> 
     probabilities = [float(p) for p in next(iter(cases.values()))["probability"].values]
     headings = ("case", "pair", *(f"K_gamma in {percent(p)}" for p in probabilities), "limit", "above it [%]")
     columns = named_columns(headings, [(name, *own, 100 * above) for name, *own, above in rows])
-    said = f"K_gamma is above its limit in {engineering(100 * weighted, 3)} % of the time, over all trains."
+    said = f"K_gamma is above its limit in {engineering(100 * weighted, 3)} % of the time, over all trains"
+    said += f"; allocate takes one drawing for the duty with {100 * (1 - JUDGED_AT):.3g} %."
     return [Table(title="K_gamma over the load cases", columns=columns, lead=said if np.isfinite(weighted) else "")]
 
 

@@ -311,7 +311,7 @@ def test_over_cases_one_drawing_is_the_cheapest_by_the_time_above_the_target() -
 
 def test_equal_cases_are_one() -> None:
     options: dict[str, Any] = {"target": 1.13, "probability": 0.95, "samples": 512, "fresh_samples": 512}
-    same = {name: {"share": share} for name, share in (("a", 0.3), ("b", 0.5))}
+    same = {name: {"share": share} for name, share in (("a", 0.3), ("b", 0.5), ("never", 0.0))}
     both = epicyclic.allocate(over(same), overrides={"case": "all"}, **options)
     alone = epicyclic.allocate(over(same), overrides={"case": "a"}, **options)
     np.testing.assert_allclose(both.case_share, [0.375, 0.625])
@@ -328,6 +328,7 @@ def test_equal_cases_are_one() -> None:
     [
         ({"cases": {"a": {"duration": "1 h"}, "b": {}}}, "cases.b", "no weight beside"),
         ({"cases": {}}, "case", "has no cases"),
+        ({"cases": {"a": {"duration": "0 h"}, "b": {"duration": "0 h"}}}, "cases.a", "lasts no time"),
         (
             {
                 "tolerance": {
@@ -345,3 +346,41 @@ def test_duties_that_cannot_be_weighed_are_told(change: dict[str, Any], path: st
     with pytest.raises(ModelError, match=words) as caught:
         epicyclic.allocate(over(DUTY) | change, target=1.2, samples=SAMPLES, overrides={"case": "all"})
     assert caught.value.path.startswith(path)
+
+
+def test_an_override_and_a_case_that_fails_stand_in_the_drawing_as_they_were_computed() -> None:
+    options: dict[str, Any] = {"target": 1.4, "probability": 0.95, "samples": 512, "fresh_samples": 512}
+    free = {"duration": "5 h", "held": ["ring", "sun", "carrier"]}
+    model = over(
+        DUTY | {"plain": {"duration": "1 h"}, "locked": free, "still": {"torque": {"sun": 0}, "duration": "1 h"}}
+    )
+    found = epicyclic.allocate(model, overrides={"case": "all", "operation.torque.sun": "1700 N m"}, **options)
+    assert list(found["case"].values) == ["cruise", "idle", "plain", "still"]
+    np.testing.assert_allclose(found.case_share, np.array([70, 30, 1, 1]) / 102)
+    assert "locked is left out: " in found.attrs["warnings"]
+    drawing = json.loads(found.attrs["allocated_model"])
+    torques = [drawing["operation"]["torque"]["main.sun"]]
+    torques += [drawing["cases"][name]["torque"]["main.sun"] for name in ("cruise", "idle", "still")]
+    assert torques == ["1700 N m"] * 4
+    again = epicyclic.allocate(drawing, overrides={"case": "all"}, **options)
+    np.testing.assert_array_equal(again.case_k_gamma, found.case_k_gamma)
+    unloaded = epicyclic.allocate(model, overrides={"case": "all"}, **options)
+    assert "still is left out: operation.torque: load sharing needs a load" in unloaded.attrs["warnings"]
+    assert list(unloaded["case"].values) == ["cruise", "idle", "plain"]
+    with pytest.raises(ModelError, match="is held"):
+        epicyclic.allocate(over({"a": free, "b": free}), overrides={"case": "all"}, **options)
+
+
+def test_where_contact_opens_the_price_is_that_of_teeth_that_only_push() -> None:
+    # little torque: closed contact pulls, and asks for finer grades than teeth that push do
+    model = over(DUTY)
+    model["operation"] = {**MODEL["operation"], "torque": {"sun": "200 N m"}}
+    found = epicyclic.allocate(model, target=2.2, probability=0.95, samples=SAMPLES, fresh_samples=SAMPLES)
+    costs, prices = MODEL["tolerance"]["cost"], []
+    for texts in product(*(costs[path] for path in (POSITION, GAP, RUN_OUT))):
+        own = copy.deepcopy(model)
+        own["tolerance"] |= {path: with_grades(texts)["tolerance"][path] for path in (POSITION, GAP, RUN_OUT)}
+        if np.mean(exceeding(own)[:, 0] <= 2.2) >= 0.95:
+            prices.append(sum(costs[path][text] for path, text in zip((POSITION, GAP, RUN_OUT), texts, strict=True)))
+    assert float(found.price_bound) == min(prices)
+    assert found.attrs["proof"] == "monotone"
