@@ -10,6 +10,8 @@ from typing import Any
 import pytest
 from tests.app.cockpit_driver import Cockpit, Tab, running, still
 
+from epicyclic.document.document import drive_text
+
 pytestmark = pytest.mark.browser
 
 MODEL = Path(__file__).parents[2] / "examples" / "models" / "hybrid.toml"
@@ -49,7 +51,7 @@ def test_a_case_is_one_step_and_a_lever_changes_what_it_states(browser: Any, coc
     context.close()
 
 
-def test_the_cases_stand_in_one_table_beside_what_replays_it(browser: Any, cockpit: Cockpit) -> None:
+def test_the_cases_stand_in_one_table_beside_what_replays_it(browser: Any, cockpit: Cockpit, tmp_path: Path) -> None:
     context = still(browser)
     tab = Tab(context, cockpit.address)
     tab.page.get_by_role("tab", name="Load cases").click()
@@ -70,5 +72,13 @@ def test_the_cases_stand_in_one_table_beside_what_replays_it(browser: Any, cockp
     tab.page.get_by_role("tab", name="Load cases").click()
     job.get_by_role("button", name="Command line", exact=True).click()
     tab.page.locator("pre.ck-code").filter(has_text="--case all").wait_for()
+    tab.page.keyboard.press("Escape")
+    # a model without cases has no such tab, and its panel goes with it
+    other = tmp_path / "ren2021.toml"
+    other.write_text(drive_text("ren2021"), encoding="utf-8")
+    tab.page.locator("input[type=file]").first.set_input_files(str(other))
+    job.wait_for(state="hidden")
+    assert tab.page.get_by_role("tab", name="Load cases").is_hidden()
+    tab.page.get_by_role("tab", name="Sharing", selected=True).wait_for()
     assert tab.errors() == []
     context.close()

@@ -340,6 +340,12 @@ def test_the_load_cases_stand_beside_each_other() -> None:
         assert f'<td class="number">{k:.4g}</td>' in job["tables"]
     for words in ("duration [h]", "K_gamma", "ratio", "limit", "power [kW]"):
         assert f">{words}</th>" in job["tables"]
+    bad = {"held": ["ring", "sun", "carrier"], "duration": "5 h"}
+    failing, _ = JOBS["cases"].run(
+        {**source, "cases": {**source["cases"], "bad": bad}}, {}, SMALL["cases"], lambda *_: None
+    )
+    assert ">bad</td>" in failing.head["job"]["tables"]
+    assert "bad has no result: " in failing.head["job"]["text"]
     hostile = {**source, "cases": {"<b>x</b>": {"duration": "1 h"}}}
     with pytest.raises(ModelError, match="cases"):
         JOBS["cases"].run(hostile, {}, SMALL["cases"], lambda *_: None)

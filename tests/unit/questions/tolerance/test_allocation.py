@@ -359,9 +359,8 @@ def test_an_override_and_a_case_that_fails_stand_in_the_drawing_as_they_were_com
     np.testing.assert_allclose(found.case_share, np.array([70, 30, 1, 1]) / 102)
     assert "locked is left out: " in found.attrs["warnings"]
     drawing = json.loads(found.attrs["allocated_model"])
-    torques = [drawing["operation"]["torque"]["main.sun"]]
-    torques += [drawing["cases"][name]["torque"]["main.sun"] for name in ("cruise", "idle", "still")]
-    assert torques == ["1700 N m"] * 4
+    stated = (drawing["operation"], *(drawing["cases"][name] for name in ("cruise", "idle", "still")))
+    assert [table["torque"] for table in stated] == [{"main": {"sun": "1700 N m"}}] * 4
     again = epicyclic.allocate(drawing, overrides={"case": "all"}, **options)
     np.testing.assert_array_equal(again.case_k_gamma, found.case_k_gamma)
     unloaded = epicyclic.allocate(model, overrides={"case": "all"}, **options)
