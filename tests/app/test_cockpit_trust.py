@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import time
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -105,8 +106,11 @@ def workers(cockpit: Cockpit) -> list[Any]:
     """Processes that compute or wait to: started by the server, without those that only watch over them."""
     import psutil
 
-    found = psutil.Process(cockpit.process.pid).children()
-    return [one for one in found if "spawn_main" in " ".join(one.cmdline())]
+    found = []
+    for one in psutil.Process(cockpit.process.pid).children():
+        with suppress(psutil.NoSuchProcess):  # it has ended since, a zombie too
+            found += [one] * ("spawn_main" in " ".join(one.cmdline()))
+    return found
 
 
 def begun(tab: Tab, words: str, name: str) -> Any:

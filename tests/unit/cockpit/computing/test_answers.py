@@ -211,6 +211,15 @@ def test_below_the_limit_nothing_is_to_be_done(train: str) -> None:
     assert "Nothing to do" not in live(source_of(train), {**overrides_of(train), **STRICT})["error"]["text"]
 
 
+def test_a_drawing_with_tolerances_and_no_deviations_asks_for_the_job_not_for_a_guess() -> None:
+    for tolerances, job, words in ((True, "tolerance", "within the tolerances"), (False, None, "class 6")):
+        removed: dict[str, object] = {} if tolerances else {"tolerance": None}
+        (frame,) = compute(Request(rev=1, kind="live", source=source_of("wind-five"), overrides=removed))
+        (answer,) = [one for one in frame.head["answers"] if one["key"] == "planet"]
+        assert (answer.get("job"), answer["level"], bool(answer.get("apply"))) == (job, "none", job is None)
+        assert words in answer["text"]
+
+
 def test_answers_say_which_assumed_values_they_rest_on() -> None:
     found = by_key(live_frame("wind-stage"))
     shared = set(found["planet"]["assumed"])

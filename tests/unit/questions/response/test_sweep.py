@@ -93,6 +93,7 @@ def test_points_that_fail_hold_nan_and_a_status_and_the_rest_goes_on(system: Sys
     assert status[0] == status[5] == "ok"
     assert status[1] == status[2] == status[4] == "speed is not a number above zero"
     assert status[3] == "not finite"
+    assert "no motion was found at 1 of 6 speeds" in result.attrs["warnings"]
     assert np.isnan(result.mesh_force_rms.values[:, 1:5]).all()
     np.testing.assert_allclose(
         result.mesh_force_rms[:, [0, 5]],

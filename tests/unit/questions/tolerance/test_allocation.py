@@ -73,9 +73,9 @@ def with_grades(texts: tuple[str, ...]) -> dict[str, Any]:
     return changed(**{POSITION: position, GAP: own, RUN_OUT: run_out})
 
 
-def exceeding(model: dict[str, Any]) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
+def exceeding(model: dict[str, Any], samples: int = SAMPLES) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
     """K_gamma (samples, definition) of the samples of the search, of a model of its own."""
-    drawn, plan = tolerance_map(epicyclic.load(model)), sampling_plan(SAMPLES, seed=1)
+    drawn, plan = tolerance_map(epicyclic.load(model)), sampling_plan(samples, seed=1)
     d, rows = drawn.dimension_entry.size, plan.together * plan.rows
     u = np.concatenate([piece_uniforms(plan, piece, d)[:rows] for piece in range(plan.pieces)])
     return np.asarray(drawn.evaluate(u).k[:, :2].max(axis=2))
@@ -374,12 +374,12 @@ def test_where_contact_opens_the_price_is_that_of_teeth_that_only_push() -> None
     # little torque: closed contact pulls, and asks for finer grades than teeth that push do
     model = over(DUTY)
     model["operation"] = {**MODEL["operation"], "torque": {"sun": "200 N m"}}
-    found = epicyclic.allocate(model, target=2.2, probability=0.95, samples=SAMPLES, fresh_samples=SAMPLES)
+    found = epicyclic.allocate(model, target=2.2, probability=0.95, samples=256, fresh_samples=256)
     costs, prices = MODEL["tolerance"]["cost"], []
     for texts in product(*(costs[path] for path in (POSITION, GAP, RUN_OUT))):
         own = copy.deepcopy(model)
         own["tolerance"] |= {path: with_grades(texts)["tolerance"][path] for path in (POSITION, GAP, RUN_OUT)}
-        if np.mean(exceeding(own)[:, 0] <= 2.2) >= 0.95:
+        if np.mean(exceeding(own, 256)[:, 0] <= 2.2) >= 0.95:
             prices.append(sum(costs[path][text] for path, text in zip((POSITION, GAP, RUN_OUT), texts, strict=True)))
     assert float(found.price_bound) == min(prices)
     assert found.attrs["proof"] == "monotone"
