@@ -157,3 +157,15 @@ def test_teeth_that_the_linear_model_pulls_are_named(one_stage: dict[str, Any]) 
     assert note in found.attrs["resonance_note"]
     loaded = epicyclic.load(one_stage, {"operation.torque.carrier": "80 kN m"})
     assert "pulls" not in epicyclic.modes(loaded).attrs["resonance_note"]
+
+
+def test_the_force_of_a_mode_is_per_the_mean_force_of_a_mesh() -> None:
+    source = epicyclic.load("ren2021", {"operation.speed.sun": "900 rpm", "damping.modal": 0.01})
+    found = epicyclic.modes(source)
+    ratio, own = found["resonance_force_ratio"].values, found["resonance_own_force"].values
+    at = int(np.nanargmax(ratio))
+    speed = float(found["resonance_speed"].values[at])
+    swept = epicyclic.sweep(source, relative_speed=[speed])
+    mean = np.abs(swept["mesh_force_mean"].values[:, 0])
+    assert float(np.abs(swept["mesh_force_peak"].values[:, 0]).min()) > 1.05 * mean.max()
+    assert own[at] / mean.max() * (1 - 1e-4) <= ratio[at] <= own[at] / mean.min() * (1 + 1e-4)
