@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.app.cockpit_driver import Cockpit, Tab, running, still
+from tests.app.cockpit_driver import PATIENCE, Cockpit, Tab, running, still
 
 from epicyclic.document.document import drive_text
 
@@ -58,7 +58,7 @@ def test_the_cases_stand_in_one_table_beside_what_replays_it(browser: Any, cockp
     job = tab.page.locator("[data-job=cases]")
     job.get_by_role("button", name="Run", exact=True).click()
     tables = tab.page.locator(".ck-tables table")
-    tables.first.wait_for()
+    tables.first.wait_for(timeout=5 * PATIENCE)  # 6 s of a niced process, beside all that a run of the tests computes
     rows = tables.first.locator("tbody tr")
     names = ["input_split", "compound_split", "fixed", "electric"]
     assert [row.split("\t")[0] for row in rows.all_inner_texts()] == names
