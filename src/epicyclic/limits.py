@@ -208,6 +208,19 @@ class ResonanceVerdict(NamedTuple):
         return f"{words}, teeth part from {100 * TEETH_PART:g} %" if self.tone == "bad" else words
 
 
+def carries_load(load: NDArray[np.float64], stage: Sequence[str]) -> NDArray[np.bool_]:
+    """Whether meshes, or pairs of gears, carry more than next to nothing beside the most loaded one of their stage.
+
+    A drag alone is nothing to judge a mesh by.
+
+    load : (n,) mean mesh force [N], not below zero.  stage : (n,) names.
+    """
+    most = dict.fromkeys(stage, 0.0)
+    for one, value in zip(stage, load.tolist(), strict=True):
+        most[one] = max(most[one], value)
+    return load >= [NO_MATTER * most[one] for one in stage]
+
+
 def peak_matters(height: NDArray[np.float64], prominence: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Whether peaks of the largest force over speed rise enough above their surroundings to be named.
 

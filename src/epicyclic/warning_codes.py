@@ -406,10 +406,6 @@ grades-not-monotone tolerance.md
 A finer grade has the larger K_gamma in some comparisons: the order of grades is not that of their effect.
 More samples; or a spread in place of the grade.
 
-bound-of-closed-contact tolerance.md
-Contact opens at the coarsest grades: the bound of the price is that of closed contact.
-Read the verified K_gamma, which lets teeth part.
-
 target-missed tolerance.md
 The verification with fresh samples reaches more than the target.
 A lower target in the search, or more samples.

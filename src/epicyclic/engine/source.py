@@ -98,13 +98,11 @@ class Drive:
 class Duty(NamedTuple):
     """Load cases of one drawing.
 
-    cases : name of each -> its train, and its share of the time [1].  document : of the model, of no case.
-    left_out : warnings of cases that have no train.
+    cases : name of each -> its drive, and its share of the time [1].  document : of the model, of no case.
     """
 
-    cases: Mapping[str, tuple[Train, float]]
+    cases: Mapping[str, tuple[Drive, float]]
     document: Mapping[str, Any]
-    left_out: tuple[CodedText, ...] = ()
 
 
 Entry = TypeVar("Entry")

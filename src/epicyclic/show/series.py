@@ -429,6 +429,12 @@ def percent(probability: float) -> str:
     return f"{100 * probability:.10g}\u00a0%"
 
 
+def share_of_trains(result: xr.Dataset) -> str:
+    """``99 % of the trains`` of a result of `allocate`, over load cases of their time."""
+    what = "the time of all trains" if "case" in result.dims else "the trains"
+    return f"{percent(float(result.attrs['probability']))} of {what}"
+
+
 def short_entries(paths: Sequence[str]) -> list[str]:
     """Drawing entries in short: without table and kind of branch, without their stage where all are of one."""
     rows = [path.split(".") for path in paths]

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ConvergenceError, ModelError
-from ..limits import NO_MATTER
+from ..limits import carries_load
 from ..system.system import Array, ComplexArray, System
 from .equilibrium import LEFT
 from .load_map import (
@@ -341,10 +341,7 @@ def mean_loads(system: System) -> Array:
 
 
 def nominal_signs(loads: LoadMap) -> tuple[Array, NDArray[np.bool_]]:
-    """Sign (w,) of the load of each mesh in the train of the map, and groups (g,) that carry any.
-
-    A group with next to none beside the most loaded one of its stage idles: a drag alone is no load to share.
-    """
+    """Sign (w,) of the load of each mesh in the train of the map, and groups (g,) that carry any to share."""
     net, found = net_forces(loads, (loads.stretch.still + loads.stretch.torque)[None])
     k = loads.flexible.stiffness[: loads.mesh_count]
     rows = net[0] if found[0] else k * (loads.stretch.still + loads.stretch.torque)[: loads.mesh_count]
@@ -355,9 +352,8 @@ def nominal_signs(loads: LoadMap) -> tuple[Array, NDArray[np.bool_]]:
     for group, value in zip(loads.group, sums, strict=True):
         sign[group] = -1.0 if value < -least else 1.0
     size = np.array([abs(value) / len(group) for group, value in zip(loads.group, sums, strict=True)])
-    stage = np.array([pair.partition(".")[0] for pair in loads.pair])
-    most = np.array([size[stage == one].max() for one in stage])
-    return sign, np.asarray((np.abs(sums) > least) & (size >= NO_MATTER * most))
+    stages = [pair.partition(".")[0] for pair in loads.pair]
+    return sign, np.asarray((np.abs(sums) > least) & carries_load(size, stages))
 
 
 def _require_law_rows(loads: LoadMap, laws: LawMap, rows: NDArray[np.int64] | None) -> None:

@@ -351,7 +351,7 @@ def _motions(
 def _motions_of(
     members: tuple[str, ...], rows: tuple[tuple[tuple[str, Fraction], ...], ...], preferred: tuple[str, ...]
 ) -> dict[str, dict[str, Fraction]]:
-    matrix = [[dict(row).get(name, Fraction(0)) for name in members] for row in rows]
+    matrix = [[row.get(name, Fraction(0)) for name in members] for row in map(dict, rows)]
     rest = [name for name in members if name not in preferred]
     order = [members.index(name) for name in [*rest, *reversed(preferred)]]
     vectors = null_space(matrix, order)

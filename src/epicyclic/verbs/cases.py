@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from ..document.document import read
 from ..engine.points import along, attempt
-from ..engine.source import Drive, Duty, Source, StudyAxis, train_of
+from ..engine.source import Drive, Duty, Source, StudyAxis
 from ..errors import ModelError
 from ..options import ALL_CASES
 from ..results.dataset import dataset
@@ -74,8 +74,7 @@ def over_cases(
         for name, one in zip(names, found, strict=True)
         if one.reason
     ]
-    without = [name for name, one in cases.items() if one.duration is None and one.share is None]
-    if 0 < len(without) < count:
+    if 0 < len(without := _unweighed(cases)) < count:
         said.append(coded("cases-not-weighed", f"neither duration nor share of {', '.join(without)}"))
     said += _warnings_of({name: one for name, one in zip(names, results, strict=True) if one is not None})
     made = dataset(
@@ -127,38 +126,31 @@ def _own_attributes(result: xr.Dataset) -> dict[str, Any]:
     return {**own, "whole_numbers": kinds, "labels": [str(name) for name in result.coords]}
 
 
-def duty_of(drive: Drive) -> Train | Duty:
-    """The train of a drive; of all load cases the train of each and its share of the time, which all need.
+def duty_of(drive: Drive) -> Duty | None:
+    """All load cases of a drive with their shares of the time, which all need; None of a drive of one point.
 
     Raises
     ------
-    ModelError : a source without cases, a case without duration or share, every case is wrong.
+    ModelError : a source without cases, a case without duration or share, cases that last no time.
     """
-
-    overrides = drive.overrides or {}
+    source, overrides = drive.source, drive.overrides or {}
     if overrides.get("case") != ALL_CASES:
-        return drive.train
-    cases = _cases(drive.source, overrides)
+        return None
+    cases = _cases(source, overrides)
     shares = dict(zip(cases, _weights(cases)["case_share"][1].tolist(), strict=True))
-    without = [name for name, case in cases.items() if case.duration is None and case.share is None]
-    if without or not sum(shares.values()) > 0:
-        path, allowed = f"cases.{next(iter(without or cases))}", "a duration or a share in every case, to weigh them"
-        raise ModelError(
-            "has no weight beside the other cases" if without else "lasts no time", path=path, allowed=allowed
-        )
-    trains, left_out, first = dict[str, tuple[Train, float]](), list[CodedText](), None
-    for name, share in shares.items():
-        try:
-            if share > 0:
-                trains[name] = train_of(drive.source, overrides={**overrides, "case": name}), share
-        except ModelError as error:
-            first = first or error
-            left_out.append(coded("case-failed", f"{name} is left out: {error}"))
-    if first is not None and not trains:
-        raise first
-    assert not isinstance(drive.source, Train | System)
-    document = read(drive.source, {path: value for path, value in overrides.items() if path != "case"}).data
-    return Duty(trains, document, tuple(left_out))
+    if not (whole := sum(shares.values())) > 0:
+        without = _unweighed(cases)
+        problem = "has no weight beside the other cases" if without else "lasts no time"
+        allowed = "a duration or a share in every case, to weigh them"
+        raise ModelError(problem, path=f"cases.{next(iter(without or cases))}", allowed=allowed)
+    document = read(cast(Any, source), {path: value for path, value in overrides.items() if path != "case"}).data
+    of_case = {name: Drive(source, {**overrides, "case": name}) for name in cases}
+    return Duty({name: (of_case[name], share / whole) for name, share in shares.items() if share > 0}, document)
+
+
+def _unweighed(cases: Mapping[str, Any]) -> list[str]:
+    """Cases with neither duration nor share."""
+    return [name for name, one in cases.items() if one.duration is None and one.share is None]
 
 
 def case_names(source: Source, overrides: Overrides) -> tuple[str, ...]:

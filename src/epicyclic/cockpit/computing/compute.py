@@ -129,7 +129,7 @@ def compute(
     stop : asked every few milliseconds while frames after the first are computed, which take up to a second; when it is
         true, the frame at work is given up and no other follows.
     early : called with a frame ``curve`` of what the frame ``live`` will say of forces over speed, but for the names of
-        peaks, as soon as that is known: half of the time of a lever goes on.
+        peaks, as soon as that is known: about half way to it.
     """
     start = time.perf_counter()
 

@@ -178,21 +178,23 @@ def _title(values: xr.DataArray) -> str:
     return f"{name} [{values.attrs.get('units') or '1'}]"
 
 
-def cases_frame(result: xr.Dataset, train: Train) -> PageFrame:
-    """K_gamma of every load case; a row a case with its time, operation, load sharing and nearest resonance."""
-    from ...verbs.record import verbs
+def cases_frame(result: xr.Dataset, others: Sequence[xr.Dataset]) -> PageFrame:
+    """K_gamma of every load case; a row a case with its time, load sharing, nearest resonance and operation.
 
-    others = [verbs()[verb].run(dict(train.document), overrides=_EVERY_CASE) for verb in ("check", "modes")]
-    (weights, *sharing), (_, operation, *couplings), (_, *resonances) = map(cases_tables, (result, *others))
+    others : results of `modes` and `check` over the same cases, as far as they are there.
+    """
+    weights, *sharing = cases_tables(result)
+    tables = [table for other in others for table in cases_tables(other)[1:]]
+    couplings = [table for table in tables if table.title.startswith("Couplings")]
     names = list(weights.columns["case"])
     joined: dict[str, Any] = {}
-    for table in (weights, *sharing, *resonances, operation):
+    for table in (weights, *sharing, *(one for one in tables if one not in couplings)):
         place = {name: at for at, name in enumerate(table.columns["case"])}
         for heading, cells in (item for item in table.columns.items() if item[0] not in joined):
             joined[heading] = [cells[place[name]] if name in place else "" for name in names]
     factors = np.array([value or np.nan for value in joined.get("K_gamma", [""] * len(names))], float)
     failed = [text for text in json.loads(str(result.attrs["warnings"])) if code_of(text) == "case-failed"]
-    found = [*(text.partition(" [")[0] + "." for text in failed), *(one.text for one in findings_of({"": result}))]
+    found = [*(text.rpartition(" [")[0] + "." for text in failed), *(one.text for one in findings_of({"": result}))]
     said = " ".join(found) or f"{len(names)} load cases."
     one = Table(title="", columns={name: joined[name] for name in joined if name not in _TOO_MUCH}, digits=4)
     return job_frame("cases", "Load cases", said, bars("K_gamma [1]", names, factors), tables=(one, *couplings))
@@ -433,6 +435,10 @@ _POPULATION, _GENERATIONS = 12, 8
 _LOADS = (0.75, 1.0)
 
 
+# Share of the time after which the results beside that of a job are there.
+_BESIDE = 0.95
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JobKind:
     """A kind of job.
@@ -445,9 +451,10 @@ class JobKind:
     verb : that it runs.  options : its keywords that may be chosen, a job refuses others; where none are named all
     that write or read no file.
     defaults : its keywords unless chosen otherwise.  search : those that follow from the train.
-    overrides : of the model beside those of the page.
-    question : of `QUESTIONS`, that the first finding of its result answers.  frame : (result, train, chosen options) ->
-    what the page shows; `found_frame` where there is none.  views : what that may draw, as ``show``.
+    overrides : of the model beside those of the page.  beside : further verbs whose results stand with its own.
+    question : of `QUESTIONS`, that the first finding of its result answers.  frame : (result, train, chosen options,
+    results beside it) -> what the page shows; `found_frame` where there is none.
+    views : what that may draw, as ``show``.
     """
 
     name: str
@@ -464,8 +471,9 @@ class JobKind:
     views: tuple[str, ...] = ()
     search: Callable[[Train], Mapping[str, Any]] | None = None
     overrides: Mapping[str, object] = field(default_factory=dict)
+    beside: tuple[str, ...] = ()
     question: str = ""
-    frame: Callable[[xr.Dataset, Train, Mapping[str, Any]], PageFrame] | None = None
+    frame: Callable[..., PageFrame] | None = None
 
     def keywords(self) -> dict[str, tuple[Parameter, Any, Option]]:
         """Keyword -> parameter, type and option of the verb, of those that may be chosen."""
@@ -530,13 +538,18 @@ class JobKind:
         run = verbs()[self.verb].run
         if "progress" in signature(run).parameters:
             keywords["progress"] = computed
-        result = run(source, overrides={**overrides, **self.overrides}, **keywords)
+        whole = {**overrides, **self.overrides}
+        result = run(source, overrides=whole, **keywords)
         progress(end)
-        return self.shown(result, train, options), result
+        others = []
+        for place, verb in enumerate(self.beside, 1):
+            others.append(verbs()[verb].run(source, overrides=whole))
+            progress(end + place / len(self.beside) * (_BESIDE - end))
+        return self.shown(result, train, options, *others), result
 
-    def shown(self, result: xr.Dataset, train: Train, options: Mapping[str, Any]) -> PageFrame:
-        """What the page shows of a result."""
-        return found_frame(self, result, train) if self.frame is None else self.frame(result, train, options)
+    def shown(self, result: xr.Dataset, train: Train, options: Mapping[str, Any], *others: xr.Dataset) -> PageFrame:
+        """What the page shows of a result and those beside it."""
+        return found_frame(self, result, train) if self.frame is None else self.frame(result, train, options, *others)
 
 
 def job_keywords(name: str, source: Source, overrides: Mapping[str, object], options: Mapping[str, Any]) -> Any:
@@ -599,11 +612,13 @@ _KINDS = (
         about="Load sharing, resonances and operation of every load case, side by side.",
         quick=True,
         effort=(20, 20),
+        counted=(0.05, 0.3),
         options=("samples",),
         verb="sharing",
         defaults={"method": "static"},
         overrides=_EVERY_CASE,
-        frame=lambda result, train, options: cases_frame(result, train),
+        beside=("modes", "check"),
+        frame=lambda result, train, options, *others: cases_frame(result, others),
     ),
     JobKind(
         name="relief",

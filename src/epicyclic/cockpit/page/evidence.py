@@ -14,7 +14,7 @@ from ...errors import ModelError
 from ..computing.job_kinds import JOBS
 from ..processes.jobs import Job, newest_of
 from ..processes.session import Session
-from ..state.frames import QUESTIONS, Answer
+from ..state.frames import QUESTIONS, Answer, number
 from .controls import Board, Words, box, button, hide, prop, refused
 from .job_bar import JobBar, JobsList, progress_text, result_of
 from .limit_window import LimitButton
@@ -75,7 +75,7 @@ class _ModeRow:
         self._index = int(mode["index"])
         prop(self.root, "data-mode", str(self._index))
         self._number.say(str(self._index))
-        self._frequency.say(f"{float(mode['frequency']):.4g}")
+        self._frequency.say(number(float(mode["frequency"]), 4))
         self._label.say(str(mode["label"]))
         prop(self.root, "title", f"{mode['label']}{': met by ' + str(mode['met_by']) if mode.get('met_by') else ''}")
         self._met.say(str(mode.get("met_by") or "").replace(" mesh order", " order"))

@@ -203,12 +203,12 @@ def tension_warnings(system: System, lowest: Array, factor: Array) -> list[Coded
 
 def _lost_warnings(status: NDArray[np.object_]) -> list[CodedText]:
     """Warning of speeds, by their status (P,), at which the balance did not converge."""
-    lost = int(np.isin(status, _LOST).sum())
+    lost = int((~np.isin(status, ("ok", MEAN_UNSTABLE, _NO_SPEED))).sum())
     where = f"at {lost} of {status.size} speeds: see status; the largest values are those of the others"
     return [coded("no-motion-found", f"no motion was found {where}")] if lost else []
 
 
-_LOST = ("not finite", "not converged", "resonance too sharp for double precision")
+_NO_SPEED = "speed is not a number above zero"
 
 
 def factor_warnings(system: System, factor: Array) -> list[CodedText]:
@@ -356,7 +356,7 @@ def solved_table(
         harmonics=options.forces_alone,
     )
     usable = np.isfinite(speed) & (speed > 0)
-    table.status[~usable] = "speed is not a number above zero"
+    table.status[~usable] = _NO_SPEED
     unstable = np.zeros(speed.size, dtype=bool)
     unstable[usable] = unstable_speeds(ready, speed[usable])
     table.status[unstable] = MEAN_UNSTABLE

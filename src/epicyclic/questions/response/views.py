@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...limits import NO_MATTER
+from ...limits import carries_load
 from ...results.dataset import first_largest, largest
 from ...show.elements import (
     Company,
@@ -199,9 +199,8 @@ def _judged_factor(result: xr.Dataset) -> np.ndarray:
     if "mesh_force_mean" not in result.variables:
         return np.asarray(factor)
     mean = result["mesh_force_mean"].transpose("mesh", ...).values.reshape(len(factor), -1).max(axis=1)
-    stages = np.array([split_name(name)[0] for name in texts(result, "mesh")])
-    most = np.array([mean[stages == stage].max() for stage in stages])
-    return np.asarray(np.where((mean >= NO_MATTER * most)[:, None], factor, np.nan))
+    stages = [split_name(name)[0] for name in texts(result, "mesh")]
+    return np.asarray(np.where(carries_load(mean, stages)[:, None], factor, np.nan))
 
 
 def _first_most(values: np.ndarray) -> tuple[int, int]:

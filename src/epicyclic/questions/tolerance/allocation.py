@@ -14,7 +14,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, Generic, Literal, NamedTuple, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -95,10 +95,17 @@ class Grades(ABC):
     def factors(self, combination: Combination) -> Array:
         """Load factor of every sample (S,) [1]."""
 
+    def weight(self, factors: Array) -> Array:
+        """Share of the trains (S,) [1] of each of the load factors (S,)."""
+        return np.full(len(factors), 1 / len(factors))
+
     def value(self, combination: Combination, probability: float) -> float:
         """Load factor that is not exceeded with the probability [1]."""
-        factors = self.factors(combination)
-        return order_statistic(factors, np.full(len(factors), 1 / len(factors)), probability)
+        return self.quantile(self.factors(combination), probability)
+
+    def quantile(self, factors: Array, probability: float) -> float:
+        """The same of load factors (S,)."""
+        return order_statistic(factors, self.weight(factors), probability)
 
     def above(self, combination: Combination, target: float, allowed: float) -> float:
         """Share of the samples above the target [1]; once it is more than what is allowed, at least that."""
@@ -202,14 +209,17 @@ class SampledGrades(Grades):
         return np.asarray(np.nan_to_num(k[:, MEAN_LOADS.index(self.definition)].max(axis=1), nan=np.inf))
 
 
+Part = TypeVar("Part", bound=Grades)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class DutyGrades(Grades):
+class DutyGrades(Grades, Generic[Part]):
     """Load factors of the same trains in every load case.
 
-    parts : of each case, all of columns or all of samples.  share : (c,) of the time [1].
+    parts : of each case, on as many samples.  share : (c,) of the time [1].
     """
 
-    parts: tuple[Grades, ...]
+    parts: tuple[Part, ...]
     share: tuple[float, ...]
 
     @property
@@ -220,15 +230,9 @@ class DutyGrades(Grades):
         """Load factor of every sample [1], case by case."""
         return np.concatenate([part.factors(combination) for part in self.parts])
 
-    def value(self, combination: Combination, probability: float) -> float:
-        """Load factor that is not exceeded with the probability [1]."""
-        return self.quantile([part.factors(combination) for part in self.parts], probability)
-
-    def quantile(self, factors: Sequence[Array], probability: float) -> float:
-        """The same of load factors of every case (S,)."""
-        pairs = zip(self.share, factors, strict=True)
-        weight = np.concatenate([np.full(len(own), share / len(own)) for share, own in pairs])
-        return order_statistic(np.concatenate(factors), weight, probability)
+    def weight(self, factors: Array) -> Array:
+        """Share of the time of all trains (S,) [1] of each of the load factors (S,), case by case."""
+        return np.repeat(np.array(self.share), len(factors) // len(self.share)) * len(self.share) / len(factors)
 
     def above(self, combination: Combination, target: float, allowed: float) -> float:
         """Share of the time of all trains above the target [1]; once it is more than what is allowed, at least that."""
@@ -276,20 +280,10 @@ def grade_columns(sampled: SampledGrades) -> GradeColumns:
     return GradeColumns.of(base, changes)
 
 
-def differing(columns: DutyGrades, sampled: DutyGrades, combination: Combination, target: float) -> int:
-    """Samples that the sum of columns and an evaluation put on different sides of a target."""
-    count = 0
-    for part, exact_part in _pairs(columns, sampled):
-        exact = _in_order(part, exact_part, combination)
-        count += int(np.count_nonzero((part.factors(combination) > target) != (exact > target)))
-    return count
-
-
-def _pairs(columns: DutyGrades, sampled: DutyGrades) -> Iterator[tuple[GradeColumns, SampledGrades]]:
-    for part, exact in zip(columns.parts, sampled.parts, strict=True):
-        assert isinstance(part, GradeColumns)
-        assert isinstance(exact, SampledGrades)
-        yield part, exact
+def differing(columns: GradeColumns, sampled: SampledGrades, combination: Combination, target: float) -> bool:
+    """Whether the sum of columns and an evaluation put any sample on different sides of a target."""
+    exact = _in_order(columns, sampled, combination)
+    return bool(((columns.factors(combination) > target) != (exact > target)).any())
 
 
 def largest_difference(columns: GradeColumns, sampled: SampledGrades, combination: Combination, below: float) -> float:
@@ -510,18 +504,18 @@ _FRONT, _MOST_FRONT = 60, 2_000
 class _Problem:
     """Grades on offer, and the samples that tell combinations apart.
 
-    duty : what is on offer is the same in all of its load cases.
+    trains : of every load case by its name, "" of one point; what is on offer is the same in all.
     names : paths of the entries with grades.  finest, coarsest : combinations.
     """
 
-    duty: Duty
-    sampled: DutyGrades
+    trains: Mapping[str, Train]
+    sampled: DutyGrades[SampledGrades]
     limit: KGammaLimit
     probability: float
 
     @property
     def first(self) -> SampledGrades:
-        return cast(SampledGrades, self.sampled.parts[0])
+        return self.sampled.parts[0]
 
     @property
     def offered(self) -> GradeSet:
@@ -539,7 +533,7 @@ class _Problem:
     @property
     def table(self) -> dict[str, Any]:
         """`[tolerance]` of the document, with full paths."""
-        train, _ = next(iter(self.duty.cases.values()))
+        train = next(iter(self.trains.values()))
         return dict(cast(Mapping[str, Any], train.document["tolerance"]))
 
     @property
@@ -574,8 +568,8 @@ def allocate(source: Train | Duty, options: AllocateOptions, *, progress: Report
     target, probability, definition, method = options.target, options.probability, options.definition, options.method
     samples, seed, fresh_samples = options.samples, options.seed, options.fresh_samples
     _check_samples(probability, samples)
-    duty, maps = _mapped(Duty({"": (source, 1.0)}, source.document) if isinstance(source, Train) else source)
-    trains = [train for train, _ in duty.cases.values()]
+    cases, maps, left_out = _mapped(source)
+    trains = [train for train, _ in cases.values()]
     offered = [_offered(drawn, costs_of(train)) for drawn, train in zip(maps, trains, strict=True)]
     _check_offered(maps, offered)
     limits = [one for drawn, train in zip(maps, trains, strict=True) for one in pair_limits(drawn, train, None)]
@@ -586,8 +580,9 @@ def allocate(source: Train | Duty, options: AllocateOptions, *, progress: Report
     with one_thread():
         how: dict[str, Any] = {"samples": samples, "seed": seed, "definition": definition, "method": method}
         parts = [SampledGrades.of(drawn, own, **how) for drawn, own in zip(maps, offered, strict=True)]
-        common = DutyGrades(parts=tuple(parts), share=tuple(share for _, share in duty.cases.values()))
-        problem = _Problem(duty=duty, sampled=common, limit=limit, probability=probability)
+        common = DutyGrades(parts=tuple(parts), share=tuple(share for _, share in cases.values()))
+        by_case = dict(zip(cases, trains, strict=True))
+        problem = _Problem(trains=by_case, sampled=common, limit=limit, probability=probability)
         report(0.1)
         columns = _columns(problem)
         report(0.5)
@@ -596,14 +591,14 @@ def allocate(source: Train | Duty, options: AllocateOptions, *, progress: Report
         messages = _messages(problem, found)
     result = dataset(
         variables,
-        {"tolerance": problem.names, **({} if "" in duty.cases else {"case": list(duty.cases)})},
+        {"tolerance": problem.names, **({} if isinstance(source, Train) else {"case": list(cases)})},
         verb="allocate",
         options={
             **{"target": limit.value, "probability": probability, "definition": definition, "samples": samples},
             **{"seed": seed, "method": method, "fresh_samples": fresh_samples},
         },
         provenance=train_provenance(trains[0]),
-        warnings=[*duty.left_out, *dict.fromkeys(text for drawn in maps for text in drawn.warnings), *messages],
+        warnings=[*left_out, *dict.fromkeys(text for drawn in maps for text in drawn.warnings), *messages],
     )
     result.attrs |= {
         "probability": probability,
@@ -617,34 +612,40 @@ def allocate(source: Train | Duty, options: AllocateOptions, *, progress: Report
         "proof": found.choice.proof,
         "tried": found.choice.tried,
         "linear": int(found.grades.linear),
-        "allocated_model": json.dumps(_document(duty, found.trains), default=str),
+        "allocated_model": json.dumps(_document(source, found.trains), default=str),
     }
     return result
 
 
-def _mapped(duty: Duty) -> tuple[Duty, list[ToleranceMap]]:
-    """The duty of the load cases that share a load, and their maps; a case that fails is left out beside others."""
-    maps, left_out, first = dict[str, ToleranceMap](), list(duty.left_out), None
-    for name, (train, _) in duty.cases.items():
+def _mapped(
+    source: Train | Duty,
+) -> tuple[dict[str, tuple[Train, float]], list[ToleranceMap], list[CodedText]]:
+    """Trains of the load cases that share a load, with their shares of the time [1], and their maps; the warnings of
+    those that are left out.  A train alone is the case ""."""
+    if isinstance(source, Train):
+        return {"": (source, 1.0)}, [tolerance_map(source)], []
+    trains, maps, left_out, first = dict[str, tuple[Train, float]](), list[ToleranceMap](), list[CodedText](), None
+    for name, (drive, share) in source.cases.items():
         try:
-            maps[name] = tolerance_map(train)
+            maps.append(tolerance_map(drive.train))
+            trains[name] = drive.train, share
         except ModelError as error:
             first = first or error
             left_out.append(coded("case-failed", f"{name} is left out: {error}"))
-    if first is not None and not maps:
+    if first is not None and not trains:
         raise first
-    whole = sum(duty.cases[name][1] for name in maps)
-    cases = {name: (duty.cases[name][0], duty.cases[name][1] / whole) for name in maps}
-    return Duty(cases, duty.document, tuple(left_out)), list(maps.values())
+    whole = sum(share for _, share in trains.values())
+    return {name: (train, share / whole) for name, (train, share) in trains.items()}, maps, left_out
 
 
-def _document(duty: Duty, trains: Sequence[Train]) -> dict[str, Any]:
+def _document(source: Train | Duty, trains: Mapping[str, Train]) -> dict[str, Any]:
     """The document of the model with the tolerances of the trains found, and of each load case what its train has."""
-    document: dict[str, Any] = {**duty.document, "tolerance": trains[0].document["tolerance"]}
-    if "" in duty.cases:
-        return document
-    documents = zip(duty.cases, (cast(Any, train.document) for train in trains), strict=True)
-    own = {name: of_case["cases"][name] for name, of_case in documents}
+    documents = {name: cast(dict[str, Any], dict(train.document)) for name, train in trains.items()}
+    first = next(iter(documents.values()))
+    if isinstance(source, Train):
+        return first
+    document = {**source.document, "tolerance": first["tolerance"]}
+    own = {name: of_case["cases"][name] for name, of_case in documents.items()}
     return {**document, "cases": {**document["cases"], **own}}
 
 
@@ -686,7 +687,7 @@ def _check_offered(maps: Sequence[ToleranceMap], offered: Sequence[GradeSet]) ->
             raise ModelError("is not drawn in every load case", path=f"tolerance.cost.{path}", allowed=allowed)
 
 
-def _columns(problem: _Problem) -> DutyGrades | None:
+def _columns(problem: _Problem) -> DutyGrades[GradeColumns] | None:
     """Columns where K_gamma is linear in the errors of the entries: by mean-load, of deviations, on closed contact.
 
     Checked at the finest grades, sample by sample; None where it is not.
@@ -695,10 +696,10 @@ def _columns(problem: _Problem) -> DutyGrades | None:
     first = problem.first
     if first.definition != MEAN_LOADS[0] or not deviations or first.method == "static":
         return None
-    parts = tuple(grade_columns(cast(SampledGrades, part)) for part in problem.sampled.parts)
-    columns = DutyGrades(parts=parts, share=problem.sampled.share)
-    off = [largest_difference(*pair, problem.finest, problem.target) for pair in _pairs(columns, problem.sampled)]
-    return columns if max(off) <= _ROUNDING else None
+    columns = DutyGrades(parts=tuple(map(grade_columns, problem.sampled.parts)), share=problem.sampled.share)
+    pairs = zip(columns.parts, problem.sampled.parts, strict=True)
+    off = max(largest_difference(*pair, problem.finest, problem.target) for pair in pairs)
+    return columns if off <= _ROUNDING else None
 
 
 # search and its verification ------------------------------------------------------------------------------------------
@@ -713,17 +714,17 @@ class _Verified(NamedTuple):
 
     choice: Allocation
     combination: Combination
-    grades: DutyGrades
+    grades: DutyGrades[Any]
     searched: float
     reached: Band
     of_case: Array
     above: Array
-    trains: Sequence[Train]
+    trains: Mapping[str, Train]
     fresh_samples: int
 
 
 def _verified(
-    problem: _Problem, columns: DutyGrades | None, fresh_samples: int, seed: int, report: Report
+    problem: _Problem, columns: DutyGrades[GradeColumns] | None, fresh_samples: int, seed: int, report: Report
 ) -> _Verified:
     """Grades whose K_gamma a run with another seed confirms; the target of the search is lowered by what it misses."""
     first: Allocation | None = None
@@ -735,7 +736,7 @@ def _verified(
             break
         first = first or choice
         trains = _with_grades(problem, choice.combination)
-        reached, of_case, above, count = _fresh(problem, trains, fresh_samples, seed)
+        reached, of_case, above, count = _fresh(problem, list(trains.values()), fresh_samples, seed)
         # the bound is that of the target asked for: a lower target costs at least as much
         kept = choice if choice is first else choice._replace(bound=first.bound, proof=first.proof)
         found = _Verified(kept, choice.combination, grades, searched, reached, of_case, above, trains, count)
@@ -749,26 +750,29 @@ def _verified(
     return found
 
 
-def _searched(problem: _Problem, columns: DutyGrades | None, target: float) -> tuple[Allocation, DutyGrades]:
+def _searched(
+    problem: _Problem, columns: DutyGrades[GradeColumns] | None, target: float
+) -> tuple[Allocation, DutyGrades[Any]]:
     """Grades by sums of columns; by evaluation where there are none, or where contact opens and that changes them."""
     prices, p = problem.offered.prices, problem.probability
     if columns is not None:
         choice = allocate_grades(columns, prices, target, p, most=_MOST_SUMS, most_proof=_MOST_SUMS)
         # teeth that only push carry less than a sum of columns that pull elsewhere: a sum alone refuses nothing
         met = problem.sampled.meets(choice.combination or problem.finest, target, p)
-        opens = differing(columns, problem.sampled, problem.coarsest, target) > 0
+        pairs = zip(columns.parts, problem.sampled.parts, strict=True)
+        opens = any(differing(*pair, problem.coarsest, target) for pair in pairs)
         if met == (choice.combination is not None) and not opens:
             return choice, columns
     return allocate_grades(problem.sampled, prices, target, p, most=_MOST_EVALUATED), problem.sampled
 
 
-def _with_grades(problem: _Problem, combination: Combination) -> list[Train]:
+def _with_grades(problem: _Problem, combination: Combination) -> dict[str, Train]:
     """The trains of all load cases whose ``[tolerance]`` has the grades of a combination."""
     table = problem.table
     for name, row, grade in zip(problem.names, problem.offered.grades, combination, strict=True):
         stated, text = table[name], row[grade].text
         table[name] = {**stated, _drawn_of(stated): text} if isinstance(stated, dict) else text
-    return [load({**train.document, "tolerance": table}) for train, _ in problem.duty.cases.values()]
+    return {name: load({**train.document, "tolerance": table}) for name, train in problem.trains.items()}
 
 
 def _drawn_of(stated: Mapping[str, Any]) -> str:
@@ -791,7 +795,7 @@ def _fresh(problem: _Problem, trains: Sequence[Train], samples: int, seed: int) 
     return bands.of(lambda values: values.ravel()[:1]), of_case, above, plan.samples
 
 
-def _out_of_reach(problem: _Problem, columns: DutyGrades | None) -> ModelError:
+def _out_of_reach(problem: _Problem, columns: DutyGrades[GradeColumns] | None) -> ModelError:
     """The error of a target that no grades meet, with the best that they reach."""
     prices, p, at = problem.offered.prices, problem.probability, problem.finest
     exact = problem.sampled.value(at, p)
@@ -832,8 +836,7 @@ def _variables(problem: _Problem, found: _Verified) -> Columns:
         for row, grades_of, text in zip(prices, texts, stated, strict=True)
     ]
     # of the drawing as it is, on the samples of the search
-    parts = [cast(SampledGrades, part) for part in problem.sampled.parts]
-    as_drawn = problem.sampled.quantile([part.of_entries(part.drawn.entries) for part in parts], p)
+    as_drawn = np.concatenate([part.of_entries(part.drawn.entries) for part in problem.sampled.parts])
     variables: Columns = {
         "drawn_grade": ("tolerance", np.array(stated, dtype=object)),
         "drawn_grade_price": ("tolerance", np.array(paid)),
@@ -844,13 +847,13 @@ def _variables(problem: _Problem, found: _Verified) -> Columns:
         "total_price": ((), found.choice.price),
         "price_bound": ((), found.choice.bound),
         "drawn_price": ((), math.fsum(paid)),
-        "drawn_k_gamma": ((), as_drawn),
+        "drawn_k_gamma": ((), problem.sampled.quantile(as_drawn, p)),
         "found_k_gamma": ((), grades.value(at, p)),
         "reached_k_gamma": ((), float(found.reached.value.item())),
         "reached_k_gamma_low": ((), float(found.reached.low.item())),
         "reached_k_gamma_high": ((), float(found.reached.high.item())),
     }
-    if "" not in problem.duty.cases:
+    if "" not in problem.trains:
         own = {"case_share": np.array(problem.sampled.share), "case_k_gamma": found.of_case, "case_above": found.above}
         variables |= {name: ("case", values) for name, values in own.items()}
     if grades.linear:
@@ -858,7 +861,7 @@ def _variables(problem: _Problem, found: _Verified) -> Columns:
     return variables
 
 
-def _steps(problem: _Problem, grades: DutyGrades, at: Combination, texts: Sequence[Sequence[str]]) -> Columns:
+def _steps(problem: _Problem, grades: Grades, at: Combination, texts: Sequence[Sequence[str]]) -> Columns:
     """The next finer and coarser grade of every entry: what it costs or saves, and K_gamma with it alone changed."""
     prices, count = problem.offered.prices, len(at)
     text = {step: np.array([""] * count, dtype=object) for step in (-1, 1)}
@@ -878,7 +881,7 @@ def _steps(problem: _Problem, grades: DutyGrades, at: Combination, texts: Sequen
     }
 
 
-def _front(problem: _Problem, columns: DutyGrades) -> Columns:
+def _front(problem: _Problem, columns: Grades) -> Columns:
     """Cheapest grades for targets from the coarsest grades down to the finest: price and K_gamma (front,).
 
     Each target lies just below what the grades of the last one reach, so that none is left out but for small steps.
@@ -906,15 +909,6 @@ def _messages(problem: _Problem, found: _Verified) -> list[CodedText]:
     if found.choice.proof == "open":
         text = f"the search ended after {found.choice.tried} combinations: a cheaper one may be left"
         messages.append(coded("search-stopped", text))
-    if found.grades.linear:
-        off = differing(found.grades, problem.sampled, problem.coarsest, problem.target)
-        if off:
-            count = len(problem.duty.cases) * len(problem.first.uniform)
-            text = (
-                f"contact opens at the coarsest grades: {off} of {count} samples lie on the "
-                "other side of the target then; the bound is that of closed contact"
-            )
-            messages.append(coded("bound-of-closed-contact", text))
     reached = float(found.reached.value.item())
     if reached > problem.target:
         text = f"the fresh run reaches {reached:.5g}, above the target {problem.target:g}: no margin is left"

@@ -42,7 +42,7 @@ def allocate(drive: "Drive", options: AllocateOptions, progress: Progress | None
     from ...verbs.cases import duty_of
     from .allocation import allocate as run
 
-    return run(duty_of(drive), options, progress=progress)
+    return run(duty_of(drive) or drive.train, options, progress=progress)
 
 
 def _model_text(result: "xr.Dataset") -> str:

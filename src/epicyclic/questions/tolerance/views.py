@@ -20,6 +20,7 @@ from ...show.series import (
     pair_labels,
     percent,
     scattering_pair,
+    share_of_trains,
     share_with_band,
     short_entries,
     system_quantiles,
@@ -325,12 +326,6 @@ def _load_cases(result: xr.Dataset) -> list[Table]:
     return [Table(title="The load cases", columns=columns, lead=lead)]
 
 
-def _share_of(result: xr.Dataset) -> str:
-    """`99 % of the trains`, over load cases of their time."""
-    what = "the time of all trains" if "case" in result.dims else "the trains"
-    return f"{percent(float(result.attrs['probability']))} of {what}"
-
-
 def allocate_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """K_gamma over the price, and the tables."""
     from ...show.charts.sharing import grade_prices
@@ -351,7 +346,7 @@ def allocate_key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
     """Total price, and the K_gamma that it reaches [1]."""
     return [
         (engineering(float(result["total_price"])), "price of the cheapest grades"),
-        (f"{float(result['reached_k_gamma']):.4f}", f"K_gamma in {_share_of(result)} with them"),
+        (f"{float(result['reached_k_gamma']):.4f}", f"K_gamma in {share_of_trains(result)} with them"),
     ]
 
 
@@ -362,7 +357,7 @@ def allocate_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]
     kept = "keep" if passes(reached, target) else "MISS"
     text = (
         f"Grades for {engineering(float(result['total_price']))} {kept} the target of {target:g}"
-        f"{f' ({source})' if source else ''}: K_gamma stays below {reached:.4f} in {_share_of(result)}."
+        f"{f' ({source})' if source else ''}: K_gamma stays below {reached:.4f} in {share_of_trains(result)}."
     )
     tone = "good" if kept == "keep" else "bad"
     return [Finding(tone=tone, text=text, anchor="allocation", value=reached, limit=target)]

@@ -31,6 +31,7 @@ from ..series import (
     percent,
     readable,
     scattering_pair,
+    share_of_trains,
     short_entries,
     system_quantiles,
     tenth_less,
@@ -361,7 +362,7 @@ def grade_prices(result: xr.Dataset) -> go.Figure:
     """
     price, found, target = (float(result[name]) for name in ("total_price", "found_k_gamma", "target"))
     p = percent(float(result.attrs["probability"]))
-    title = f"Kγ ≤ {engineering(target)} in {p} of the trains for {engineering(price)}"
+    title = f"Kγ ≤ {engineering(target)} in {share_of_trains(result)} for {engineering(price)}"
     layers: list[Layer] = []
     if "front_price" in result:
         x, y = numbers(result, "front_price"), numbers(result, "front_k_gamma")

@@ -340,6 +340,13 @@ def test_the_load_cases_stand_beside_each_other() -> None:
         assert f'<td class="number">{k:.4g}</td>' in job["tables"]
     for words in ("duration [h]", "K_gamma", "ratio", "limit", "power [kW]"):
         assert f">{words}</th>" in job["tables"]
+    # a lever of the operation is of the cases that state it, in every column
+    moved, _ = JOBS["cases"].run(source, {"operation.torque.sun": "70 kN m"}, SMALL["cases"], lambda *_: None)
+    shown = sharing(source, overrides={"case": "half", "operation.torque.sun": "70 kN m"}, method="static", samples=32)
+    k = float(shown["system_load_sharing"].sel(definition="mean-load"))
+    assert moved.arrays["job/bar"][1] == pytest.approx(k, rel=1e-6)
+    assert moved.head["job"]["tables"].count('<td class="number">70000</td>') == 2
+    assert "50000" not in moved.head["job"]["tables"]
     bad = {"held": ["ring", "sun", "carrier"], "duration": "5 h"}
     failing, _ = JOBS["cases"].run(
         {**source, "cases": {**source["cases"], "bad": bad}}, {}, SMALL["cases"], lambda *_: None

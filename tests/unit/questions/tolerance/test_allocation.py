@@ -20,6 +20,7 @@ from epicyclic.errors import ModelError
 from epicyclic.questions.tolerance import AllocateOptions
 from epicyclic.questions.tolerance.allocation import GradeSet, SampledGrades, allocate, allocated_model, grade_columns
 from epicyclic.questions.tolerance.tolerance_map import tolerance_map
+from epicyclic.show.charts.sharing import grade_prices
 from epicyclic.show.views import findings_of
 from epicyclic.statics import sample_loads
 from epicyclic.train.resolution import costs_of, tolerances_of
@@ -311,6 +312,7 @@ def test_over_cases_one_drawing_is_the_cheapest_by_the_time_above_the_target() -
     assert prices[0] < best < prices[1]
     (finding,) = findings_of({"": found})
     assert "% of the time of all trains" in finding.text
+    assert "% of the time of all trains" in str(grade_prices(found).layout.title.text)
     drawing = allocated_model(found)
     assert "[cases.idle]" in drawing
     assert "\ncase =" not in drawing
