@@ -14,7 +14,17 @@ from epicyclic.cockpit.computing.compute import compute
 from epicyclic.cockpit.state.frames import Request
 from epicyclic.document.document import drive_text, ready_drives
 from epicyclic.errors import ModelError
-from epicyclic.limits import NO_MATTER, SHIP, WIND, k_gamma_limit, limit_in_short, nearest_limit, passes, peak_matters
+from epicyclic.limits import (
+    NO_MATTER,
+    SHIP,
+    WIND,
+    carries_load,
+    k_gamma_limit,
+    limit_in_short,
+    nearest_limit,
+    passes,
+    peak_matters,
+)
 from epicyclic.questions.sharing.views import findings
 from epicyclic.questions.tolerance.views import tolerance_findings
 from epicyclic.train.resolution import load
@@ -220,3 +230,10 @@ def test_a_verdict_says_what_it_rests_on() -> None:
         (answer,) = [one["assumed"] for one in frame.head["answers"] if one["key"] == "planet"]
         said.append(["with assumed deviations" in one, "deviations.main.planet.position.y" in answer])
     assert said == [[False, False], [True, True]]
+
+
+def test_a_mesh_idles_beside_the_most_loaded_one_of_its_own_stage() -> None:
+    load = np.array([100.0, 4.9, 5.0, 3.0, 0.2, 0.1])
+    stage = ["fast", "fast", "fast", "slow", "slow", "slow"]
+    assert carries_load(load, stage).tolist() == [True, False, True, True, True, False]
+    assert carries_load(load[::-1], stage[::-1]).tolist() == [False, True, True, True, False, True]
