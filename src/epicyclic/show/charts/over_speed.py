@@ -196,7 +196,7 @@ def error_sweep(sweep: xr.Dataset, modes: xr.Dataset | None = None) -> go.Figure
         name = f"transmission_error_{kind}_peak_to_peak"
         if name in sweep.variables:
             links = _merged(texts(sweep, dim), scale * sweep[name].transpose(dim, "speed").values[:, None, rank])
-            own = enumerate(links)
+            own = enumerate(links, start=(len(PALETTE) - 1) * (dim == "shaft"))  # one colour a thing
             layers = [Curve(x[rank], wave[0], name=name, width=1.7, **cycled(i)) for i, (name, wave) in own]
             shown.append(Panel(layers, title=title, y=f"peak to peak [{unit}]", y_axis=FROM_ZERO))
     return _over_speed("Transmission error over speed", shown, sweep, modes, 140 + 250 * len(shown))
