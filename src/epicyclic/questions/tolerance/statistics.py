@@ -122,23 +122,16 @@ def fraction_below(counts: Counts, edges: Array, value: Array) -> Array:
 
     Parameters
     ----------
-    counts : (B, bins).  edges : (bins + 1,).  value : (P,), finite or infinite.
+    counts : (B, bins), the outer ones without an end.  edges : (bins + 1,).  value : (P,), finite or infinite.
 
     Returns
     -------
     (B, P) [1].
     """
-    used = np.flatnonzero(counts.any(axis=0))  # few of very many
-    held = counts[:, used]
-    cumulated = np.concatenate([np.zeros((len(counts), 1)), np.cumsum(held, axis=1)], axis=1)
-    place = np.clip(np.searchsorted(edges, value, side="right") - 1, 0, len(edges) - 2)
-    before = np.searchsorted(used, place)
-    there = np.append(used, -1)[before] == place
-    own = np.where(there, np.append(held, np.zeros((len(held), 1)), axis=1)[:, before], 0)
-    low, high = edges[place], edges[place + 1]
+    cumulated = np.cumsum(counts, axis=1)
+    below = np.array([np.interp(value, edges[1:-1], row[:-1], left=0.0) for row in cumulated])
     with np.errstate(invalid="ignore", divide="ignore"):
-        share = np.where(np.isfinite(low) & np.isfinite(high), (value - low) / (high - low), value == np.inf)
-        return np.asarray((cumulated[:, before] + share * own) / cumulated[:, -1:])
+        return np.where(value == np.inf, cumulated[:, -1:], below) / cumulated[:, -1:]
 
 
 def display_histogram(counts: Counts, edges: Array, shown: Array) -> Counts:
