@@ -40,13 +40,12 @@ from ..modes.campbell import modal_assurance
 from ..modes.eigen import classify_modes, mean_modes, repeated_roots
 from ..sharing import SharingOptions
 from ..sharing.sharing import sharing
+from .derivatives import named_leaves
 
 _WORDS = ("format", "title", "doi", "notes", "assumed")  # tables of words, which no result follows
 # Relative difference of the same quantity written in two units: six digits are written.
 _WRITTEN = 5e-6
 _NUMBER = re.compile(r"\s*([+-]?(?:[0-9.]+(?:[eE][+-]?[0-9]+)?|inf))\s*(\S.*)?")
-_LINK = re.compile(r"\.(support|bearing|neck|shaft|damping)(\.[\w-]+)?\.(x|rx)$|^couplings\.[\w-]+\.(x|rx)$")
-_ALIKE = {"x": ("y", "radial"), "rx": ("ry", "tilt")}
 # Trains beside each other at most: more columns than that nobody reads.
 MOST = 12
 
@@ -83,7 +82,8 @@ def drawing_differences(trains: Sequence[Train]) -> tuple[Difference, ...]:
         difference = _difference(path, tables, trains)
         if difference is not None:
             differences[path] = difference
-    return tuple(_folded(differences).values())
+    names = named_leaves({path: difference.text for path, difference in differences.items()})
+    return tuple(replace(differences[first], path=name) for name, (first, *_) in names.items())
 
 
 def _difference(path: str, tables: Sequence[Mapping[str, object]], trains: Sequence[Train]) -> Difference | None:
@@ -145,23 +145,6 @@ def _plain(value: object) -> str:
     if isinstance(value, list | tuple):
         return f"[{', '.join(map(_plain, value))}]"
     return str(value)
-
-
-def _folded(differences: dict[str, Difference]) -> dict[str, Difference]:
-    """Paths of x and y of one link as one where they differ alike."""
-    folded: dict[str, Difference] = {}
-    for path, difference in differences.items():
-        head, _, last = path.rpartition(".")
-        other, both = _ALIKE[last] if _LINK.search(path) else ("", "")
-        twin = differences.get(f"{head}.{other}")
-        if twin is not None and twin.text == difference.text:
-            name = f"{head}.{both}"
-            folded[name] = replace(difference, path=name)
-        elif last in ("y", "ry") and f"{head}.{'radial' if last == 'y' else 'tilt'}" in folded:
-            continue
-        else:
-            folded[path] = difference
-    return folded
 
 
 # --- saved results ---------------------------------------------------------------------------------------------------

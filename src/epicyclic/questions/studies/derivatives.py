@@ -109,7 +109,7 @@ def all_parameters(train: Train) -> list[Parameter]:
     """
     document = dict(leaves(dict(train.document)))
     parameters: list[Parameter] = []
-    for path, holders in _named_leaves(document).items():
+    for path, holders in named_leaves(document).items():
         first, last, number = path.split(".")[0], path.rpartition(".")[2], written(document[holders[0]])
         if number is None or first in _TEXTS or last in (*_COUNTS, *_TABLES) or (number.many and last == "force"):
             continue
@@ -154,8 +154,8 @@ def parameter_at(train: Train, text: str) -> Parameter:
     )
 
 
-def _named_leaves(document: Mapping[str, object]) -> dict[str, tuple[str, ...]]:
-    """Name of a parameter -> paths that hold it; equal stiffnesses in x and y are `radial`, in rx and ry `tilt`.
+def named_leaves(document: Mapping[str, object]) -> dict[str, tuple[str, ...]]:
+    """Name of a number -> paths that hold it; equal values of a link in x and y are `radial`, in rx and ry `tilt`.
 
     document : full path -> value, as below.
     """

@@ -270,16 +270,17 @@ def _add_tenths(effects: EffectColumns, drawn: ToleranceMap, plan: SamplingPlan,
 def _add_spreads(effects: EffectColumns, drawn: ToleranceMap, common: _Common) -> Array:
     """Quantiles of the train over the spread of each tolerance; those as drawn (P,), returned."""
     u = common.uniforms(drawn.dimension_entry.size)
-    nominal = common.quantiles(drawn, u)[0, -1]
+    nominal: Array = common.quantiles(drawn, u)[0, -1]
 
     def quantiles(own: NDArray[np.bool_], factor: float) -> Array:
         """Quantiles (P,) of the train with a factor on the spread of one entry."""
-        return nominal if factor == 1.0 else common.quantiles(drawn, u, scale=np.where(own, factor, 1.0))[0, -1]
+        scale = np.where(own, factor, 1.0)
+        return nominal if factor == 1.0 else np.asarray(common.quantiles(drawn, u, scale=scale)[0, -1])
 
     curve = [[quantiles(own, factor) for factor in SCALES] for own in np.eye(len(drawn.entries), dtype=bool)]
     effects.columns["k_gamma_by_scale"] = (("tolerance", "scale", "probability"), np.array(curve))
     effects.coords["scale"] = np.array(SCALES)
-    return np.asarray(nominal)
+    return nominal
 
 
 def _deviation(entry: Tolerance) -> float:
