@@ -26,14 +26,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dpotrf, dpotrs
-
-from ..machine_code import machine_code
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -193,27 +190,6 @@ def principal_pivoting(compliance: Array, gap: Array, loads: Array, approaches: 
         level[first], rate[first] = -level[first] / pivot, -rate[first] / pivot
         pressed[first] = not pressed[first]
     return force, approach
-
-
-def principal_pivoting_batch(compliance: Array, gap: Array, count: Index, loads: Array) -> tuple[Array, Array]:
-    """Contact at L rising loads in T phases, of which the first `count` segments exist, by numba.
-
-    compliance : (T, n, n) [m/N].  gap : (T, n) [m].  count : (T,).  loads : (L,) [N].
-    Returns forces (L, T, n) [N] and approaches (L, T) [m].  Raises ImportError without numba.
-    """
-    pivoting = _compiled_pivoting()
-    force, approach = np.zeros((len(loads), *gap.shape)), np.full((len(loads), len(gap)), np.nan)
-    no_approaches = np.full(len(loads), np.nan)
-    for t, m in enumerate(count):
-        if m > 0:
-            force[:, t, :m], approach[:, t] = pivoting(compliance[t, :m, :m], gap[t, :m], loads, no_approaches)
-    return force, approach
-
-
-@cache
-def _compiled_pivoting() -> Callable[[Array, Array, Array, Array], tuple[Array, Array]]:
-    """`principal_pivoting` as machine code; numba is imported here, where somebody asks for it."""
-    return machine_code(principal_pivoting)
 
 
 # active sets ---------------------------------------------------------------------------------------------------------

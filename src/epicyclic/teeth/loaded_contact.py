@@ -34,12 +34,10 @@ from ..errors import ModelError
 from . import gear_pair
 from .contact_solver import (
     ContactSolution,
-    principal_pivoting_batch,
     products,
     solve_hertzian,
     solve_linear,
     tangent_stiffness,
-    with_residuals,
 )
 from .gear_pair import ContactPair, Torsion
 from .mesh_stiffness import DEFAULT_HARMONICS, ContactTable, error_samples, evaluate_series, table_series
@@ -153,25 +151,22 @@ class LoadedContact:
         return segments.spread(gear_pair.pressure(segments.contact, places))
 
 
-def loaded_contact(pair: ContactPair, loads: ArrayLike, phases: ArrayLike, *, compiled: bool = False) -> LoadedContact:
+def loaded_contact(pair: ContactPair, loads: ArrayLike, phases: ArrayLike) -> LoadedContact:
     """Loaded contact of a pair at given loads.
 
     Parameters
     ----------
     loads : (F,) or (F, T) forces normal to the tooth, 0 or more [N].  phases : (T,) places sigma of one pair of teeth
-        at mid-face [base pitches]; the cycle of the flanks is 1.  compiled : with a linear law, all loads in one go by
-        numba (extra ``fast``), the same numbers; of a load for every phase and with Hertz it makes no difference.
+        at mid-face [base pitches]; the cycle of the flanks is 1.
 
     Raises
     ------
-    ModelError : a pair that does not mesh (`check_pair`), a negative or infinite load; `compiled` without numba.
+    ModelError : a pair that does not mesh (`check_pair`), a negative or infinite load.
     """
-    return loaded_segments(contact_segments(pair, phases), loads, compiled=compiled)
+    return loaded_segments(contact_segments(pair, phases), loads)
 
 
-def loaded_segments(
-    segments: ContactSegments, loads: ArrayLike, *, compiled: bool = False, tangents: bool = True
-) -> LoadedContact:
+def loaded_segments(segments: ContactSegments, loads: ArrayLike, *, tangents: bool = True) -> LoadedContact:
     """Loaded contact of given segments at loads (F,) or (F, T) [N], as `loaded_contact`.
 
     Segments of `with_microgeometry` share the compliance of those they were made from.  tangents : compute the tangent
@@ -181,8 +176,6 @@ def loaded_segments(
     wanted = np.broadcast_to(stated.reshape(len(stated), -1), (len(stated), len(segments.sigma)))
     if not (np.isfinite(wanted).all() and (wanted >= 0).all()):
         raise ModelError("a load on the teeth", path="loads", given=stated.tolist(), allowed="0 or more [N]")
-    if compiled and segments.line is None and stated.ndim == 1:
-        return _result(segments, _compiled(segments, stated), tangents)
     solutions: dict[int, ContactSolution] = {}
     solved: list[tuple[Array, Array]] = []
     model, phases = (segments.compliance, segments.gap, segments.valid), np.arange(len(segments.sigma))
@@ -223,20 +216,6 @@ def _extrapolated(solved: list[tuple[Array, Array]], load: Array) -> Array | Non
     first, before = solved[0]
     step = np.where(last > first, last - first, np.inf)
     return np.asarray(own + ((load - last) / step)[:, None] * (own - before))
-
-
-def _compiled(segments: ContactSegments, loads: Array) -> list[ContactSolution]:
-    """Contact at loads (F,) [N] of a linear law, by numba."""
-    order, count = np.argsort(loads, kind="stable"), segments.valid.sum(axis=1)
-    try:
-        force, approach = principal_pivoting_batch(segments.compliance, segments.gap, count, loads[order])
-    except ImportError:
-        raise ModelError("needs numba", path="compiled", allowed='pip install "epicyclic[fast]"') from None
-    back, model = np.argsort(order, kind="stable"), (segments.compliance, segments.gap, segments.valid)
-    return [
-        with_residuals(*model, np.full(len(segments.sigma), load), force[i], approach[i])
-        for load, i in zip(loads, back, strict=True)
-    ]
 
 
 def _own_approach(segments: ContactSegments, solution: ContactSolution) -> Array:

@@ -191,7 +191,7 @@ def tooth_law(at: MeshSide, method: str, path: str) -> tuple[float, ComplexArray
         load = nominal_load(at, width)
         log.note(f"{p.path}.load_per_length", load, "N/m", "operation" if at.torque else "default")
         mean, series = energy_series(mesh, load, path=p.path)
-    for text in (*a.warnings, *b.warnings, *interference_warnings(mesh, path=p.path, names=(p.a, p.b))):
+    for text in interference_warnings(mesh, path=p.path, names=(p.a, p.b)):
         log.warn(placed(p.path, text))
     return mean * width / math.cos(mesh.base_helix), series
 
@@ -589,9 +589,7 @@ def _table_of_pair(
     pair = drawn_pair(teeth, base_helix=base_helix, lean=lean)
     check_pair(pair, path=path, paths=teeth.paths)
     table = contact_table(pair, force)
-    mesh = meshed_teeth(pair)
-    texts = (*mesh.a.warnings, *mesh.b.warnings, *interference_warnings(mesh, path=path, names=names))
-    return table, tuple(dict.fromkeys(texts))
+    return table, interference_warnings(meshed_teeth(pair), path=path, names=names)
 
 
 def contact_errors(meshes: Sequence[Mesh], kinematics: Kinematics) -> list[MeshError]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 from collections.abc import Callable
 from typing import Any
 
@@ -12,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize, nnls
 
 from epicyclic.teeth import contact_solver
-from epicyclic.teeth.contact_solver import principal_pivoting, principal_pivoting_batch
+from epicyclic.teeth.contact_solver import principal_pivoting
 from epicyclic.teeth.gear_pair import ContactPair
 from epicyclic.teeth.loaded_contact import loaded_contact
 from epicyclic.teeth.segments import ContactSegments, contact_segments
@@ -144,22 +143,6 @@ def test_pivots_meet_every_load_on_the_way(pair_of: Build) -> None:
         )
         assert force[i] == pytest.approx(one.force[0, :n], rel=1e-10, abs=1e-8)
         assert approach[i] == pytest.approx(one.approach[0], rel=1e-12)
-
-
-@pytest.mark.skipif(importlib.util.find_spec("numba") is None, reason="needs numba (extra fast)")
-def test_compiled_contact_is_the_same(pair_of: Build) -> None:
-    segments = crowned(pair_of, 3e5)
-    count = segments.valid.sum(axis=1)
-    loads = np.array([1e3, 9e3])
-    one = contact_solver.solve_linear(segments.compliance, segments.gap, segments.valid, np.full(25, 9e3))
-    force, approach = principal_pivoting_batch(segments.compliance, segments.gap, count, loads)
-    assert force[1] == pytest.approx(one.force, rel=1e-10, abs=1e-8)
-    assert approach[1] == pytest.approx(one.approach, rel=1e-12)
-    table = loaded_contact(segments.pair, [9e3, 0.0, 1e3], PHASES, compiled=True)
-    plain = loaded_contact(segments.pair, [9e3, 0.0, 1e3], PHASES)
-    assert table.force == pytest.approx(plain.force, rel=1e-10, abs=1e-8)
-    assert table.approach == pytest.approx(plain.approach, rel=1e-12)
-    assert table.tangent[[0, 2]] == pytest.approx(plain.tangent[[0, 2]], rel=1e-10)
 
 
 def test_warm_and_cold_starts_agree(pair_of: Build) -> None:
