@@ -467,28 +467,13 @@ class Rolling:
     speed_b: Array
 
     @classmethod
-    def of(
-        cls,
-        sigma: ArrayLike,
-        *,
-        base_a: float,
-        base_b: float,
-        pressure_angle: float,
-        base_pitch: float,
-        base_speed: float,
-        internal: bool,
-    ) -> Rolling:
+    def of(cls, plane: PlaneOfAction, sigma: ArrayLike, base_speed: float) -> Rolling:
         """Rolling of the flanks of a pair.
 
-        Parameters
-        ----------
-        base_a, base_b : base radii [m].  pressure_angle : working transverse [rad].  base_pitch : transverse [m].
-        base_speed : of the base circles in the frame of the carrier, w_a r_ba [m/s].  internal : b is a ring.
+        base_speed : of the base circles in the frame of the carrier, w_a r_ba [m/s].
         """
-        along = np.asarray(sigma, dtype=float) * base_pitch
-        roll_a = base_a * math.tan(pressure_angle) + along
-        roll_b = base_b * math.tan(pressure_angle) + (along if internal else -along)
-        return cls(speed_a=base_speed * roll_a / base_a, speed_b=base_speed * roll_b / base_b)
+        speed_a, speed_b = base_speed / plane.base_a, base_speed / plane.base_b
+        return cls(speed_a=speed_a * plane.roll_a(sigma), speed_b=speed_b * plane.roll_b(sigma))
 
     @property
     def sliding(self) -> Array:

@@ -44,16 +44,13 @@ from .relief_objectives import (
     FlankSettings,
     HelixContact,
     ReliefProblem,
-    coarse_resolution,
     contact_histories,
     force_curves,
-    helix_contacts,
     length_text,
     objectives_of,
     overrides_of,
     read_variables,
     relative_speeds,
-    with_resolution,
 )
 
 Array = NDArray[np.float64]
@@ -111,14 +108,12 @@ def relief(drive: Drive, options: ReliefOptions, *, progress: Callable[[float], 
         variables=variables,
         fixed=fixed,
         contact=settings,
-        meshes=(),
-        resolution=coarse_resolution(train, forces, settings),
+        loaded=forces,
         factors=np.array(loads, dtype=float),
         train=train,
         system=system,
         speeds=None if system is None else relative_speeds(system, speeds, options.points),
-    )
-    problem = replace(problem, meshes=helix_contacts(problem, forces))
+    ).cut()
     for corner_of_bounds in (np.zeros(len(variables)), np.ones(len(variables))):  # refuse what does not fit a flank
         bound = problem.settings(corner_of_bounds)
         for part in chain(*problem.meshes):
@@ -549,18 +544,10 @@ def _assign(algorithm: Any, offspring: Any, values: Array) -> None:
 def non_dominated(values: Array) -> NDArray[np.int64]:
     """Indices of the Pareto set of objectives (E, o), equal rows once, the first objective rising."""
     finite = np.flatnonzero(np.isfinite(values).all(axis=1))
-    if not finite.size:
-        return finite
     # np.unique sorts by the first objective, then by the next
-    _, unique = np.unique(values[finite], axis=0, return_index=True)
-    rows = finite[unique]
-    ordered = values[rows]
-    kept: list[int] = []
-    for i, row in enumerate(ordered):
-        dominating = (ordered <= row).all(axis=1) & (ordered < row).any(axis=1)
-        if not dominating.any():
-            kept.append(i)
-    return rows[kept]
+    ordered, unique = np.unique(values[finite], axis=0, return_index=True)
+    free = [not ((ordered <= row).all(axis=1) & (ordered < row).any(axis=1)).any() for row in ordered]
+    return np.asarray(finite[unique[np.flatnonzero(free)]], np.int64)
 
 
 # finalists ------------------------------------------------------------------------------------------------------------
@@ -623,7 +610,7 @@ def verified(problem: ReliefProblem, result: SearchResult, *, pick: int | None, 
         needed = _resolution(problem, candidates[answer])
         if best is not None and needed.samples <= best.samples and needed.slices <= best.slices:
             break
-        problem = with_resolution(problem, needed)
+        problem = problem.cut(needed)
         best = problem.resolution
         values = problem(candidates)
         front = non_dominated(values)
