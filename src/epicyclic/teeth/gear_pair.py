@@ -52,7 +52,7 @@ from . import geometry
 from .compliance import ToothCompliance, tooth_compliance
 from .form import PLAIN, Flank, check_flank
 from .mesh_stiffness import DEFAULT_HARMONICS, ComplexArray, ToothPair
-from .path_of_contact import PlaneOfAction
+from .path_of_contact import PlaneOfAction, pair_places
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -383,19 +383,17 @@ def section_stiffness(mesh: MeshedTeeth, sigma: Array, load: float) -> Array:
     if not (load > 0 and math.isfinite(load)):
         raise ModelError("is no load per length of contact line", given=load, allowed="above 0 N/m")
     low, high = mesh.limits
-    first = math.floor(low - float(np.max(sigma)))
-    pairs = np.arange(float(first), math.ceil(high - float(np.min(sigma))) + 1)
-    place = np.asarray(sigma, dtype=float)[:, None] + pairs
+    place = pair_places(np.asarray(sigma, dtype=float), mesh.limits)
     on = (place >= low) & (place <= high)
     at: Array = np.clip(place, low, high)
     radius_a, radius_b = mesh.radii(at)
     beams = _beams(mesh.a, radius_a) + _beams(mesh.b, radius_b) + _contact(mesh, at, radius_a, radius_b, load)
-    index = np.arange(len(pairs))
+    index = np.arange(place.shape[1])
     whole = mesh.a.cross(radius_a, index) + mesh.b.cross(radius_b, index[::-1])
     whole[:, index, index] += beams
     both = on[:, :, None] & on[:, None, :]
     scale = beams.max()
-    matrix = np.where(both, whole / scale, np.eye(len(pairs)))
+    matrix = np.where(both, whole / scale, np.eye(len(index)))
     shares = np.linalg.solve(matrix, on[:, :, None].astype(float))[:, :, 0]
     return np.asarray(shares.sum(axis=1) / scale)
 
@@ -584,9 +582,7 @@ def ishikawa_stiffness(mesh: MeshedTeeth, sigma: ArrayLike) -> Array:
     sigma : (n,) [base pitches].  Zero where no pair is in contact.
     """
     low, high = mesh.limits
-    place = np.asarray(sigma, dtype=float)
-    pairs = np.arange(math.floor(low - float(place.max())), math.ceil(high - float(place.min())) + 1)
-    at = place[:, None] + pairs
+    at = pair_places(np.asarray(sigma, dtype=float), mesh.limits)
     on = (at >= low) & (at <= high)
     gears = mesh.a.gear, mesh.b.gear
     contact = 2 / math.pi * sum((1 - gear.poisson**2) / gear.youngs_modulus for gear in gears)

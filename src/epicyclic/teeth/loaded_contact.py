@@ -169,8 +169,7 @@ def loaded_contact(pair: ContactPair, loads: ArrayLike, phases: ArrayLike) -> Lo
 def loaded_segments(segments: ContactSegments, loads: ArrayLike, *, tangents: bool = True) -> LoadedContact:
     """Loaded contact of given segments at loads (F,) or (F, T) [N], as `loaded_contact`.
 
-    Segments of `with_microgeometry` share the compliance of those they were made from.  tangents : compute the tangent
-    stiffness; else it is nan.
+    tangents : compute the tangent stiffness; else it is nan.
     """
     stated = np.atleast_1d(np.asarray(loads, dtype=float))
     wanted = np.broadcast_to(stated.reshape(len(stated), -1), (len(stated), len(segments.sigma)))

@@ -17,7 +17,7 @@ from epicyclic.teeth.contact_solver import solve_hertzian
 from epicyclic.teeth.form import PLAIN, Flank, Relief
 from epicyclic.teeth.gear_pair import ContactPair, Torsion
 from epicyclic.teeth.loaded_contact import harmonics, loaded_contact, loaded_segments
-from epicyclic.teeth.segments import contact_segments, with_microgeometry
+from epicyclic.teeth.segments import contact_segments, microgeometry_gaps
 
 Build = Callable[..., ContactPair]
 Array = NDArray[np.float64]
@@ -268,7 +268,8 @@ def test_approach_and_load_invert_each_other(pair_of: Build) -> None:
 def test_reshaped_pieces_are_those_of_the_new_flank(pair_of: Build) -> None:
     pair = pair_of(helix=15.0)
     worn = replace(pair, flank_b=WORN, misalignment=2e-4)
-    again = loaded_segments(with_microgeometry(contact_segments(pair, PHASES), worn), [8e3])
+    drawn = contact_segments(pair, PHASES)
+    again = loaded_segments(replace(drawn, pair=worn, gap=microgeometry_gaps(drawn, [worn])[0]), [8e3])
     assert again.force == pytest.approx(loaded_contact(worn, [8e3], PHASES).force, rel=1e-12)
 
 

@@ -30,19 +30,17 @@ from ...system.assembly import assemble, train_provenance
 from ...system.system import System
 from ...teeth.form import Flank
 from ...teeth.gear_pair import check_pair
-from ...teeth.segments import ContactSegments
 from ...train.resolution import load
 from ...train.train import Mesh, Train
 from ...warning_codes import CodedText, coded
 from . import ContactOptions, ReliefOptions
-from .contact_resolution import Resolution, check_tolerance, resolution, sigma_at
+from .contact_resolution import Resolution, check_tolerance, resolution
 from .pair_contact import PairContact, flank_columns, helices_of, mesh_name, normal_force, solved_pair, unresolved
 from .relief_objectives import (
     DYNAMIC,
     OBJECTIVES,
     DesignVariable,
     FlankSettings,
-    HelixContact,
     ReliefProblem,
     contact_histories,
     force_curves,
@@ -325,18 +323,9 @@ def _before_and_after(solved: Finalists, trains: Sequence[Train]) -> Columns:
     problem, cut = solved.problem, solved.resolution
     factors = np.array(sorted({*_MAP_LOADS, *problem.factors.tolist()}))
     options = replace(problem.contact, loads=factors.tolist())
+    names = [mesh_name([mesh for mesh, _ in helices]) for helices in problem.loaded]
     results = [
-        [
-            solved_pair(
-                train,
-                helices_of(train, mesh_name([helix.mesh for helix in helices])),
-                options,
-                cut=cut,
-                segments=_shared_segments(helices, cut),
-                tangents=False,
-            )
-            for helices in problem.meshes
-        ]
+        [solved_pair(train, helices_of(train, name), options, cut=cut, tangents=False) for name in names]
         for train in trains
     ]
     loads = [[_load_along_path(one) for one in meshes] for meshes in results]
@@ -362,16 +351,6 @@ def _before_and_after(solved: Finalists, trains: Sequence[Train]) -> Columns:
             np.array([[load for _, load in meshes] for meshes in loads]),
         ),
     }
-
-
-def _shared_segments(helices: Sequence[HelixContact], cut: Resolution) -> list[ContactSegments] | None:
-    """Contact segments of the helices where they have these phases and slices, so that `contact` needs no others."""
-    same = [
-        helix.segments.pair.slices == cut.slices
-        and np.array_equal(helix.segments.sigma, sigma_at(helix.mesh, cut.phase))
-        for helix in helices
-    ]
-    return [helix.segments for helix in helices] if all(same) else None
 
 
 def _load_along_path(solved: PairContact) -> tuple[Array, Array]:
