@@ -413,7 +413,7 @@ def energy_series(
 
 
 def cycle_series(
-    mesh: MeshedTeeth, stiffness_at: Callable[[Array], Array], *, harmonics: int, path: str = ""
+    mesh: MeshedTeeth, stiffness_at: Callable[[Array], Array], *, harmonics: int = DEFAULT_HARMONICS, path: str = ""
 ) -> tuple[float, ComplexArray]:
     """Mean over a mesh cycle [N/m^2] and relative series v_l (L,) over sigma [1] of the stiffness of a plane section.
 
@@ -593,17 +593,3 @@ def ishikawa_stiffness(mesh: MeshedTeeth, sigma: ArrayLike) -> Array:
         height = tooth.height - np.abs(tooth.outline.tip - virtual * np.cos(psi))
         whole = whole + ishikawa_tooth(tooth).parts(height, gamma).whole
     return np.asarray(np.where(on, 1 / whole, 0.0).sum(axis=1))
-
-
-def ishikawa_series(
-    mesh: MeshedTeeth, *, harmonics: int = DEFAULT_HARMONICS, path: str = ""
-) -> tuple[float, ComplexArray]:
-    """Mean stiffness of a plane section over a mesh cycle [N/m^2] and its relative series v_l (L,) over sigma [1].
-
-    path : of the mesh in the model file, for the message.
-
-    Raises
-    ------
-    ModelError : as of `cycle_series`.
-    """
-    return cycle_series(mesh, lambda sigma: ishikawa_stiffness(mesh, sigma), harmonics=harmonics, path=path)

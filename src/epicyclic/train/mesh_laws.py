@@ -11,7 +11,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import pairwise
 from typing import Any
 
@@ -177,7 +177,7 @@ def tooth_law(at: MeshSide, method: str, path: str) -> tuple[float, ComplexArray
     ModelError : no face width, teeth that cannot be, that interfere, that part between pairs.
     """
     from ..teeth.compliance import tooth_compliance
-    from ..teeth.gear_pair import MeshedTeeth, energy_series, interference_warnings, ishikawa_series
+    from ..teeth.gear_pair import MeshedTeeth, cycle_series, energy_series, interference_warnings, ishikawa_stiffness
 
     p, log, width, meshing = at.pair, at.log, at.needed_width(path), at.meshing
     a, b = (
@@ -186,7 +186,7 @@ def tooth_law(at: MeshSide, method: str, path: str) -> tuple[float, ComplexArray
     )
     mesh = MeshedTeeth(a=a, b=b, working_angle=meshing.tooth_angle, limits=meshing.limits)
     if method == "ishikawa":
-        mean, series = ishikawa_series(mesh, path=p.path)
+        mean, series = cycle_series(mesh, partial(ishikawa_stiffness, mesh), path=p.path)
     else:
         load = nominal_load(at, width)
         log.note(f"{p.path}.load_per_length", load, "N/m", "operation" if at.torque else "default")

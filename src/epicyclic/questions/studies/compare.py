@@ -154,17 +154,14 @@ def _plain(value: object) -> str:
 class VariableDifference:
     """Largest difference of one variable between the first result and each other one.
 
-    Per result, the first one's own entries nan and "": difference, and the values of the first and of the other there.
-    place : labels of the place.  points : how many values are compared.
+    rows : of each result, the first one's own nan and "": difference, the values of the first and of the other there,
+        labels of the place.  points : how many values are compared.
     """
 
     name: str
     unit: str
     meaning: str
-    difference: tuple[float, ...]
-    first: tuple[float, ...]
-    other: tuple[float, ...]
-    place: tuple[str, ...]
+    rows: Sequence[tuple[float, float, float, str]]
     points: int
 
 
@@ -189,7 +186,7 @@ def _differences(name: str, variables: Sequence[xr.DataArray]) -> VariableDiffer
     """Differences of one variable; None where there are no numbers to compare."""
     if any(variable.dtype.kind not in "ifcub" for variable in variables):
         return None
-    columns: list[tuple[float, float, float, str]] = [(math.nan, math.nan, math.nan, "")]
+    rows: list[tuple[float, float, float, str]] = [(math.nan, math.nan, math.nan, "")]
     points = 0
     for other in variables[1:]:
         try:
@@ -204,20 +201,10 @@ def _differences(name: str, variables: Sequence[xr.DataArray]) -> VariableDiffer
         if not np.isfinite(size).any():
             return None
         place = np.unravel_index(largest(np.where(np.isfinite(size), size, np.nan), equal=EQUAL), size.shape)
-        columns.append((float(size[place]), _shown(first[place]), _shown(second[place]), _label(a, place)))
+        rows.append((float(size[place]), _shown(first[place]), _shown(second[place]), _label(a, place)))
         points = int(np.isfinite(size).sum())
-    difference, of_first, of_other, places = zip(*columns, strict=True)
-    attrs = variables[0].attrs
-    return VariableDifference(
-        name=name,
-        unit=str(attrs.get("units", "")),
-        meaning=str(attrs.get("long_name", "")),
-        difference=difference,
-        first=of_first,
-        other=of_other,
-        place=places,
-        points=points,
-    )
+    unit, meaning = (str(variables[0].attrs.get(name, "")) for name in ("units", "long_name"))
+    return VariableDifference(name=name, unit=unit, meaning=meaning, rows=rows, points=points)
 
 
 def _shown(value: complex) -> float:
@@ -236,8 +223,7 @@ def _label(values: xr.DataArray, place: Sequence[np.integer]) -> str:
 
 def _relative(entry: VariableDifference) -> float:
     """Largest difference per largest value there [1]."""
-    rows = zip(entry.difference[1:], entry.first[1:], entry.other[1:], strict=True)
-    return max(d / max(abs(a), abs(b), 1e-300) if d else 0.0 for d, a, b in rows)
+    return max(d / max(abs(a), abs(b), 1e-300) if d else 0.0 for d, a, b, _ in entry.rows[1:])
 
 
 # --- the verb --------------------------------------------------------------------------------------------------------
@@ -370,15 +356,9 @@ def _add_variables(variables: _Variables, coords: dict[Any, Any], entries: Seque
     coords["variable"] = _texts(entry.name for entry in entries)
     variables["variable_unit"] = ("variable", _texts(entry.unit for entry in entries))
     variables["variable_meaning"] = ("variable", _texts(entry.meaning for entry in entries))
-    for name, attribute in (
-        ("largest_difference", "difference"),
-        ("first_value", "first"),
-        ("other_value", "other"),
-        ("difference_place", "place"),
-    ):
-        rows = [getattr(entry, attribute) for entry in entries]
-        kind = object if attribute == "place" else float
-        variables[name] = (("variable", "train"), np.array(rows, dtype=kind).reshape(-1, count))
+    for i, name in enumerate(("largest_difference", "first_value", "other_value", "difference_place")):
+        values = np.array([[row[i] for row in entry.rows] for entry in entries], object).reshape(-1, count)
+        variables[name] = (("variable", "train"), values if name == "difference_place" else values.astype(float))
     variables["compared_values"] = ("variable", np.array([entry.points for entry in entries], dtype=np.int64))
 
 

@@ -69,11 +69,6 @@ class EffectColumns:
     samples: int = 0
     ranked: int = 0
 
-    def add_band(self, name: str, over: tuple[str, ...], band: Band) -> None:
-        """Add an estimate over dimensions, with the ends of its band beside it."""
-        for end, suffix in (("value", ""), ("low", "_low"), ("high", "_high")):
-            self.columns[name + suffix] = (over, getattr(band, end))
-
 
 class _Common(NamedTuple):
     """What all points of the curves have in common.
@@ -235,7 +230,7 @@ def _add_shares(effects: EffectColumns, drawn: ToleranceMap, plan: SamplingPlan,
     shares = variance_shares(evaluated, group[drawn.dimension_entry], plan, groups=int(group.max()) + 1)
     over = ("definition", "pair", "tolerance")
     for name, band in (("sobol_first", shares.first), ("sobol_total", shares.total)):
-        effects.add_band(name, over, band.of(lambda ends: ends[..., group]))
+        effects.columns |= band.of(lambda ends: ends[..., group]).columns(name, over)
     effects.coords["tolerance"] = paths
 
 
@@ -248,16 +243,16 @@ def _add_tenths(effects: EffectColumns, drawn: ToleranceMap, plan: SamplingPlan,
         quantile_changes(nominal, common.factors(drawn, u, scale=scale), common.probability, plan.scrambles)
         for scale in np.where(np.eye(entries, dtype=bool), NARROWED, 1.0)
     ]
-    value, low, high = (np.stack([getattr(band, end) for band in found], axis=-1) for end in ("value", "low", "high"))
-    every = Band(value=value, low=low, high=high)  # (definition, pairs and train, probability, tolerance)
+    # (definition, pairs and train, probability, tolerance)
+    every = Band(*(np.stack(ends, axis=-1) for ends in zip(*found, strict=True)))
     pairs, train = every.of(lambda ends: ends[:, :-1]), every.of(lambda ends: ends[:, -1])
     over = ("definition", "pair", "probability", "tolerance")
-    effects.add_band("tenth_less", over, pairs)
-    effects.add_band("system_tenth_less", (over[0], *over[2:]), train)
     deviation = np.array([_deviation(entry) for entry in drawn.entries])
     with np.errstate(divide="ignore", invalid="ignore"):
         slope = np.where(deviation > 0, pairs.value / ((NARROWED - 1) * deviation), np.nan)
     effects.columns |= {
+        **pairs.columns("tenth_less", over),
+        **train.columns("system_tenth_less", (over[0], *over[2:])),
         "quantile_slope": (over, slope),
         "tolerance_deviation": ("tolerance", deviation),
         "tolerance_unit": ("tolerance", np.array([entry.unit for entry in drawn.entries], dtype=object)),

@@ -17,9 +17,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -158,8 +157,7 @@ _HELD = 1024
 _SHOWN = 200
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Band:
+class Band(NamedTuple):
     """An estimate with the ends of its band of confidence, arrays of one shape."""
 
     value: Array
@@ -168,7 +166,11 @@ class Band:
 
     def of(self, part: Callable[[Array], Array]) -> Band:
         """A part of it, or another form."""
-        return Band(value=part(self.value), low=part(self.low), high=part(self.high))
+        return Band(*map(part, self))
+
+    def columns(self, name: str, dims: tuple[str, ...]) -> dict[str, tuple[Any, Any]]:
+        """Variables of an estimate over dimensions, the ends of its band beside it."""
+        return {name + end: (dims, values) for end, values in zip(("", "_low", "_high"), self, strict=True)}
 
 
 def with_system(k: Array) -> Array:
@@ -312,7 +314,7 @@ class SampleTally:
             low, high = self._probability_band(probability, below)
             band[:, quantity] = value, quantiles(bins, low), quantiles(bins, high)
         value, low, high = band.reshape(3, self.definitions, -1, probability.size)
-        return Band(value=value, low=np.minimum(low, value), high=np.maximum(high, value))
+        return Band(value, np.minimum(low, value), np.maximum(high, value))
 
     def _with_top(self, quantity: int, bins: tuple[Counts, Array, Array]) -> tuple[Counts, Array, Array]:
         """Occupied bins of a quantity, the highest only as wide as its mean and its largest value have it."""
@@ -375,11 +377,11 @@ class SampleTally:
         exact_low = np.where(seen > 0, betaincinv(np.maximum(seen, 1), count - seen + 1, tail), 0.0)
         exact_high = np.where(seen < count, betaincinv(seen + 1, np.maximum(count - seen, 1), 1 - tail), 1.0)
         if self.plan.sampler == "random":
-            return Band(value=value, low=exact_low, high=exact_high)
+            return Band(value, exact_low, exact_high)
         half = _half_width(batch)
         low, high = np.clip(value - half, 0.0, 1.0), np.clip(value + half, 0.0, 1.0)
         sure = half == 0
-        return Band(value=value, low=np.where(sure, exact_low, low), high=np.where(sure, exact_high, high))
+        return Band(value, np.where(sure, exact_low, low), np.where(sure, exact_high, high))
 
     def histogram(self) -> tuple[Array, Counts]:
         """Edges (b + 1,) of even bins from the least to the largest K, and counts (D, g + 1, b), the train last."""
