@@ -394,16 +394,11 @@ def shift_term(
     return profile_shift * math.tan(normal_angle) / math.pi + turn
 
 
-def contact_place(tooth: Phase, direction: Phase, *, teeth: int, flank: int, shift: float = 0.0) -> Phase:
-    """Place sigma of the contact of gear A at its tooth phase `tooth` [pitches], in base pitches.
+def driver_tooth(place: Phase, direction: Phase, *, teeth: int, flank: int, shift: float = 0.0) -> Phase:
+    """Tooth phase of gear A [pitches] from the place of its contact [base pitches].
 
     direction : P [turns].  flank : d.  shift : `shift_term` of A in this mesh [pitches].
     """
-    return flank * (tooth - teeth * direction) + QUARTER + shift
-
-
-def driver_tooth(place: Phase, direction: Phase, *, teeth: int, flank: int, shift: float = 0.0) -> Phase:
-    """Tooth phase of gear A [pitches] from the place of its contact [base pitches], inverse of `contact_place`."""
     return teeth * direction + flank * (place - QUARTER - shift)
 
 
@@ -418,15 +413,6 @@ def mate_tooth(
     if internal:
         return teeth * direction + flank * (place + QUARTER + shift)
     return teeth * (direction + HALF) - flank * (place + QUARTER + shift)
-
-
-def contact_of_mate(
-    tooth: Phase, direction: Phase, *, teeth: int, flank: int, shift: float = 0.0, internal: bool = False
-) -> Phase:
-    """Place of the contact of gear B [base pitches] from its tooth phase [pitches], inverse of `mate_tooth`."""
-    if internal:
-        return flank * (tooth - teeth * direction) - QUARTER - shift
-    return flank * (teeth * (direction + HALF) - tooth) - QUARTER - shift
 
 
 ComplexArray = NDArray[np.complex128]

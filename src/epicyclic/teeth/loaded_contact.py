@@ -1,10 +1,10 @@
 """Loaded tooth contact analysis of one pair of gears on one helix, and of many micro-geometries of one pair at once.
 
     result = loaded_contact(pair, [10e3, 20e3], np.arange(50) / 50)
-    result.transmission_error, result.tangent, result.load_per_length()
+    result.transmission_error, result.tangent, result.mean_load
 
 Forces and stiffnesses are along the tooth normal.  `tangent` is dF/dd at the load, `secant` is F/(d - d_0) from first
-touch, `mean_stiffness` is the tangent averaged over the phases.
+touch.
 
 Helices that are mirror images of one another, in the plane normal to the axis, share one contact.  The two helices of a
 herringbone gear with equal flanks lean to opposite sides.  Mirrored, the contact lines of one are those of the other at
@@ -94,20 +94,10 @@ class LoadedContact:
         return np.where(closed > 0, self.load / np.where(closed > 0, closed, 1.0), self.tangent)
 
     @property
-    def mean_stiffness(self) -> Array:
-        """Tangent stiffness averaged over the phases, (F,) [N/m]."""
-        return np.asarray(self.tangent.mean(axis=1))
-
-    @property
     def share(self) -> Array:
         """Share of the load on each pair of teeth, (F, T, J) [1]; 0 without load."""
         whole = np.where(self.load > 0, self.load, 1.0)
         return np.asarray(self.force.sum(axis=3) / whole[:, :, None])
-
-    def load_per_length(self) -> Array:
-        """Force per length of contact line, (F, T, J, K) [N/m]; 0 out of contact."""
-        length = self.segments.lines.length
-        return np.asarray(self.force / np.where(length > 0, length, np.inf))
 
     @property
     def mean_load(self) -> Array:
@@ -139,16 +129,6 @@ class LoadedContact:
     @property
     def _windows(self) -> LineWindows:
         return line_windows(self.segments.pair.plane, self.segments.lines)
-
-    def pressure(self) -> Array:
-        """Largest contact pressure of `load_per_length`, (F, T, J, K) [Pa] [weber1953]."""
-        segments = self.segments
-        places = np.take_along_axis(
-            self.load_per_length().reshape(*self.load.shape, -1),
-            np.broadcast_to(segments.index, (*self.load.shape[:1], *segments.index.shape)),
-            axis=-1,
-        )
-        return segments.spread(gear_pair.pressure(segments.contact, places))
 
 
 def loaded_contact(pair: ContactPair, loads: ArrayLike, phases: ArrayLike) -> LoadedContact:
