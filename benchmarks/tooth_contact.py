@@ -86,7 +86,14 @@ def rows(quick: bool) -> list[table.Row]:
         "active sets, numpy, linear": (lambda: _of(contact_solver.solve_linear(*given, load)), 3e-3),
         "Newton, numpy, Hertz": (
             lambda: _of(
-                contact_solver.solve_hertzian(gear_pair.compliance, gear_pair.gap, gear_pair.valid, load, gear_pair.law)
+                contact_solver.solve_hertzian(
+                    gear_pair.compliance,
+                    gear_pair.gap,
+                    gear_pair.valid,
+                    load,
+                    gear_pair.law,
+                    inverse=lambda force: gear_pair.own_approach(force, np.arange(len(force))),
+                )
             ),
             25e-3,
         ),

@@ -77,7 +77,12 @@ def test_hertzian_contact_is_the_least_of_its_energy(pair_of: Build) -> None:
     segments = contact_segments(pair_of(slices=3, misalignment=6e-4), [0.02])
     load = 12e3
     found = contact_solver.solve_hertzian(
-        segments.compliance, segments.gap, segments.valid, np.array([load]), segments.law
+        segments.compliance,
+        segments.gap,
+        segments.valid,
+        np.array([load]),
+        segments.law,
+        inverse=lambda force: segments.own_approach(force, np.arange(len(force))),
     )
     n = int(segments.valid.sum())
     C, g = segments.compliance[0, :n, :n], segments.gap[0, :n]
@@ -107,7 +112,9 @@ def test_load_and_approach_are_two_ways_to_ask(pair_of: Build, linear_at: float 
     args = segments.compliance, segments.gap, segments.valid
     load = np.full(25, 9e3)
     if linear_at is None:
-        by_load = contact_solver.solve_hertzian(*args, load, segments.law)
+        by_load = contact_solver.solve_hertzian(
+            *args, load, segments.law, inverse=lambda force: segments.own_approach(force, np.arange(len(force)))
+        )
         back = contact_solver.solve_hertzian(*args, None, segments.law, approach=by_load.approach)
     else:
         by_load = contact_solver.solve_linear(*args, load)
