@@ -157,15 +157,6 @@ class _Teeth:
     sigma: Array
     load: Array
 
-    def friction(self, force: float, oil: Oil) -> float:
-        """Mean coefficient of friction [1] under the transverse normal force of one helix [N]; 0 without motion."""
-        pitch = Rolling.of(self.plane, 0.0, self.base_speed)
-        speed = abs(float(pitch.speed_a + pitch.speed_b))
-        if not speed or not force:
-            return 0.0
-        radius = float(self.plane.curvature_radius(0.0))
-        return mean_friction(force / self.width, speed, radius, oil.viscosity, oil.roughness)
-
 
 def _teeth(train: Train, gearing: Gearing, sharing: str, said: list[CodedText]) -> _Teeth:
     """Friction data of a pair, load uniform or as of loaded contact; `said` takes what that leaves unresolved.
@@ -255,6 +246,8 @@ def _moment(contact: LoadedContact) -> Array:
 def _oiled(train: Train, teeth: _Teeth, oil: Oil, said: list[CodedText]) -> float:
     """Mean coefficient of friction of a pair [1] by oil, load and speed; `said` takes what leaves the formula's range.
 
+    0 without motion or load.
+
     Raises
     ------
     ModelError : no face width.
@@ -275,7 +268,11 @@ def _oiled(train: Train, teeth: _Teeth, oil: Oil, said: list[CodedText]) -> floa
     if line > _MOST_SPEED:
         text = f"{mesh.pair}: {line:.3g} m/s at the pitch circles, friction by oil is meant for up to 50 m/s"
         said.append(coded("friction-outside-limits", text))
-    return teeth.friction(force, oil)
+    pitch = Rolling.of(teeth.plane, 0.0, teeth.base_speed)
+    speed, radius = abs(float(pitch.speed_a + pitch.speed_b)), float(teeth.plane.curvature_radius(0.0))
+    if not speed or not force:
+        return 0.0
+    return mean_friction(force / teeth.width, speed, radius, oil.viscosity, oil.roughness)
 
 
 # columns --------------------------------------------------------------------------------------------------------------

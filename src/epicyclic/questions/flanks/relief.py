@@ -203,8 +203,7 @@ def relief_model(result: xr.Dataset) -> str:
 def _check_options(options: ReliefOptions, loads: Sequence[float]) -> None:
     check_tolerance(options.tolerance)
     objectives, torque = options.objectives, options.torque
-    unknown = [name for name in objectives if name not in OBJECTIVES]
-    if unknown or not objectives or len(set(objectives)) != len(objectives):
+    if not objectives or len(set(objectives)) != len(objectives):
         raise ModelError("objectives", path="objectives", given=list(objectives), allowed=", ".join(OBJECTIVES))
     values = np.asarray(loads, dtype=float)
     if not values.size or not (np.isfinite(values).all() and (values > 0).all()):

@@ -17,7 +17,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...document.tolerances import Tolerance
 from ...engine.plan import PIECE, SamplingPlan, scramble_uniforms
 from ...engine.points import outcomes
 from ...errors import ConvergenceError, ModelError
@@ -247,7 +246,8 @@ def _add_tenths(effects: EffectColumns, drawn: ToleranceMap, plan: SamplingPlan,
     every = Band(*(np.stack(ends, axis=-1) for ends in zip(*found, strict=True)))
     pairs, train = every.of(lambda ends: ends[:, :-1]), every.of(lambda ends: ends[:, -1])
     over = ("definition", "pair", "probability", "tolerance")
-    deviation = np.array([_deviation(entry) for entry in drawn.entries])
+    draws = [(entry.own, entry.common) for entry in drawn.entries]
+    deviation = np.array([math.hypot(*(draw.std for draw in both if draw is not None)) for both in draws])
     with np.errstate(divide="ignore", invalid="ignore"):
         slope = np.where(deviation > 0, pairs.value / ((NARROWED - 1) * deviation), np.nan)
     effects.columns |= {
@@ -276,11 +276,6 @@ def _add_spreads(effects: EffectColumns, drawn: ToleranceMap, common: _Common) -
     effects.columns["k_gamma_by_scale"] = (("tolerance", "scale", "probability"), np.array(curve))
     effects.coords["scale"] = np.array(SCALES)
     return nominal
-
-
-def _deviation(entry: Tolerance) -> float:
-    """Standard deviation of a drawing entry, own and common draws together, in SI."""
-    return math.hypot(*(draw.std for draw in (entry.own, entry.common) if draw is not None))
 
 
 def _add_torques(effects: EffectColumns, drawn: ToleranceMap, common: _Common) -> None:
