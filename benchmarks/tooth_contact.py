@@ -79,14 +79,21 @@ def rows(quick: bool) -> list[table.Row]:
     times = 3 if quick else 9
     gear_pair, linear = contact_segments(pair(), PHASES), contact_segments(pair(linear_at=5e5), PHASES)
     size = f"50 phases x {linear.valid.sum(axis=1).max()} pieces"
-    load, count = np.full(50, FORCE), linear.valid.sum(axis=1)
+    load = np.full(50, FORCE)
     given = linear.compliance, linear.gap, linear.valid
     found = {
         f"nnls with a heavy row, linear, {size}": (lambda: _nnls(linear), math.inf),
         "active sets, numpy, linear": (lambda: _of(contact_solver.solve_linear(*given, load)), 3e-3),
         "Newton, numpy, Hertz": (
             lambda: _of(
-                contact_solver.solve_hertzian(gear_pair.compliance, gear_pair.gap, gear_pair.valid, load, gear_pair.law)
+                contact_solver.solve_hertzian(
+                    gear_pair.compliance,
+                    gear_pair.gap,
+                    gear_pair.valid,
+                    load,
+                    gear_pair.law,
+                    inverse=lambda force: gear_pair.own_approach(force, np.arange(len(force))),
+                )
             ),
             25e-3,
         ),
@@ -94,7 +101,7 @@ def rows(quick: bool) -> list[table.Row]:
     table = [
         _row(name, run, limit, gear_pair if "Hertz" in name else linear, times) for name, (run, limit) in found.items()
     ]
-    return [*table, _many(linear, count, times), *_table(times)]
+    return [*table, *_table(times)]
 
 
 def _of(found: contact_solver.ContactSolution) -> tuple[Array, Array]:
@@ -141,25 +148,6 @@ def _nnls(pieces: ContactSegments) -> tuple[Array, Array]:
         on = force[t, have] > 0
         approach[t] = float((C @ force[t, have] + g)[on].mean())
     return force, approach
-
-
-def _many(pieces: ContactSegments, count: NDArray[np.int64], times: int) -> table.Row:
-    def run() -> tuple[Array, Array]:
-        return contact_solver.principal_pivoting_batch(pieces.compliance, pieces.gap, count, LOADS)
-
-    took = _median(run, times)
-    force, approach = run()
-    worst = max(
-        float(
-            contact_solver.with_residuals(
-                pieces.compliance, pieces.gap, pieces.valid, np.full(50, load), force[i], approach[i]
-            ).residual.max()
-        )
-        for i, load in enumerate(LOADS)
-    )
-    good = took <= 10e-3 and worst <= _KKT
-    here = f"{1e3 * took:.2f} ms, contact {worst:.0e}"
-    return "pivots, numba, linear, 20 loads", here, "10 ms, 1e-12", "ok" if good else "MISSED"
 
 
 def _table(times: int) -> list[table.Row]:

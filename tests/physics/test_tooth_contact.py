@@ -83,9 +83,10 @@ def test_slices_come_into_mesh_as_those_of_the_train(name: str, hand: str, torqu
 def test_hertzian_teeth_stiffen_with_the_load() -> None:
     drawn = pair("sun-planet", helix_angle="12 deg")
     found = loaded_contact(drawn, [1e3, 4e3, 16e3], np.arange(16) / 16)
-    assert (np.diff(found.mean_stiffness) > 0).all()
+    mean = found.tangent.mean(axis=1)
+    assert (np.diff(mean) > 0).all()
     # from 30 to 500 N/mm the line contact of steel teeth gives 10 to 25 % more stiffness, not a multiple
-    assert 1.05 < found.mean_stiffness[2] / found.mean_stiffness[0] < 1.4
+    assert 1.05 < mean[2] / mean[0] < 1.4
 
 
 def test_stiffness_is_near_that_of_the_standard() -> None:
@@ -93,7 +94,7 @@ def test_stiffness_is_near_that_of_the_standard() -> None:
     mesh = whole.meshes[0]
     found = loaded_contact(pair_of(whole, mesh), [9e3], np.arange(32) / 32 + 1e-3)
     # ISO 6336-1 holds for wide solid gears at 300 N/mm and corrects theory by 0.8: no closer than a quarter
-    assert found.mean_stiffness[0] == pytest.approx(mesh.stiffness, rel=0.25)
+    assert found.tangent.mean() == pytest.approx(mesh.stiffness, rel=0.25)
 
 
 def test_relief_is_best_near_its_own_load() -> None:

@@ -95,13 +95,12 @@ def _slide(train: Train, body: str) -> float:
 
 
 def tooth_warnings(pair: ContactPair, mesh: Mesh) -> tuple[CodedText, ...]:
-    """Warnings of a pair of `pair_of`: formulas of the teeth outside their limits, and tips that interfere.
+    """Warnings of a pair of `pair_of`: tips that interfere.
 
     mesh : that the pair is of; its table in the model file stands before each warning.
     """
-    meshing = meshed_teeth(pair)
-    texts = (*meshing.a.warnings, *meshing.b.warnings, *interference_warnings(meshing, names=_gears(mesh)))
-    return tuple(dict.fromkeys(placed(mesh.pair, text) for text in texts))
+    texts = interference_warnings(meshed_teeth(pair), names=_gears(mesh))
+    return tuple(placed(mesh.pair, text) for text in texts)
 
 
 def _gears(mesh: Mesh) -> tuple[str, str]:

@@ -19,7 +19,7 @@ Plane strain of the ring is solved exactly, harmonic by harmonic, with the poten
 (derived here).  The motion of a root is the work conjugate of the same distribution of load, so that the compliance is
 symmetric.  The displacement field reaches the neighbouring teeth and couples them.  The teeth do not stiffen the ring.
 The published fit [sainsot2004, eq. 5] is the same ring with the motion read at the middle of the root, which gives 10
-to 30 % more; it is kept for comparison, with its limits of validity.
+to 30 % more.
 
 The tooth is taken by the potential-energy method.  The load of one length of contact line acts along the normal of the
 flank and meets the middle of the tooth at a depth h below the flank [weber1953].  From there to the root the tooth is a
@@ -33,14 +33,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import CubicSpline
 
-from ..errors import ModelError
-from ..warning_codes import CodedText, coded
 from . import geometry
 from .form import GearForm, Outline, tooth_outline
 
@@ -287,40 +284,6 @@ def torsional_compliance(root: ToothRoot, base: float, *, youngs_modulus: float,
     return base**2 / (4 * math.pi * G) * abs(root.held**-2 - root.circle**-2)
 
 
-# gear body by the published fit --------------------------------------------------------------------------------------
-
-# Rows L, M, P, Q of X = A/theta^2 + B h^2 + C h/theta + D/theta + E h + F, h = r_f/r_int [sainsot2004, table 1].
-_FIT = (
-    (-5.574e-5, -1.9986e-3, -2.3015e-4, 4.7702e-3, 0.0271, 6.8045),
-    (60.111e-5, 28.100e-3, -83.431e-4, -9.9256e-3, 0.1624, 0.9086),
-    (-50.952e-5, 185.50e-3, 0.0538e-4, 53.300e-3, 0.2895, 0.9236),
-    (-6.2042e-5, 9.0889e-3, -4.0964e-4, 7.8297e-3, -0.1472, 0.6904),
-)
-FIT_LIMITS = {"r_f/r_int": (1.4, 7.0), "theta_f": (0.01, 0.12)}
-
-
-def sainsot_compliance(root: ToothRoot, *, youngs_modulus: float) -> tuple[Array, tuple[CodedText, ...]]:
-    """Compliance of a root (3, 3) [m^2/N] as of `root_compliance`, by the published fit, with warnings on its limits.
-
-    cos^2 g/E [L (u/S)^2 + M u/S + P (1 + Q tan^2 g)] [sainsot2004, eq. 5] at an angle g and a distance u is linear in
-    force and moment.
-    """
-    ratio, theta = root.circle / root.held, root.theta
-    terms = (theta**-2, ratio**2, ratio / theta, 1 / theta, ratio, 1.0)
-    L, M, P, Q = (math.fsum(c * t for c, t in zip(row, terms, strict=True)) for row in _FIT)
-    S = root.thickness
-    motion = np.array([[P, 0.0, 0.5 * M / S], [0.0, P * Q, 0.0], [0.5 * M / S, 0.0, L / S**2]])
-    messages = tuple(
-        coded(
-            "formula-outside-limits",
-            f"gear body: {name} {value:.3g} is outside {low:g} .. {high:g} (Sainsot, Velex & Duverger 2004)",
-        )
-        for (name, (low, high)), value in zip(FIT_LIMITS.items(), (ratio, theta), strict=True)
-        if not low <= value <= high
-    )
-    return motion / youngs_modulus, messages
-
-
 # tooth ---------------------------------------------------------------------------------------------------------------
 
 
@@ -343,7 +306,6 @@ class ToothCompliance:
         components of the gear body.  roots : (NEIGHBOURS + 1, 3, 3) compliance of the roots, see `root_compliance`.
     shared : winding of the body, common to all teeth of the gear and part of the body compliance [m^2/N].
     height : of the tooth above its critical section [m].  thickness : of the tooth there [m].
-    warnings : of formulas outside their limits.
     """
 
     gear: GearForm
@@ -354,7 +316,6 @@ class ToothCompliance:
     shared: float
     height: float
     thickness: float
-    warnings: tuple[CodedText, ...]
 
     @property
     def limits(self) -> tuple[float, float]:
@@ -424,15 +385,14 @@ def columns_of_teeth(values: Array, tooth: ArrayLike) -> Array:
     return np.asarray(spread.reshape(*spread.shape[:-2], -1))
 
 
-def tooth_compliance(gear: GearForm, *, under: Literal["ring", "fit"] = "ring", path: str = "") -> ToothCompliance:
-    """Compliance of the teeth of a gear by the potential-energy method.
+def tooth_compliance(gear: GearForm, *, path: str = "") -> ToothCompliance:
+    """Compliance of the teeth of a gear by the potential-energy method, on an elastic ring.
 
-    under : gear body as an elastic ring, or by the published fit [sainsot2004] (external teeth; neighbours uncoupled).
     path : of the gear in the model file, for the message.
 
     Raises
     ------
-    ModelError : pointed or undercut teeth, no body under them (see `outline.tooth_outline`), a fit for a ring.
+    ModelError : pointed or undercut teeth, no body under them (see `outline.tooth_outline`).
     """
     shape = tooth_outline(gear, path=path)
     low, high = sorted((shape.form_radius, shape.tip))
@@ -450,7 +410,7 @@ def tooth_compliance(gear: GearForm, *, under: Literal["ring", "fit"] = "ring", 
         thickness=2 * float(shape.x[section]),
         pitch=2 * shape.half_pitch,
     )
-    roots, shared, messages = _body(gear, shape, root, under, path)
+    elastic = {"youngs_modulus": gear.youngs_modulus, "poisson": gear.poisson}
     load = np.stack([-np.cos(gamma), np.sin(gamma) * (1 if shape.internal else -1)], axis=1)
     moment = load[:, 0] * (crossing - root.middle)
     beam = _beam(shape, crossing, gamma, section, gear)
@@ -461,26 +421,11 @@ def tooth_compliance(gear: GearForm, *, under: Literal["ring", "fit"] = "ring", 
         outline=shape,
         knots=knots,
         table=CubicSpline(knots, table),
-        roots=roots,
-        shared=shared,
+        roots=root_compliance(root, NEIGHBOURS, **elastic),
+        shared=torsional_compliance(root, shape.base, **elastic),
         height=float(shape.depth[section]),
         thickness=root.thickness,
-        warnings=messages,
     )
-
-
-def _body(
-    gear: GearForm, shape: Outline, root: ToothRoot, under: str, path: str
-) -> tuple[Array, float, tuple[CodedText, ...]]:
-    """Compliance of the roots (NEIGHBOURS + 1, 3, 3), of the winding [m^2/N], and warnings."""
-    E, nu = gear.youngs_modulus, gear.poisson
-    shared = torsional_compliance(root, shape.base, youngs_modulus=E, poisson=nu)
-    if under == "ring":
-        return root_compliance(root, NEIGHBOURS, youngs_modulus=E, poisson=nu), shared, ()
-    if shape.internal:
-        raise ModelError("the fit is for external teeth", path=path, given=under, allowed="ring")
-    root_alone, messages = sainsot_compliance(root, youngs_modulus=E)
-    return np.concatenate([root_alone[None], np.zeros((NEIGHBOURS, 3, 3))]), shared, messages
 
 
 def _beam(shape: Outline, crossing: Array, gamma: Array, section: int, gear: GearForm) -> tuple[Array, Array, Array]:

@@ -26,14 +26,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dpotrf, dpotrs
-
-from ..machine_code import machine_code
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -195,27 +192,6 @@ def principal_pivoting(compliance: Array, gap: Array, loads: Array, approaches: 
     return force, approach
 
 
-def principal_pivoting_batch(compliance: Array, gap: Array, count: Index, loads: Array) -> tuple[Array, Array]:
-    """Contact at L rising loads in T phases, of which the first `count` segments exist, by numba.
-
-    compliance : (T, n, n) [m/N].  gap : (T, n) [m].  count : (T,).  loads : (L,) [N].
-    Returns forces (L, T, n) [N] and approaches (L, T) [m].  Raises ImportError without numba.
-    """
-    pivoting = _compiled_pivoting()
-    force, approach = np.zeros((len(loads), *gap.shape)), np.full((len(loads), len(gap)), np.nan)
-    no_approaches = np.full(len(loads), np.nan)
-    for t, m in enumerate(count):
-        if m > 0:
-            force[:, t, :m], approach[:, t] = pivoting(compliance[t, :m, :m], gap[t, :m], loads, no_approaches)
-    return force, approach
-
-
-@cache
-def _compiled_pivoting() -> Callable[[Array, Array, Array, Array], tuple[Array, Array]]:
-    """`principal_pivoting` as machine code; numba is imported here, where somebody asks for it."""
-    return machine_code(principal_pivoting)
-
-
 # active sets ---------------------------------------------------------------------------------------------------------
 
 
@@ -361,7 +337,7 @@ def solve_hertzian(
     compliance : (T, n, n) shared [m/N].  gap : (T, n) [m].  valid : (T, n).
     load : (T,) F >= 0 [N], or None and approach : (T,) d [m].
     law : own approach and phases (t,) -> forces and slopes.  start : (T, n) own approaches of a near load or phase.
-    inverse : forces (T, n) [N] -> own approaches (T, n) [m] of the law, for the first estimate; None: sought.
+    inverse : forces (T, n) [N] -> own approaches (T, n) [m] of the law, for the first estimate under a load.
     phase : (T,) places of the matrices in `compliance` (P, n, n), which several T may share; None: each its own.
     """
     load, approaches = _load_or_approach(len(gap), load, approach)
@@ -481,33 +457,12 @@ def _first_estimate(
     if held.all():  # half of it in the flanks
         return np.where(way > 0, way / 2, way), d
     count = np.maximum(valid.sum(axis=1), 1)
-    mean = np.where(held, 1.0, np.maximum(load, np.finfo(float).tiny)) / count
+    mean = np.maximum(load, np.finfo(float).tiny) / count
     even = np.broadcast_to(mean[:, None], (T, n))
-    own = (_approach_at_force(law, even) if inverse is None else inverse(even)) / even
-    linear = solve_linear(compliance, gap, valid, np.where(held, 0.0, load), own=own, phase=phase)
+    assert inverse is not None
+    linear = solve_linear(compliance, gap, valid, load, own=inverse(even) / even, phase=phase)
     u = linear.approach[:, None] - gap - products(compliance, phase, linear.force)
-    return np.where(held[:, None], np.where(way > 0, way / 2, way), np.fmin(u, most)), np.where(
-        held, d, linear.approach
-    )
-
-
-def _approach_at_force(law: Law, force: Array) -> Array:
-    """Own approach (T, n) [m] at which the law has a force (T, n) [N], by doubling and halving of the whole array.
-
-    Only a start: three digits are enough, and no scalar root finder serves many thousand segments as fast.
-    """
-    index = np.arange(len(force))
-    low, high = np.zeros_like(force), np.full_like(force, 1e-9)
-    for _ in range(60):
-        short = law(high, index)[0] < force
-        if not short.any():
-            break
-        low, high = np.where(short, high, low), np.where(short, 2 * high, high)
-    for _ in range(12):  # a start needs three digits
-        middle = (low + high) / 2
-        short = law(middle, index)[0] < force
-        low, high = np.where(short, middle, low), np.where(short, high, middle)
-    return (low + high) / 2
+    return np.fmin(u, most), linear.approach
 
 
 # of both laws --------------------------------------------------------------------------------------------------------

@@ -7,7 +7,7 @@ rim inward).  x is half the thickness, psi half the angle it spans.
 
 Micro-geometry of a flank is profile and lead modifications as material missing along the tooth normal.  Lengths along
 the profile are radial heights of the tooth, from the tip circle inward (of a ring outward) or from the lowest point of
-contact with the mate.  `relief_height` converts a length of roll."""
+contact with the mate."""
 
 from __future__ import annotations
 
@@ -402,16 +402,6 @@ def _relieved(relief: Relief | None, distance: Array) -> Array:
         return np.zeros_like(distance)
     part = np.clip(1 - distance / relief.length, 0.0, 1.0)
     return np.asarray(relief.amount * (part**2 if relief.shape == "parabolic" else part))
-
-
-def relief_height(roll: float, edge: float, base: float, *, root: bool = False) -> float:
-    """Radial height of a relief from its length of roll along the line of action [m].
-
-    roll : length of roll, from the edge towards the middle of the profile [m].  edge : radius at which the relief is
-    deepest [m].  base : base radius [m].  root : True for a root relief (of a ring: a tip relief).
-    """
-    at = math.sqrt(max(0.0, edge**2 - base**2)) + (roll if root else -roll)
-    return abs(math.hypot(base, max(0.0, at)) - edge)
 
 
 def check_flank(flank: Flank, *, height: float, width: float, teeth: int, path: str = "") -> None:

@@ -52,7 +52,7 @@ from . import geometry
 from .compliance import ToothCompliance, tooth_compliance
 from .form import PLAIN, Flank, check_flank
 from .mesh_stiffness import DEFAULT_HARMONICS, ComplexArray, ToothPair
-from .path_of_contact import PlaneOfAction
+from .path_of_contact import PlaneOfAction, pair_places
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -383,19 +383,17 @@ def section_stiffness(mesh: MeshedTeeth, sigma: Array, load: float) -> Array:
     if not (load > 0 and math.isfinite(load)):
         raise ModelError("is no load per length of contact line", given=load, allowed="above 0 N/m")
     low, high = mesh.limits
-    first = math.floor(low - float(np.max(sigma)))
-    pairs = np.arange(float(first), math.ceil(high - float(np.min(sigma))) + 1)
-    place = np.asarray(sigma, dtype=float)[:, None] + pairs
+    place = pair_places(np.asarray(sigma, dtype=float), mesh.limits)
     on = (place >= low) & (place <= high)
     at: Array = np.clip(place, low, high)
     radius_a, radius_b = mesh.radii(at)
     beams = _beams(mesh.a, radius_a) + _beams(mesh.b, radius_b) + _contact(mesh, at, radius_a, radius_b, load)
-    index = np.arange(len(pairs))
+    index = np.arange(place.shape[1])
     whole = mesh.a.cross(radius_a, index) + mesh.b.cross(radius_b, index[::-1])
     whole[:, index, index] += beams
     both = on[:, :, None] & on[:, None, :]
     scale = beams.max()
-    matrix = np.where(both, whole / scale, np.eye(len(pairs)))
+    matrix = np.where(both, whole / scale, np.eye(len(index)))
     shares = np.linalg.solve(matrix, on[:, :, None].astype(float))[:, :, 0]
     return np.asarray(shares.sum(axis=1) / scale)
 
@@ -415,7 +413,7 @@ def energy_series(
 
 
 def cycle_series(
-    mesh: MeshedTeeth, stiffness_at: Callable[[Array], Array], *, harmonics: int, path: str = ""
+    mesh: MeshedTeeth, stiffness_at: Callable[[Array], Array], *, harmonics: int = DEFAULT_HARMONICS, path: str = ""
 ) -> tuple[float, ComplexArray]:
     """Mean over a mesh cycle [N/m^2] and relative series v_l (L,) over sigma [1] of the stiffness of a plane section.
 
@@ -584,9 +582,7 @@ def ishikawa_stiffness(mesh: MeshedTeeth, sigma: ArrayLike) -> Array:
     sigma : (n,) [base pitches].  Zero where no pair is in contact.
     """
     low, high = mesh.limits
-    place = np.asarray(sigma, dtype=float)
-    pairs = np.arange(math.floor(low - float(place.max())), math.ceil(high - float(place.min())) + 1)
-    at = place[:, None] + pairs
+    at = pair_places(np.asarray(sigma, dtype=float), mesh.limits)
     on = (at >= low) & (at <= high)
     gears = mesh.a.gear, mesh.b.gear
     contact = 2 / math.pi * sum((1 - gear.poisson**2) / gear.youngs_modulus for gear in gears)
@@ -597,17 +593,3 @@ def ishikawa_stiffness(mesh: MeshedTeeth, sigma: ArrayLike) -> Array:
         height = tooth.height - np.abs(tooth.outline.tip - virtual * np.cos(psi))
         whole = whole + ishikawa_tooth(tooth).parts(height, gamma).whole
     return np.asarray(np.where(on, 1 / whole, 0.0).sum(axis=1))
-
-
-def ishikawa_series(
-    mesh: MeshedTeeth, *, harmonics: int = DEFAULT_HARMONICS, path: str = ""
-) -> tuple[float, ComplexArray]:
-    """Mean stiffness of a plane section over a mesh cycle [N/m^2] and its relative series v_l (L,) over sigma [1].
-
-    path : of the mesh in the model file, for the message.
-
-    Raises
-    ------
-    ModelError : as of `cycle_series`.
-    """
-    return cycle_series(mesh, lambda sigma: ishikawa_stiffness(mesh, sigma), harmonics=harmonics, path=path)

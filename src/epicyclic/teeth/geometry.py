@@ -230,7 +230,7 @@ def working_pressure_angle_at(
 ) -> float:
     """Working transverse pressure angle at a centre distance, cos alpha_w = (r_bB +- r_bA)/a [rad] [iso21771].
 
-    nan where the base circles leave no common tangent (`base_clearance` is then negative).
+    nan where the base circles leave no common tangent.
     """
     between = base_radius_b - base_radius_a if internal else base_radius_b + base_radius_a
     return math.acos(between / centre_distance) if 0.0 < between <= centre_distance else math.nan
@@ -296,13 +296,6 @@ def radial_clearance(centre_distance: float, radius_a: float, radius_b: float, *
     ``internal``: circle a inside circle b, r_b - a - r_a (planet tip in ring root, planet root in ring tip).
     """
     return radius_b - centre_distance - radius_a if internal else centre_distance - radius_a - radius_b
-
-
-def base_clearance(
-    centre_distance: float, base_radius_a: float, base_radius_b: float, *, internal: bool = False
-) -> float:
-    """Centre distance less that at which the base circles touch [m]; negative where no line of action exists."""
-    return centre_distance - (base_radius_b - base_radius_a if internal else base_radius_b + base_radius_a)
 
 
 def _teeth_sum(teeth_a: int, teeth_b: int, internal: bool) -> int:
@@ -397,20 +390,15 @@ def shift_term(
     turn = 0.0
     if abs(transverse_angle - working_angle) > SAME_ANGLE:
         signed = -teeth if internal else teeth
-        turn = signed * (_involute(transverse_angle) - _involute(working_angle)) / math.tau
+        turn = signed * (involute(transverse_angle) - involute(working_angle)) / math.tau
     return profile_shift * math.tan(normal_angle) / math.pi + turn
 
 
-def contact_place(tooth: Phase, direction: Phase, *, teeth: int, flank: int, shift: float = 0.0) -> Phase:
-    """Place sigma of the contact of gear A at its tooth phase `tooth` [pitches], in base pitches.
+def driver_tooth(place: Phase, direction: Phase, *, teeth: int, flank: int, shift: float = 0.0) -> Phase:
+    """Tooth phase of gear A [pitches] from the place of its contact [base pitches].
 
     direction : P [turns].  flank : d.  shift : `shift_term` of A in this mesh [pitches].
     """
-    return flank * (tooth - teeth * direction) + QUARTER + shift
-
-
-def driver_tooth(place: Phase, direction: Phase, *, teeth: int, flank: int, shift: float = 0.0) -> Phase:
-    """Tooth phase of gear A [pitches] from the place of its contact [base pitches], inverse of `contact_place`."""
     return teeth * direction + flank * (place - QUARTER - shift)
 
 
@@ -427,19 +415,6 @@ def mate_tooth(
     return teeth * (direction + HALF) - flank * (place + QUARTER + shift)
 
 
-def contact_of_mate(
-    tooth: Phase, direction: Phase, *, teeth: int, flank: int, shift: float = 0.0, internal: bool = False
-) -> Phase:
-    """Place of the contact of gear B [base pitches] from its tooth phase [pitches], inverse of `mate_tooth`."""
-    if internal:
-        return flank * (tooth - teeth * direction) - QUARTER - shift
-    return flank * (teeth * (direction + HALF) - tooth) - QUARTER - shift
-
-
-def _involute(angle: float) -> float:
-    return math.tan(angle) - angle
-
-
 ComplexArray = NDArray[np.complex128]
 
 _RELATIVE = 1e-9  # a size of 0.05 m is 50 mm, whatever its rounding in binary digits
@@ -451,24 +426,11 @@ FLANK_GRADES = range(1, 12)
 
 _DIAMETERS = (5e-3, 15.0)  # reference diameters that ISO 1328-1:2013 covers [m]
 _MODULES = (0.5e-3, 70e-3)  # normal modules [m]
-_FACE_WIDTHS = (4e-3, 1.2)  # face widths [m]
 
 
-def in_flank_range(diameter: float, module: float, face_width: float | None = None) -> bool:
-    """Whether ISO 1328-1:2013 covers a reference diameter, a normal module and a face width [m], None = not used."""
-    pairs = [(diameter, _DIAMETERS), (module, _MODULES)]
-    pairs += [] if face_width is None else [(face_width, _FACE_WIDTHS)]
-    return all(low <= value <= high for value, (low, high) in pairs)
-
-
-def single_pitch_width(diameter: float, module: float, grade: int) -> float:
-    """Single pitch tolerance f_pT [m] of a reference diameter and a normal module [m] [iso1328]."""
-    return _rounded((1e-3 * diameter * 1e3 + 0.4 * module * 1e3 + 5) * _step(grade))
-
-
-def cumulative_pitch_width(diameter: float, module: float, grade: int) -> float:
-    """Total cumulative pitch tolerance F_pT [m] of a reference diameter and a normal module [m] [iso1328]."""
-    return _rounded(_cumulative(diameter, module) * _step(grade))
+def in_flank_range(diameter: float, module: float) -> bool:
+    """Whether ISO 1328-1:2013 covers a reference diameter and a normal module [m]."""
+    return _DIAMETERS[0] <= diameter <= _DIAMETERS[1] and _MODULES[0] <= module <= _MODULES[1]
 
 
 def run_out_width(diameter: float, module: float, grade: int) -> float:
@@ -480,14 +442,6 @@ def profile_width(diameter: float, module: float, grade: int) -> float:
     """Total profile tolerance F_alphaT [m] of a reference diameter and a normal module [m] [iso1328]."""
     slope = 0.4 * module * 1e3 + 1e-3 * diameter * 1e3 + 4
     form = 0.55 * module * 1e3 + 5
-    return _rounded(math.hypot(slope, form) * _step(grade))
-
-
-def helix_width(diameter: float, face_width: float, grade: int) -> float:
-    """Total helix tolerance F_betaT [m] of a reference diameter and a face width [m] [iso1328]."""
-    root_d, root_b = math.sqrt(diameter * 1e3), math.sqrt(face_width * 1e3)
-    slope = 0.05 * root_d + 0.35 * root_b + 4
-    form = 0.07 * root_d + 0.45 * root_b + 4
     return _rounded(math.hypot(slope, form) * _step(grade))
 
 

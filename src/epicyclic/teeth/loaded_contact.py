@@ -1,10 +1,10 @@
 """Loaded tooth contact analysis of one pair of gears on one helix, and of many micro-geometries of one pair at once.
 
     result = loaded_contact(pair, [10e3, 20e3], np.arange(50) / 50)
-    result.transmission_error, result.tangent, result.load_per_length()
+    result.transmission_error, result.tangent, result.mean_load
 
 Forces and stiffnesses are along the tooth normal.  `tangent` is dF/dd at the load, `secant` is F/(d - d_0) from first
-touch, `mean_stiffness` is the tangent averaged over the phases.
+touch.
 
 Helices that are mirror images of one another, in the plane normal to the axis, share one contact.  The two helices of a
 herringbone gear with equal flanks lean to opposite sides.  Mirrored, the contact lines of one are those of the other at
@@ -34,12 +34,10 @@ from ..errors import ModelError
 from . import gear_pair
 from .contact_solver import (
     ContactSolution,
-    principal_pivoting_batch,
     products,
     solve_hertzian,
     solve_linear,
     tangent_stiffness,
-    with_residuals,
 )
 from .gear_pair import ContactPair, Torsion
 from .mesh_stiffness import DEFAULT_HARMONICS, ContactTable, error_samples, evaluate_series, table_series
@@ -96,20 +94,10 @@ class LoadedContact:
         return np.where(closed > 0, self.load / np.where(closed > 0, closed, 1.0), self.tangent)
 
     @property
-    def mean_stiffness(self) -> Array:
-        """Tangent stiffness averaged over the phases, (F,) [N/m]."""
-        return np.asarray(self.tangent.mean(axis=1))
-
-    @property
     def share(self) -> Array:
         """Share of the load on each pair of teeth, (F, T, J) [1]; 0 without load."""
         whole = np.where(self.load > 0, self.load, 1.0)
         return np.asarray(self.force.sum(axis=3) / whole[:, :, None])
-
-    def load_per_length(self) -> Array:
-        """Force per length of contact line, (F, T, J, K) [N/m]; 0 out of contact."""
-        length = self.segments.lines.length
-        return np.asarray(self.force / np.where(length > 0, length, np.inf))
 
     @property
     def mean_load(self) -> Array:
@@ -142,47 +130,31 @@ class LoadedContact:
     def _windows(self) -> LineWindows:
         return line_windows(self.segments.pair.plane, self.segments.lines)
 
-    def pressure(self) -> Array:
-        """Largest contact pressure of `load_per_length`, (F, T, J, K) [Pa] [weber1953]."""
-        segments = self.segments
-        places = np.take_along_axis(
-            self.load_per_length().reshape(*self.load.shape, -1),
-            np.broadcast_to(segments.index, (*self.load.shape[:1], *segments.index.shape)),
-            axis=-1,
-        )
-        return segments.spread(gear_pair.pressure(segments.contact, places))
 
-
-def loaded_contact(pair: ContactPair, loads: ArrayLike, phases: ArrayLike, *, compiled: bool = False) -> LoadedContact:
+def loaded_contact(pair: ContactPair, loads: ArrayLike, phases: ArrayLike) -> LoadedContact:
     """Loaded contact of a pair at given loads.
 
     Parameters
     ----------
     loads : (F,) or (F, T) forces normal to the tooth, 0 or more [N].  phases : (T,) places sigma of one pair of teeth
-        at mid-face [base pitches]; the cycle of the flanks is 1.  compiled : with a linear law, all loads in one go by
-        numba (extra ``fast``), the same numbers; of a load for every phase and with Hertz it makes no difference.
+        at mid-face [base pitches]; the cycle of the flanks is 1.
 
     Raises
     ------
-    ModelError : a pair that does not mesh (`check_pair`), a negative or infinite load; `compiled` without numba.
+    ModelError : a pair that does not mesh (`check_pair`), a negative or infinite load.
     """
-    return loaded_segments(contact_segments(pair, phases), loads, compiled=compiled)
+    return loaded_segments(contact_segments(pair, phases), loads)
 
 
-def loaded_segments(
-    segments: ContactSegments, loads: ArrayLike, *, compiled: bool = False, tangents: bool = True
-) -> LoadedContact:
+def loaded_segments(segments: ContactSegments, loads: ArrayLike, *, tangents: bool = True) -> LoadedContact:
     """Loaded contact of given segments at loads (F,) or (F, T) [N], as `loaded_contact`.
 
-    Segments of `with_microgeometry` share the compliance of those they were made from.  tangents : compute the tangent
-    stiffness; else it is nan.
+    tangents : compute the tangent stiffness; else it is nan.
     """
     stated = np.atleast_1d(np.asarray(loads, dtype=float))
     wanted = np.broadcast_to(stated.reshape(len(stated), -1), (len(stated), len(segments.sigma)))
     if not (np.isfinite(wanted).all() and (wanted >= 0).all()):
         raise ModelError("a load on the teeth", path="loads", given=stated.tolist(), allowed="0 or more [N]")
-    if compiled and segments.line is None and stated.ndim == 1:
-        return _result(segments, _compiled(segments, stated), tangents)
     solutions: dict[int, ContactSolution] = {}
     solved: list[tuple[Array, Array]] = []
     model, phases = (segments.compliance, segments.gap, segments.valid), np.arange(len(segments.sigma))
@@ -223,20 +195,6 @@ def _extrapolated(solved: list[tuple[Array, Array]], load: Array) -> Array | Non
     first, before = solved[0]
     step = np.where(last > first, last - first, np.inf)
     return np.asarray(own + ((load - last) / step)[:, None] * (own - before))
-
-
-def _compiled(segments: ContactSegments, loads: Array) -> list[ContactSolution]:
-    """Contact at loads (F,) [N] of a linear law, by numba."""
-    order, count = np.argsort(loads, kind="stable"), segments.valid.sum(axis=1)
-    try:
-        force, approach = principal_pivoting_batch(segments.compliance, segments.gap, count, loads[order])
-    except ImportError:
-        raise ModelError("needs numba", path="compiled", allowed='pip install "epicyclic[fast]"') from None
-    back, model = np.argsort(order, kind="stable"), (segments.compliance, segments.gap, segments.valid)
-    return [
-        with_residuals(*model, np.full(len(segments.sigma), load), force[i], approach[i])
-        for load, i in zip(loads, back, strict=True)
-    ]
 
 
 def _own_approach(segments: ContactSegments, solution: ContactSolution) -> Array:

@@ -87,6 +87,10 @@ class PlaneOfAction:
         """Width of the overlap of both faces [m]."""
         return self.face[1] - self.face[0]
 
+    def cells(self, count: int) -> Array:
+        """Middles (count,) of even cells of the overlap along the axis [m]."""
+        return np.asarray(self.face[0] + self.width / count * (np.arange(count) + 0.5))
+
     @property
     def per_pitch(self) -> float:
         """d h/p_x, the shift of the contact per length along the face [base pitches/m]; 0 for spur teeth."""
@@ -146,8 +150,7 @@ def contact_lines(
     """
     place = np.atleast_1d(np.asarray(sigma, dtype=float))
     low, high = plane.limits[0] - beyond[0], plane.limits[1] + beyond[1]
-    span = plane.width / slices
-    centre: Array = plane.face[0] + span * (np.arange(slices, dtype=np.float64) + 0.5)
+    span, centre = plane.width / slices, plane.cells(slices)
     lead = plane.per_pitch * centre
     half = 0.5 * abs(plane.per_pitch) * span
     first = math.floor(low - 1.0 - float(lead.max()) - half)
@@ -429,7 +432,7 @@ def sliding_distance(limits: Limits, overlap: float = 0.0) -> float:
     half = np.diff(corners)[:, None] / 2
     middle = corners[:-1, None] + half
     phase, weight = (middle + half * node).ravel(), (half * share).ravel()
-    places = _places(phase, limits, overlap)
+    places = pair_places(phase, limits, overlap)
     if overlap <= _SPUR:
         on = (places >= limits[0]) & (places <= limits[1])
         moment, length = np.where(on, np.abs(places), 0.0).sum(axis=1), on.sum(axis=1)
@@ -449,7 +452,7 @@ def path_load(limits: Limits, overlap: float, sigma: ArrayLike) -> Array:
     at = np.atleast_1d(np.asarray(sigma, dtype=float))
     inside = (at >= limits[0]) & (at <= limits[1])
     if overlap <= _SPUR:
-        places = _places(at, limits, 0.0)
+        places = pair_places(at, limits)
         count = ((places >= limits[0] - _NONE) & (places <= limits[1] + _NONE)).sum(axis=1)
         return np.where(inside, 1 / np.maximum(count, 1), 0.0)
     # a place is passed by the contact line at phases sigma .. sigma + overlap, from one end of the face to the other
@@ -467,28 +470,13 @@ class Rolling:
     speed_b: Array
 
     @classmethod
-    def of(
-        cls,
-        sigma: ArrayLike,
-        *,
-        base_a: float,
-        base_b: float,
-        pressure_angle: float,
-        base_pitch: float,
-        base_speed: float,
-        internal: bool,
-    ) -> Rolling:
+    def of(cls, plane: PlaneOfAction, sigma: ArrayLike, base_speed: float) -> Rolling:
         """Rolling of the flanks of a pair.
 
-        Parameters
-        ----------
-        base_a, base_b : base radii [m].  pressure_angle : working transverse [rad].  base_pitch : transverse [m].
-        base_speed : of the base circles in the frame of the carrier, w_a r_ba [m/s].  internal : b is a ring.
+        base_speed : of the base circles in the frame of the carrier, w_a r_ba [m/s].
         """
-        along = np.asarray(sigma, dtype=float) * base_pitch
-        roll_a = base_a * math.tan(pressure_angle) + along
-        roll_b = base_b * math.tan(pressure_angle) + (along if internal else -along)
-        return cls(speed_a=base_speed * roll_a / base_a, speed_b=base_speed * roll_b / base_b)
+        speed_a, speed_b = base_speed / plane.base_a, base_speed / plane.base_b
+        return cls(speed_a=speed_a * plane.roll_a(sigma), speed_b=speed_b * plane.roll_b(sigma))
 
     @property
     def sliding(self) -> Array:
@@ -533,7 +521,7 @@ def _corners(limits: Limits, overlap: float) -> Array:
     return np.unique(np.concatenate([[0.0, 1.0], np.mod(passed, 1.0)]))
 
 
-def _places(phase: Array, limits: Limits, overlap: float) -> Array:
+def pair_places(phase: Array, limits: Limits, overlap: float = 0.0) -> Array:
     """Places (m, J) of the leading end of every contact line that may touch, at phases (m,) [base pitches]."""
     first, last = math.floor(limits[0] - phase.max()), math.ceil(limits[1] + overlap - phase.min())
     return phase[:, None] + np.arange(first, last + 1)
@@ -546,7 +534,7 @@ def _on_path(places: Array, limits: Limits, overlap: float) -> tuple[Array, Arra
 
 def _line_length(phase: Array, limits: Limits, overlap: float) -> Array:
     """Length of all contact lines (m,) at phases (m,), in base pitches along the path."""
-    low, high = _on_path(_places(phase, limits, overlap), limits, overlap)
+    low, high = _on_path(pair_places(phase, limits, overlap), limits, overlap)
     return np.asarray(np.maximum(high - low, 0.0).sum(axis=1))
 
 

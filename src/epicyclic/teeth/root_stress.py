@@ -32,9 +32,9 @@ from scipy import sparse
 from scipy.interpolate import CubicSpline
 from scipy.sparse.linalg import splu
 
-from .compliance import face_coupling
 from .form import GearForm, Outline, tooth_outline
 from .gear_pair import ContactPair, meshed_teeth
+from .segments import cell_coupling
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -434,12 +434,7 @@ def _of_gear(pair: ContactPair, radius: Array, force: Array, influence: RootInfl
     plane = pair.plane
     tooth, face = (pair.tooth_a, plane.face_a) if sense > 0 else (pair.tooth_b, plane.face_b)
     # load per length on each slice per force on another (K, K) [1/m], along the tooth
-    slices, slant = force.shape[-1], math.cos(plane.base_helix)
-    span = plane.width / slices
-    centre: Array = plane.face[0] + span * (np.arange(slices, dtype=np.float64) + 0.5)
-    width = (face[1] - face[0]) / slant
-    middle = (centre - 0.5 * (face[0] + face[1])) / slant
-    coupling = face_coupling(middle, width, tooth.face_decay(width), np.full(slices, span / slant))
+    coupling = cell_coupling(plane, tooth, face, force.shape[-1])
     tension, compression = np.empty(force.shape), np.empty(force.shape)
     lean, most = np.zeros(len(force)), np.full(len(force), -np.inf)
     right, left = influence.shape

@@ -28,7 +28,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -240,18 +240,9 @@ def contact_segments(pair: ContactPair, sigma: ArrayLike) -> ContactSegments:
     )
 
 
-def with_microgeometry(segments: ContactSegments, pair: ContactPair) -> ContactSegments:
-    """Segments of a pair that differs in its initial gaps alone: micro-geometry, misalignment, given gaps.
-
-    Raises
-    ------
-    ModelError : as of `check_pair`.
-    """
-    return replace(segments, pair=pair, gap=microgeometry_gaps(segments, [pair])[0])
-
-
 def microgeometry_gaps(segments: ContactSegments, pairs: Sequence[ContactPair]) -> Array:
-    """Initial gaps (S, T, n) [m] at the places of segments, of pairs (S,) that differ in these alone.
+    """Initial gaps (S, T, n) [m] at the places of segments, of pairs (S,) that differ in these alone: micro-geometry,
+    misalignment, given gaps.
 
     Raises
     ------
@@ -289,7 +280,6 @@ def _shared_compliance(pair: ContactPair, lines: ContactLines, index: Index, pla
     tooth = index // count
     # parts of the slices that are on the path, in cells of the face
     cell = lines.span / CELLS
-    centre = lines.centre[0] - 0.5 * lines.span + cell * (np.arange(count * CELLS) + 0.5)
     zeta, length = _at_segments(index, lines.zeta), _at_segments(index, lines.length) * slant
     parts = face_parts(count, index % count, (zeta - lines.centre[0] + 0.5 * lines.span) / cell, length / cell)
     whole = np.zeros((*index.shape, index.shape[1]))
@@ -297,22 +287,29 @@ def _shared_compliance(pair: ContactPair, lines: ContactLines, index: Index, pla
         (pair.tooth_a, plane.face_a, plane.radius_a(on), tooth),
         (pair.tooth_b, plane.face_b, plane.radius_b(on), tooth.max() - tooth),
     ):
-        width = (face[1] - face[0]) / slant
-        middle = (centre - 0.5 * (face[0] + face[1])) / slant
-        spans = np.full(len(centre), cell / slant)
-        kernel = face_coupling(middle, width, gear.face_decay(width), spans)
+        kernel = cell_coupling(plane, gear, face, count * CELLS)
         left, right = _plane_factors(gear, radius, number)
         for t, coupled in enumerate(between_parts(kernel, parts)):  # by phases: (n, n) stays in the cache
             plane_compliance = left[t] @ right[t].T
             plane_compliance -= gear.shared
             coupled *= plane_compliance
             whole[t] += coupled
-        whole += gear.shared / width
-    twist = _twisted(pair, centre)
+        whole += gear.shared * slant / (face[1] - face[0])
+    twist = _twisted(pair, plane.cells(count * CELLS))
     if twist is not None:
         for matrix, coupled in zip(whole, between_parts(twist, parts), strict=True):
             matrix += coupled
     return whole
+
+
+def cell_coupling(plane: PlaneOfAction, gear: ElasticTooth, face: tuple[float, float], count: int) -> Array:
+    """Coupling of even cells of the common face through one gear, along its teeth, (count, count) [1/m].
+
+    face : left and right end of the face of the gear itself [m].
+    """
+    slant = math.cos(plane.base_helix)
+    width, middle = (face[1] - face[0]) / slant, (plane.cells(count) - 0.5 * (face[0] + face[1])) / slant
+    return face_coupling(middle, width, gear.face_decay(width), np.full(count, plane.width / count / slant))
 
 
 def _plane_factors(gear: ElasticTooth, radius: Array, tooth: Index) -> tuple[Array, Array]:

@@ -11,7 +11,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import pairwise
 from typing import Any
 
@@ -177,7 +177,7 @@ def tooth_law(at: MeshSide, method: str, path: str) -> tuple[float, ComplexArray
     ModelError : no face width, teeth that cannot be, that interfere, that part between pairs.
     """
     from ..teeth.compliance import tooth_compliance
-    from ..teeth.gear_pair import MeshedTeeth, energy_series, interference_warnings, ishikawa_series
+    from ..teeth.gear_pair import MeshedTeeth, cycle_series, energy_series, interference_warnings, ishikawa_stiffness
 
     p, log, width, meshing = at.pair, at.log, at.needed_width(path), at.meshing
     a, b = (
@@ -186,12 +186,12 @@ def tooth_law(at: MeshSide, method: str, path: str) -> tuple[float, ComplexArray
     )
     mesh = MeshedTeeth(a=a, b=b, working_angle=meshing.tooth_angle, limits=meshing.limits)
     if method == "ishikawa":
-        mean, series = ishikawa_series(mesh, path=p.path)
+        mean, series = cycle_series(mesh, partial(ishikawa_stiffness, mesh), path=p.path)
     else:
         load = nominal_load(at, width)
         log.note(f"{p.path}.load_per_length", load, "N/m", "operation" if at.torque else "default")
         mean, series = energy_series(mesh, load, path=p.path)
-    for text in (*a.warnings, *b.warnings, *interference_warnings(mesh, path=p.path, names=(p.a, p.b))):
+    for text in interference_warnings(mesh, path=p.path, names=(p.a, p.b)):
         log.warn(placed(p.path, text))
     return mean * width / math.cos(mesh.base_helix), series
 
@@ -589,9 +589,7 @@ def _table_of_pair(
     pair = drawn_pair(teeth, base_helix=base_helix, lean=lean)
     check_pair(pair, path=path, paths=teeth.paths)
     table = contact_table(pair, force)
-    mesh = meshed_teeth(pair)
-    texts = (*mesh.a.warnings, *mesh.b.warnings, *interference_warnings(mesh, path=path, names=names))
-    return table, tuple(dict.fromkeys(texts))
+    return table, interference_warnings(meshed_teeth(pair), path=path, names=names)
 
 
 def contact_errors(meshes: Sequence[Mesh], kinematics: Kinematics) -> list[MeshError]:

@@ -115,6 +115,7 @@ def by_energy(mesh: MeshedTeeth, sigma: float, load: float, *, pairs: Index | No
         np.ones((1, len(pairs)), dtype=bool),
         np.array([load]),
         lambda u, index: gear_pair.load(line, u),
+        inverse=lambda force: gear_pair.approach(line, force),
     )
     return float(found.approach[0]), found.force[0]
 

@@ -17,7 +17,6 @@ from epicyclic.teeth.form import (
     check_flank,
     lead_modification,
     profile_modification,
-    relief_height,
 )
 
 FACE = (-20e-3, 20e-3)
@@ -54,15 +53,6 @@ def test_tables_and_waves_have_any_sign() -> None:
     sigma = 0.13
     assert profile(wave, 1e-3, sigma=sigma) == pytest.approx(3e-6 * math.cos(4 * math.pi * sigma + math.pi / 2))
     assert profile(PLAIN, 0.0) == 0.0
-
-
-def test_height_of_a_length_of_roll() -> None:
-    base, tip = 0.05, 0.06
-    height = relief_height(4e-3, tip, base)
-    roll = math.sqrt(tip**2 - base**2) - math.sqrt((tip - height) ** 2 - base**2)
-    assert roll == pytest.approx(4e-3, rel=1e-12)
-    foot = relief_height(4e-3, 0.051, base, root=True)
-    assert math.sqrt((0.051 + foot) ** 2 - base**2) - math.sqrt(0.051**2 - base**2) == pytest.approx(4e-3, rel=1e-12)
 
 
 @pytest.mark.parametrize(

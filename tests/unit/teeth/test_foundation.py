@@ -90,13 +90,28 @@ def test_orders_converge(monkeypatch: pytest.MonkeyPatch) -> None:
     assert abs(found[80] / found[100] - 1) < 1e-4
 
 
+# Rows L, M, P, Q of X = A/theta^2 + B h^2 + C h/theta + D/theta + E h + F, h = r_f/r_int [sainsot2004, table 1], for
+# 1.4 <= h <= 7 and 0.01 <= theta <= 0.12.
+FIT = (
+    (-5.574e-5, -1.9986e-3, -2.3015e-4, 4.7702e-3, 0.0271, 6.8045),
+    (60.111e-5, 28.100e-3, -83.431e-4, -9.9256e-3, 0.1624, 0.9086),
+    (-50.952e-5, 185.50e-3, 0.0538e-4, 53.300e-3, 0.2895, 0.9236),
+    (-6.2042e-5, 9.0889e-3, -4.0964e-4, 7.8297e-3, -0.1472, 0.6904),
+)
+
+
+def by_fit(root: compliance.ToothRoot) -> Array:
+    """Compliance of a root (3, 3): cos^2 g/E [L (u/S)^2 + M u/S + P (1 + Q tan^2 g)] is linear in force and moment."""
+    ratio, theta, S = root.circle / root.held, root.theta, root.thickness
+    L, M, P, Q = np.array(FIT) @ [theta**-2, ratio**2, ratio / theta, 1 / theta, ratio, 1.0]
+    return np.array([[P, 0.0, 0.5 * M / S], [0.0, P * Q, 0.0], [0.5 * M / S, 0.0, L / S**2]]) / E
+
+
 @pytest.mark.parametrize("ratio", [1.4, 2.0, 4.0, 7.0])
 @pytest.mark.parametrize("theta", [0.02, 0.05, 0.12])
 def test_the_fit_reads_the_middle_of_the_root(ratio: float, theta: float) -> None:
     root = standing(1.0, 1 / ratio, theta)
-    fitted, messages = compliance.sainsot_compliance(root, youngs_modulus=E)
-    exact = motions(root)[0]
-    assert messages == ()
+    fitted, exact = by_fit(root), motions(root)[0]
     # Slope at the middle of a linear pressure: 24/pi/E' against 18/pi/E' by work, a third more.
     assert fitted[2, 2] * root.thickness**2 * PLANE == pytest.approx(24 / math.pi, rel=0.02)  # the fit's own scatter
     # wide roots turn the ring under them as well, of which the two make different means
@@ -108,11 +123,3 @@ def test_the_fit_reads_the_middle_of_the_root(ratio: float, theta: float) -> Non
     )
     # The middle moves more than the mean, by no more than the local field: below 0.6/E of 2 .. 13/E.
     assert 0 < (fitted[0, 0] - exact[0, 0]) * E < 0.6
-
-
-def test_what_lies_outside_the_fit_is_told() -> None:
-    _, messages = compliance.sainsot_compliance(standing(1.0, 0.1, 0.15), youngs_modulus=E)
-    assert [message.split(" is outside")[0] for message in messages] == [
-        "gear body: r_f/r_int 10",
-        "gear body: theta_f 0.15",
-    ]

@@ -49,7 +49,6 @@ def test_an_even_load_is_its_own_mean(pair_of: Build) -> None:
     found = loaded_contact(pair_of(slices=6), [9e3], [0.02])  # spur: uniform along the face but for its ends
     mean = 9e3 / 30e-3
     assert found.mean_load[found.mean_load > 0] == pytest.approx(mean, rel=0.01)
-    assert found.mean_pressure.max() == pytest.approx(found.pressure().max(), rel=0.01)
 
 
 def test_the_load_at_a_corner_converges(pair_of: Build) -> None:
@@ -61,5 +60,6 @@ def test_the_load_at_a_corner_converges(pair_of: Build) -> None:
     pressure = np.array([one.largest_pressure[0] for one in found])
     assert pressure == pytest.approx(pressure[-1], rel=0.01)
     # a value at a point does not: the shorter the line, the larger
-    points = np.array([one.load_per_length().max() for one in found])
+    lengths = [np.maximum(one.segments.lines.length, 1e-12) for one in found]
+    points = np.array([(one.force / length).max() for one, length in zip(found, lengths, strict=True)])
     assert points[-1] > 1.3 * largest[-1]

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from epicyclic.teeth import geometry
 from epicyclic.teeth.path_of_contact import (
+    PlaneOfAction,
     Rolling,
     loss_factor,
     mean_friction,
@@ -122,6 +123,19 @@ def test_contact_that_is_lost_is_seen() -> None:
     assert not touches_always((-0.3, 0.3), 0.39)
 
 
+def plane(base_a: float, base_b: float, pitch: float, angle: float = ANGLE, *, internal: bool = False) -> PlaneOfAction:
+    return PlaneOfAction(
+        base_a=base_a,
+        base_b=base_b,
+        internal=internal,
+        pressure_angle=angle,
+        base_pitch=pitch,
+        limits=(-1.0, 1.0),
+        face_a=(0.0, 0.0),
+        face_b=(0.0, 0.0),
+    )
+
+
 @pytest.mark.parametrize("internal", [False, True])
 def test_flanks_slide_as_two_turning_gears_do(internal: bool) -> None:
     """Velocities at the contact, from the turning of both gears, against the speeds along the path."""
@@ -129,15 +143,7 @@ def test_flanks_slide_as_two_turning_gears_do(internal: bool) -> None:
     r1, r2 = (geometry.base_radius(z, 4e-3, ANGLE, 0.0) for z in (z1, z2))
     pitch = geometry.base_pitch(4e-3, ANGLE, 0.0)
     sigma = np.array([-0.6, 0.0, 0.5])
-    rolling = Rolling.of(
-        sigma,
-        base_a=r1,
-        base_b=r2,
-        pressure_angle=ANGLE,
-        base_pitch=pitch,
-        base_speed=turning * r1,
-        internal=internal,
-    )
+    rolling = Rolling.of(plane(r1, r2, pitch, internal=internal), sigma, turning * r1)
     # a pushes along the line of action, at ANGLE from the common tangent; the centre of b lies on the x axis
     along = np.array([math.sin(ANGLE), math.cos(ANGLE)])
     across = np.array([math.cos(ANGLE), -math.sin(ANGLE)])
@@ -162,15 +168,9 @@ def test_loss_factor_is_friction_power_along_the_path(internal: bool) -> None:
     base = geometry.base_helix_angle(ANGLE, helix)
     edges = np.linspace(*limits, 40001)
     middle, step = (edges[1:] + edges[:-1]) / 2, edges[1] - edges[0]
-    rolling = Rolling.of(
-        middle,
-        base_a=geometry.base_radius(z1, 1.0, ANGLE, helix),
-        base_b=geometry.base_radius(z2, 1.0, ANGLE, helix),
-        pressure_angle=geometry.transverse_pressure_angle(ANGLE, helix),
-        base_pitch=geometry.base_pitch(1.0, ANGLE, helix),
-        base_speed=3.0,
-        internal=internal,
-    )
+    base_a, base_b = (geometry.base_radius(z, 1.0, ANGLE, helix) for z in (z1, z2))
+    pitch, angle = geometry.base_pitch(1.0, ANGLE, helix), geometry.transverse_pressure_angle(ANGLE, helix)
+    rolling = Rolling.of(plane(base_a, base_b, pitch, angle, internal=internal), middle, 3.0)
     force = 500.0  # normal to the tooth; any
     lost = force * step * (path_load(limits, 0.7, middle) @ np.abs(rolling.sliding))
     found = loss_factor(z1, z2, base, sliding_distance(limits, 0.7), internal=internal)
@@ -180,9 +180,7 @@ def test_loss_factor_is_friction_power_along_the_path(internal: bool) -> None:
 def test_specific_sliding_has_no_bound_at_a_base_tangent_point() -> None:
     r1, pitch = geometry.base_radius(20, 1.0, ANGLE, 0.0), geometry.base_pitch(1.0, ANGLE, 0.0)
     tangent = -r1 * math.tan(ANGLE) / pitch
-    rolling = Rolling.of(
-        [tangent], base_a=r1, base_b=2 * r1, pressure_angle=ANGLE, base_pitch=pitch, base_speed=1.0, internal=False
-    )
+    rolling = Rolling.of(plane(r1, 2 * r1, pitch), [tangent], 1.0)
     assert abs(rolling.specific_a[0]) > 1e12
     assert rolling.specific_b[0] == pytest.approx(1.0)
 

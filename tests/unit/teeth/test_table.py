@@ -44,7 +44,7 @@ def test_the_linear_model_has_tangent_and_transmission_error_of_the_load(pair: C
     sigma = np.arange(50) / 50
     table = contact_table(pair, LOAD)
     found = loaded_contact(pair, [LOAD], sigma)
-    assert table.stiffness == pytest.approx(found.mean_stiffness[0], rel=1e-12)
+    assert table.stiffness == pytest.approx(found.tangent.mean(axis=1)[0], rel=1e-12)
     assert LOAD in table.force
     stiffness = table.stiffness * evaluate_series(table.variation, sigma)
     waves = np.exp(2j * np.pi * np.outer(sigma, np.arange(len(table.error))))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,14 +17,22 @@ from ...system.assembly import train_provenance
 from ...system.tooth_pairs import mean_force
 from ...teeth import geometry
 from ...teeth.loaded_contact import LoadedContact
-from ...teeth.path_of_contact import Rolling, cycle_mean, loss_factor, mean_friction, path_load, sliding_distance
+from ...teeth.path_of_contact import (
+    PlaneOfAction,
+    Rolling,
+    cycle_mean,
+    loss_factor,
+    mean_friction,
+    path_load,
+    sliding_distance,
+)
 from ...train.kinematics import Gearing
-from ...train.power import LossyFlow, lossy_flow, require_contact, require_flow
-from ...train.train import GearData, Mesh, Train
+from ...train.power import LossyFlow, MeshPower, lossy_flow, require_contact, require_flow
+from ...train.train import Mesh, Train
 from ...warning_codes import CodedText, coded, placed
 from . import ContactOptions, EfficiencyOptions
 from .contact import flank_map
-from .pair_contact import helices_of, solved_pair, unresolved
+from .pair_contact import solved_pair, unresolved
 
 Array = NDArray[np.float64]
 
@@ -84,7 +92,8 @@ def efficiency(train: Train, options: EfficiencyOptions) -> xr.Dataset:
             raise ModelError(
                 f"takes all power of {pair}", path="friction", given=mu[pair], allowed=f"below {mu[pair] / value:.4g}"
             )
-    flow = lossy_flow(train.kinematics, share)
+    known = lossy_flow(train.kinematics, share)
+    flow = known or _unknown(train, teeth)
     return dataset(
         {
             **_totals(train, flow),
@@ -106,7 +115,7 @@ def efficiency(train: Train, options: EfficiencyOptions) -> xr.Dataset:
             "sharing": sharing,
             **({"friction": friction} if oil is None else {"viscosity": oil.viscosity, "roughness": oil.roughness}),
         },
-        warnings=[*train.warnings, *_said(train, flow), *dict.fromkeys(said)],
+        warnings=[*train.warnings, *_said(train, known), *dict.fromkeys(said)],
         provenance=train_provenance(train),
     )
 
@@ -136,43 +145,17 @@ def _oil(options: EfficiencyOptions) -> Oil | None:
 class _Teeth:
     """Friction of one pair: helices of one branch, loss factor H_V [1] of each and load along the path of the first.
 
-    a, b : gears.  base_speed : of the base circles in the frame of the carrier [m/s].  width : of the common face [m].
+    plane : of action, without its faces.  base_speed : of the base circles in the frame of the carrier [m/s].
+    width : of the common face [m].
     """
 
     helices: tuple[Mesh, ...]
-    a: GearData
-    b: GearData
+    plane: PlaneOfAction
     base_speed: float
     width: float
     factors: tuple[float, ...]
     sigma: Array
     load: Array
-
-    def friction(self, force: float, oil: Oil) -> float:
-        """Mean coefficient of friction [1] under the transverse normal force of one helix [N]; 0 without motion."""
-        pitch = self.rolling(np.zeros(1))
-        speed = abs(float(pitch.speed_a[0] + pitch.speed_b[0]))
-        if not speed or not force:
-            return 0.0
-        mesh = self.helices[0]
-        roll_a, roll_b = (r * math.sin(mesh.pressure_angle) for r in (mesh.radius_a, mesh.radius_b))
-        inverse = 1 / roll_a - 1 / roll_b if mesh.internal else 1 / roll_a + 1 / roll_b
-        radius = 1 / (inverse * math.cos(mesh.base_helix))
-        return mean_friction(force / self.width, speed, radius, oil.viscosity, oil.roughness)
-
-    def rolling(self, sigma: Array) -> Rolling:
-        """Motion of the flanks at places (n,) along the path [base pitches]."""
-        mesh = self.helices[0]
-        cosine = math.cos(mesh.pressure_angle)
-        return Rolling.of(
-            sigma,
-            base_a=mesh.radius_a * cosine,
-            base_b=mesh.radius_b * cosine,
-            pressure_angle=mesh.pressure_angle,
-            base_pitch=geometry.base_pitch(self.a.module, self.a.pressure_angle, self.a.helix_angle),
-            base_speed=self.base_speed,
-            internal=mesh.internal,
-        )
 
 
 def _teeth(train: Train, gearing: Gearing, sharing: str, said: list[CodedText]) -> _Teeth:
@@ -187,35 +170,47 @@ def _teeth(train: Train, gearing: Gearing, sharing: str, said: list[CodedText]) 
     helices = tuple(mesh for mesh in meshes if mesh.branch == meshes[0].branch)
     for mesh in helices:
         require_contact(mesh)
-    bodies = {body.name: body for body in train.bodies}
-    a, b = bodies[meshes[0].a].gear, bodies[meshes[0].b].gear
+    first, bodies = helices[0], {body.name: body for body in train.bodies}
+    a, b = bodies[first.a].gear, bodies[first.b].gear
     assert a is not None
     assert b is not None
     speed = train.kinematics.speed or {}
     frame = speed[gearing.carrier] if gearing.carrier is not None else 0
     relative = abs(float(speed[gearing.a] - frame)) * math.tau / 60
-    sigma = np.linspace(*helices[0].limits, _PLACES)
+    cosine = math.cos(first.pressure_angle)
+    plane = PlaneOfAction(
+        base_a=first.radius_a * cosine,
+        base_b=first.radius_b * cosine,
+        internal=first.internal,
+        pressure_angle=first.pressure_angle,
+        base_helix=first.base_helix,
+        base_pitch=geometry.base_pitch(a.module, a.pressure_angle, a.helix_angle),
+        limits=first.limits,
+        face_a=(0.0, 0.0),
+        face_b=(0.0, 0.0),
+    )
+    sigma = np.linspace(*first.limits, _PLACES)
     if sharing == "contact" and (train.kinematics.mesh_torque or {})[gearing.pair]:
-        distance, load = _of_contact(train, helices[0], sigma, said)
+        distance, load = _of_contact(train, helices, sigma, said)
     else:
         distance = tuple(sliding_distance(mesh.limits, mesh.overlap_ratio) for mesh in helices)
-        load = path_load(helices[0].limits, helices[0].overlap_ratio, sigma)
+        load = path_load(first.limits, first.overlap_ratio, sigma)
     return _Teeth(
         helices=helices,
-        a=a,
-        b=b,
-        base_speed=relative * helices[0].radius_a * math.cos(helices[0].pressure_angle),
-        width=helices[0].width,
+        plane=plane,
+        base_speed=relative * plane.base_a,
+        width=first.width,
         factors=tuple(
-            loss_factor(a.teeth, b.teeth, helices[0].base_helix, away, internal=helices[0].internal)
-            for away in distance
+            loss_factor(a.teeth, b.teeth, first.base_helix, away, internal=first.internal) for away in distance
         ),
         sigma=sigma,
         load=load,
     )
 
 
-def _of_contact(train: Train, mesh: Mesh, sigma: Array, said: list[CodedText]) -> tuple[tuple[float, ...], Array]:
+def _of_contact(
+    train: Train, helices: Sequence[Mesh], sigma: Array, said: list[CodedText]
+) -> tuple[tuple[float, ...], Array]:
     """Distances <|sigma|> of all helices of a branch under load, and load along the path of the first (n,) [1].
 
     Raises
@@ -224,10 +219,9 @@ def _of_contact(train: Train, mesh: Mesh, sigma: Array, said: list[CodedText]) -
     """
     from scipy.integrate import trapezoid
 
-    name = mesh.name if mesh.side is None else mesh.name.rsplit("/", 1)[0]
     options = ContactOptions(loads=())
-    solved = solved_pair(train, helices_of(train, name), options, tangents=False)
-    cut, results, force = solved.cut, solved.results, solved.force
+    solved = solved_pair(train, helices, options, tangents=False)
+    cut, results, force, name = solved.cut, solved.results, solved.force, solved.name
     missed = np.any([result.status[0] != "" for result in results], axis=0)
     if missed.any():
         raise ConvergenceError(
@@ -237,7 +231,7 @@ def _of_contact(train: Train, mesh: Mesh, sigma: Array, said: list[CodedText]) -
     said += [placed(name, text) for text in unresolved(cut, options.tolerance)]
     distance = tuple(float(cycle_mean(_moment(result), cut.phase)) for result in results)
     lines, share = results[0].segments.lines, results[0].force[0] / results[0].load[0][:, None, None]
-    inside = np.clip(sigma, mesh.limits[0] + _INSIDE, mesh.limits[1] - _INSIDE)
+    inside = np.clip(sigma, helices[0].limits[0] + _INSIDE, helices[0].limits[1] - _INSIDE)
     load = np.nan_to_num(flank_map(lines.sigma, share, lines.length > 0, inside)).sum(axis=0)
     # interpolation loses a per cent at pieces of the face that the ends of the path cut
     return distance, load / trapezoid(load, sigma)
@@ -251,6 +245,8 @@ def _moment(contact: LoadedContact) -> Array:
 
 def _oiled(train: Train, teeth: _Teeth, oil: Oil, said: list[CodedText]) -> float:
     """Mean coefficient of friction of a pair [1] by oil, load and speed; `said` takes what leaves the formula's range.
+
+    0 without motion or load.
 
     Raises
     ------
@@ -272,16 +268,25 @@ def _oiled(train: Train, teeth: _Teeth, oil: Oil, said: list[CodedText]) -> floa
     if line > _MOST_SPEED:
         text = f"{mesh.pair}: {line:.3g} m/s at the pitch circles, friction by oil is meant for up to 50 m/s"
         said.append(coded("friction-outside-limits", text))
-    return teeth.friction(force, oil)
+    pitch = Rolling.of(teeth.plane, 0.0, teeth.base_speed)
+    speed, radius = abs(float(pitch.speed_a + pitch.speed_b)), float(teeth.plane.curvature_radius(0.0))
+    if not speed or not force:
+        return 0.0
+    return mean_friction(force / teeth.width, speed, radius, oil.viscosity, oil.roughness)
 
 
 # columns --------------------------------------------------------------------------------------------------------------
 
 
-def _totals(train: Train, flow: LossyFlow | None) -> dict[str, Any]:
+def _unknown(train: Train, pairs: Iterable[str]) -> LossyFlow:
+    """Torques and powers of a train that locks itself: not known."""
+    nothing = dict.fromkeys(train.kinematics.torque or {}, math.nan)
+    meshes = dict.fromkeys(pairs, MeshPower(driver="", rolling=math.nan, loss=math.nan, torque=math.nan))
+    return LossyFlow(torque=nothing, power=nothing, meshes=meshes, kept=(), released=(), indeterminate=False)
+
+
+def _totals(train: Train, flow: LossyFlow) -> dict[str, Any]:
     """Efficiency [1], power in, out and lost [W]; in and out by what drives without losses."""
-    if flow is None:
-        return {name: ((), math.nan) for name in ("train_efficiency", "power_in", "power_out", "power_loss")}
     before = train.kinematics.power or {}
     least = _NONE * max(abs(value) for value in before.values())
     into = math.fsum(flow.power[name] for name, value in before.items() if value > least)
@@ -294,7 +299,7 @@ def _totals(train: Train, flow: LossyFlow | None) -> dict[str, Any]:
     }
 
 
-def _mesh_columns(train: Train, teeth: Mapping[str, _Teeth], flow: LossyFlow | None) -> dict[str, Any]:
+def _mesh_columns(train: Train, teeth: Mapping[str, _Teeth], flow: LossyFlow) -> dict[str, Any]:
     """Loss factor [1], rolling power and loss [W], driving gear of every mesh; meshes of a pair share its power."""
     count = {pair: sum(mesh.pair == pair for mesh in train.meshes) for pair in teeth}
     factor, rolling, loss, driver = [], [], [], []
@@ -302,11 +307,6 @@ def _mesh_columns(train: Train, teeth: Mapping[str, _Teeth], flow: LossyFlow | N
         mates = teeth[mesh.pair]
         factors = mates.factors
         factor.append(factors[[helix.side for helix in mates.helices].index(mesh.side)])
-        if flow is None:
-            rolling.append(math.nan)
-            loss.append(math.nan)
-            driver.append("")
-            continue
         power = flow.meshes[mesh.pair]
         rolling.append(power.rolling / count[mesh.pair])
         loss.append(power.loss / count[mesh.pair] * (factor[-1] / sum(factors) * len(factors)))
@@ -320,43 +320,33 @@ def _mesh_columns(train: Train, teeth: Mapping[str, _Teeth], flow: LossyFlow | N
     }
 
 
-def _stage_losses(train: Train, flow: LossyFlow | None) -> Array:
+def _stage_losses(train: Train, flow: LossyFlow) -> Array:
     """Loss of all meshes of each stage [W]."""
-    if flow is None:
-        return np.full(len(train.planets), math.nan)
     gearings = train.kinematics.gearings
     return np.array(
         [math.fsum(flow.meshes[g.pair].loss for g in gearings if g.stage == stage) for stage in train.planets]
     )
 
 
-def _loaded(train: Train, flow: LossyFlow | None) -> list[str]:
+def _loaded(train: Train, flow: LossyFlow) -> list[str]:
     """Members with an external torque, with losses or without."""
     lossless = train.kinematics.torque or {}
-    lossy = {} if flow is None else flow.torque
     least = _NONE * max(abs(value) for value in lossless.values())
-    return [name for name, value in lossless.items() if max(abs(value), abs(lossy.get(name, 0.0))) > least]
+    return [name for name, value in lossless.items() if abs(value) > least or abs(flow.torque.get(name, 0.0)) > least]
 
 
-def _member_columns(train: Train, flow: LossyFlow | None) -> dict[str, Any]:
+def _member_columns(train: Train, flow: LossyFlow) -> dict[str, Any]:
     """External torque [N m] and power [W] of every loaded member, with losses and without."""
     names, kinematics = _loaded(train, flow), train.kinematics
-
-    def column(values: Mapping[str, float] | None) -> tuple[str, Array]:
-        return "member", np.array([math.nan if values is None else values[name] for name in names])
-
-    return {
-        "torque": column(None if flow is None else flow.torque),
-        "power": column(None if flow is None else flow.power),
-        "lossless_torque": column(kinematics.torque),
-        "lossless_power": column(kinematics.power),
-    }
+    lossy = {"torque": flow.torque, "power": flow.power}
+    columns = lossy | {"lossless_torque": kinematics.torque or {}, "lossless_power": kinematics.power or {}}
+    return {name: ("member", np.array([values[member] for member in names])) for name, values in columns.items()}
 
 
 def _path_columns(teeth: Sequence[_Teeth]) -> dict[str, Any]:
     """Place [base pitches], load [1], sliding speed [m/s] and specific sliding [1] along the path of every pair."""
     dims = ("mesh_pair", "flank_place")
-    rolling = [mates.rolling(mates.sigma) for mates in teeth]
+    rolling = [Rolling.of(mates.plane, mates.sigma, mates.base_speed) for mates in teeth]
     return {
         "contact_place": (dims, np.array([mates.sigma for mates in teeth])),
         "path_load": (dims, np.array([mates.load for mates in teeth])),

@@ -19,7 +19,6 @@ from ...system.tooth_pairs import face_loads, first_mesh, mean_force, pair_of, t
 from ...teeth.loaded_contact import LoadedContact, all_loaded, all_segments, first_images, harmonics
 from ...teeth.path_of_contact import cycle_harmonics, cycle_mean
 from ...teeth.root_stress import RootStress
-from ...teeth.segments import ContactSegments, with_microgeometry
 from ...train.deviations import check_contact_errors
 from ...train.train import Mesh, Train
 from ...warning_codes import CodedText, coded
@@ -100,7 +99,6 @@ def solved_pair(
     options: ContactOptions,
     *,
     cut: Resolution | None = None,
-    segments: Sequence[ContactSegments] | None = None,
     tangents: bool = True,
 ) -> PairContact:
     """Loaded tooth contact of one mesh over its mesh cycle.
@@ -110,8 +108,6 @@ def solved_pair(
     Parameters
     ----------
     cut : phases and slices as they are, in place of those of the options.
-    segments : of every helix at these phases and slices, of a pair that differs in its micro-geometry alone; its
-        compliance is taken over.
     tangents : compute the tangent stiffness; else it is nan.
 
     Raises
@@ -142,10 +138,7 @@ def solved_pair(
         cut = resolution(helices, placed.pairs, force, options, start=placed.start)
     _require_room(cut.phase.size, cut.slices, levels.size)
     pairs = [replace(pair, slices=cut.slices) for pair in placed.pairs]
-    if segments is None:
-        segments = all_segments(pairs, [sigma_at(helix, cut.phase, placed.start) for helix in helices])
-    else:
-        segments = [with_microgeometry(drawn, pair) for drawn, pair in zip(segments, pairs, strict=True)]
+    segments = all_segments(pairs, [sigma_at(helix, cut.phase, placed.start) for helix in helices])
     results = all_loaded(segments, force * levels, tangents=tangents)
     return PairContact(helices=helices, force=force, levels=levels, cut=cut, results=results, placed=placed)
 

@@ -30,30 +30,25 @@ from ...system.assembly import assemble, train_provenance
 from ...system.system import System
 from ...teeth.form import Flank
 from ...teeth.gear_pair import check_pair
-from ...teeth.segments import ContactSegments
 from ...train.resolution import load
 from ...train.train import Mesh, Train
 from ...warning_codes import CodedText, coded
 from . import ContactOptions, ReliefOptions
-from .contact_resolution import Resolution, check_tolerance, resolution, sigma_at
+from .contact_resolution import Resolution, check_tolerance, resolution
 from .pair_contact import PairContact, flank_columns, helices_of, mesh_name, normal_force, solved_pair, unresolved
 from .relief_objectives import (
     DYNAMIC,
     OBJECTIVES,
     DesignVariable,
     FlankSettings,
-    HelixContact,
     ReliefProblem,
-    coarse_resolution,
     contact_histories,
     force_curves,
-    helix_contacts,
     length_text,
     objectives_of,
     overrides_of,
     read_variables,
     relative_speeds,
-    with_resolution,
 )
 
 Array = NDArray[np.float64]
@@ -111,14 +106,12 @@ def relief(drive: Drive, options: ReliefOptions, *, progress: Callable[[float], 
         variables=variables,
         fixed=fixed,
         contact=settings,
-        meshes=(),
-        resolution=coarse_resolution(train, forces, settings),
+        loaded=forces,
         factors=np.array(loads, dtype=float),
         train=train,
         system=system,
         speeds=None if system is None else relative_speeds(system, speeds, options.points),
-    )
-    problem = replace(problem, meshes=helix_contacts(problem, forces))
+    ).cut()
     for corner_of_bounds in (np.zeros(len(variables)), np.ones(len(variables))):  # refuse what does not fit a flank
         bound = problem.settings(corner_of_bounds)
         for part in chain(*problem.meshes):
@@ -210,8 +203,7 @@ def relief_model(result: xr.Dataset) -> str:
 def _check_options(options: ReliefOptions, loads: Sequence[float]) -> None:
     check_tolerance(options.tolerance)
     objectives, torque = options.objectives, options.torque
-    unknown = [name for name in objectives if name not in OBJECTIVES]
-    if unknown or not objectives or len(set(objectives)) != len(objectives):
+    if not objectives or len(set(objectives)) != len(objectives):
         raise ModelError("objectives", path="objectives", given=list(objectives), allowed=", ".join(OBJECTIVES))
     values = np.asarray(loads, dtype=float)
     if not values.size or not (np.isfinite(values).all() and (values > 0).all()):
@@ -330,18 +322,9 @@ def _before_and_after(solved: Finalists, trains: Sequence[Train]) -> Columns:
     problem, cut = solved.problem, solved.resolution
     factors = np.array(sorted({*_MAP_LOADS, *problem.factors.tolist()}))
     options = replace(problem.contact, loads=factors.tolist())
+    names = [mesh_name([mesh for mesh, _ in helices]) for helices in problem.loaded]
     results = [
-        [
-            solved_pair(
-                train,
-                helices_of(train, mesh_name([helix.mesh for helix in helices])),
-                options,
-                cut=cut,
-                segments=_shared_segments(helices, cut),
-                tangents=False,
-            )
-            for helices in problem.meshes
-        ]
+        [solved_pair(train, helices_of(train, name), options, cut=cut, tangents=False) for name in names]
         for train in trains
     ]
     loads = [[_load_along_path(one) for one in meshes] for meshes in results]
@@ -367,16 +350,6 @@ def _before_and_after(solved: Finalists, trains: Sequence[Train]) -> Columns:
             np.array([[load for _, load in meshes] for meshes in loads]),
         ),
     }
-
-
-def _shared_segments(helices: Sequence[HelixContact], cut: Resolution) -> list[ContactSegments] | None:
-    """Contact segments of the helices where they have these phases and slices, so that `contact` needs no others."""
-    same = [
-        helix.segments.pair.slices == cut.slices
-        and np.array_equal(helix.segments.sigma, sigma_at(helix.mesh, cut.phase))
-        for helix in helices
-    ]
-    return [helix.segments for helix in helices] if all(same) else None
 
 
 def _load_along_path(solved: PairContact) -> tuple[Array, Array]:
@@ -549,18 +522,10 @@ def _assign(algorithm: Any, offspring: Any, values: Array) -> None:
 def non_dominated(values: Array) -> NDArray[np.int64]:
     """Indices of the Pareto set of objectives (E, o), equal rows once, the first objective rising."""
     finite = np.flatnonzero(np.isfinite(values).all(axis=1))
-    if not finite.size:
-        return finite
     # np.unique sorts by the first objective, then by the next
-    _, unique = np.unique(values[finite], axis=0, return_index=True)
-    rows = finite[unique]
-    ordered = values[rows]
-    kept: list[int] = []
-    for i, row in enumerate(ordered):
-        dominating = (ordered <= row).all(axis=1) & (ordered < row).any(axis=1)
-        if not dominating.any():
-            kept.append(i)
-    return rows[kept]
+    ordered, unique = np.unique(values[finite], axis=0, return_index=True)
+    free = [not ((ordered <= row).all(axis=1) & (ordered < row).any(axis=1)).any() for row in ordered]
+    return np.asarray(finite[unique[np.flatnonzero(free)]], np.int64)
 
 
 # finalists ------------------------------------------------------------------------------------------------------------
@@ -623,7 +588,7 @@ def verified(problem: ReliefProblem, result: SearchResult, *, pick: int | None, 
         needed = _resolution(problem, candidates[answer])
         if best is not None and needed.samples <= best.samples and needed.slices <= best.slices:
             break
-        problem = with_resolution(problem, needed)
+        problem = problem.cut(needed)
         best = problem.resolution
         values = problem(candidates)
         front = non_dominated(values)

@@ -14,6 +14,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from decimal import Decimal
+from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
@@ -53,6 +54,7 @@ _RANGE = re.compile(rf"\s*({_NUMBER})\s*([A-Za-zµ].*?)?\s*\.\.\s*({_NUMBER})\s*
 # Phases and slices of a search where none are given.  With the corners of contact among the phases, and parts of slices
 # coupled as parts, objectives are then known to some per cent; the best candidates are solved again (`verification`).
 _PHASES, _SLICES = 64, 10
+_UNCUT = Resolution(phase=np.zeros(0), samples=0, slices=0, graded=False, error=np.full(3, np.nan))
 
 OBJECTIVES = {
     "lte": ("m", "peak to peak of the loaded transmission error, largest over the loads, mean over the meshes"),
@@ -284,8 +286,9 @@ class ReliefProblem:
     """Data of the optimisation: o objectives of v design variables, over M meshes and F relative loads.
 
     objectives : names, of `OBJECTIVES`.  variables : (v,).  fixed : settings that do not vary, by path of the flank.
-    contact : settings of all meshes.  meshes : the helices of each.  factors : (F,) loads per operating one [1].
-    resolution : phases and slices of these contacts.
+    contact : settings of all meshes.  loaded : the helices of each with their operating loads [N].
+    factors : (F,) loads per operating one [1].
+    meshes, resolution : contact of these helices with so many phases and slices, as of `cut`.
     train, system, speeds : the train, and for dynamic objectives its System and (P,) relative speeds [1], else None.
     """
 
@@ -293,12 +296,13 @@ class ReliefProblem:
     variables: tuple[DesignVariable, ...]
     fixed: Mapping[str, FlankSettings]
     contact: ContactOptions
-    meshes: Sequence[Sequence[HelixContact]]
+    loaded: Sequence[Sequence[tuple[Mesh, float]]]
     factors: Array
-    resolution: Resolution
     train: Train
     system: System | None
     speeds: Array | None
+    meshes: Sequence[Sequence[HelixContact]] = ()
+    resolution: Resolution = _UNCUT
 
     def __call__(self, candidates: Array) -> Array:
         """Objectives (P, o) of candidates (P, v) in the unit cube; nan where one could not be computed."""
@@ -312,59 +316,37 @@ class ReliefProblem:
                 settings[path][variable.key] = variable.value(coordinate)
         return settings
 
+    def cut(self, needed: Resolution | None = None) -> ReliefProblem:
+        """The problem with the helices cut into contact segments; a face that stays uniform is one segment.
 
-def coarse_resolution(
-    train: Train, meshes: Sequence[Sequence[tuple[Mesh, float]]], contact: ContactOptions
-) -> Resolution:
-    """Phases and slices of a search: those given, else few, since the best candidates are solved again."""
-    graded = contact.samples is None
-    samples = _PHASES if contact.samples is None else contact.samples
-    helices = [mesh for helices in meshes for mesh, _ in helices]
-    return Resolution(
-        phase=mesh_phases(helices, [pair_of(train, mesh) for mesh in helices], samples, graded=graded),
-        samples=samples,
-        slices=_SLICES if contact.slices is None else contact.slices,
-        graded=graded,
-        error=np.full(3, np.nan),
-    )
+        needed : its numbers of phases and slices count, the phases are those of all meshes; None: those given, else
+        few, since the best candidates are solved again.
 
+        Raises
+        ------
+        ModelError : as of `pair_of`.
+        """
+        contact = self.contact
+        if needed is None:
+            needed = replace(_UNCUT, samples=contact.samples or _PHASES, slices=contact.slices or _SLICES)
+        keys = [*(one.key for one in self.variables), *(key for own in self.fixed.values() for key in own)]
+        lead_modified = any(key.startswith(("end_relief", "crown", "slope")) for key in keys)
 
-def helix_contacts(problem: ReliefProblem, meshes: Sequence[Sequence[tuple[Mesh, float]]]) -> list[list[HelixContact]]:
-    """Helices of every mesh cut into contact segments; a face that stays uniform is one segment.
+        def pair(mesh: Mesh) -> ContactPair:
+            drawn = pair_of(
+                self.train, mesh, slices=needed.slices, corner=contact.corner, misalignment=contact.misalignment
+            )
+            return replace(drawn, slices=1) if uniform_along_face(drawn) and not lead_modified else drawn
 
-    Parameters
-    ----------
-    problem : whose `meshes` are not asked.  meshes : helices of each mesh with their operating loads [N].
-
-    Raises
-    ------
-    ModelError : as of `pair_of`; a relief that does not fit a flank at the bounds.
-    """
-    train, contact, cut = problem.train, problem.contact, problem.resolution
-    keys = [*(one.key for one in problem.variables), *(key for own in problem.fixed.values() for key in own)]
-    lead_modified = any(key.startswith(("end_relief", "crown", "slope")) for key in keys)
-    contacts = []
-    for helices in meshes:
-        pairs = []
-        for mesh, _ in helices:
-            pair = pair_of(train, mesh, slices=cut.slices, corner=contact.corner, misalignment=contact.misalignment)
-            even = uniform_along_face(pair) and not lead_modified
-            pairs.append(replace(pair, slices=1) if even else pair)
-        segments = all_segments(pairs, [sigma_at(mesh, cut.phase) for mesh, _ in helices])
-        contacts.append(
-            [HelixContact(mesh, cut_face, force) for (mesh, force), cut_face in zip(helices, segments, strict=True)]
-        )
-    return contacts
-
-
-def with_resolution(problem: ReliefProblem, cut: Resolution) -> ReliefProblem:
-    """Problem with other phases and slices; of `cut` the numbers of both count, the phases are those of all meshes."""
-    helices = [helix.mesh for one in problem.meshes for helix in one]
-    pairs = [helix.segments.pair for one in problem.meshes for helix in one]
-    phase = mesh_phases(helices, pairs, cut.samples, graded=problem.contact.samples is None)
-    forces = [[(helix.mesh, helix.force) for helix in one] for one in problem.meshes]
-    other = replace(problem, resolution=replace(cut, phase=phase))
-    return replace(other, meshes=helix_contacts(other, forces))
+        pairs = [[pair(mesh) for mesh, _ in helices] for helices in self.loaded]
+        graded, every = contact.samples is None, [mesh for helices in self.loaded for mesh, _ in helices]
+        phase = mesh_phases(every, [*chain(*pairs)], needed.samples, graded=graded)
+        meshes = []
+        for helices, of_mesh in zip(self.loaded, pairs, strict=True):
+            segments = all_segments(of_mesh, [sigma_at(mesh, phase) for mesh, _ in helices])
+            parts = zip(helices, segments, strict=True)
+            meshes.append([HelixContact(mesh, own, force) for (mesh, force), own in parts])
+        return replace(self, meshes=meshes, resolution=replace(needed, phase=phase, graded=graded))
 
 
 def relative_speeds(system: System, mesh_frequencies: tuple[float, float] | None, points: int) -> Array:

@@ -169,7 +169,9 @@ def _case(train: Train, options: ContactOptions, *, samples: int, slices: int) -
     """Train, loads and contact over a record, at the corners of contact too unless the options have the instants."""
     laws = face_laws(train, slices=slices, linear_at=options.linear_at, corner=options.corner)
     system = assemble(with_three_rows(train))
-    over = _record(system, options, samples=samples, most=64 * samples)
+    # one mesh cycle where the record has no length
+    length = 1 if options.turns is None and options.of is None and options.cycles is None else options.cycles
+    over = record_of(system, cycles=length, turns=options.turns, of=options.of, samples=samples, most=64 * samples)
     index = np.arange(over.instants, dtype=np.int64)
     tones = system.tones or (over.unit,)
     phases = np.array([turn_fraction(tone / over.unit / over.samples, index) for tone in tones]).T
@@ -198,12 +200,6 @@ def _case(train: Train, options: ContactOptions, *, samples: int, slices: int) -
         acting=acting,
         times=times,
     )
-
-
-def _record(system: System, options: ContactOptions, *, samples: int, most: int) -> Record:
-    """The record of the options; one mesh cycle where they have no length."""
-    cycles = 1 if options.turns is None and options.of is None and options.cycles is None else options.cycles
-    return record_of(system, cycles=cycles, turns=options.turns, of=options.of, samples=samples, most=most)
 
 
 def _corner_times(laws: Sequence[MeshFaceLaw], record: Record, rate: Array) -> Array:

@@ -287,10 +287,6 @@ def spread_sharing(system: System, *, cycles: int = 1024, patience: float = 0.1)
     ------
     ModelError : no load, or what the static method raises.  ConvergenceError : no equilibrium.
     """
-    if cycles < 1:
-        raise ModelError("must be at least 1", path="cycles", given=cycles, allowed=">= 1")
-    if not 0 < patience < math.inf:
-        raise ModelError("must be above zero", path="patience", given=patience, allowed="> 0")
     mean_load, _ = known_mean_loads(system)
     face, members = faces(system.meshes), parallel_meshes(system.meshes)
     quick = solved_by_tone(system)

@@ -40,13 +40,12 @@ from ..modes.campbell import modal_assurance
 from ..modes.eigen import classify_modes, mean_modes, repeated_roots
 from ..sharing import SharingOptions
 from ..sharing.sharing import sharing
+from .derivatives import named_leaves
 
 _WORDS = ("format", "title", "doi", "notes", "assumed")  # tables of words, which no result follows
 # Relative difference of the same quantity written in two units: six digits are written.
 _WRITTEN = 5e-6
 _NUMBER = re.compile(r"\s*([+-]?(?:[0-9.]+(?:[eE][+-]?[0-9]+)?|inf))\s*(\S.*)?")
-_LINK = re.compile(r"\.(support|bearing|neck|shaft|damping)(\.[\w-]+)?\.(x|rx)$|^couplings\.[\w-]+\.(x|rx)$")
-_ALIKE = {"x": ("y", "radial"), "rx": ("ry", "tilt")}
 # Trains beside each other at most: more columns than that nobody reads.
 MOST = 12
 
@@ -83,7 +82,8 @@ def drawing_differences(trains: Sequence[Train]) -> tuple[Difference, ...]:
         difference = _difference(path, tables, trains)
         if difference is not None:
             differences[path] = difference
-    return tuple(_folded(differences).values())
+    names = named_leaves({path: difference.text for path, difference in differences.items()})
+    return tuple(replace(differences[first], path=name) for name, (first, *_) in names.items())
 
 
 def _difference(path: str, tables: Sequence[Mapping[str, object]], trains: Sequence[Train]) -> Difference | None:
@@ -147,23 +147,6 @@ def _plain(value: object) -> str:
     return str(value)
 
 
-def _folded(differences: dict[str, Difference]) -> dict[str, Difference]:
-    """Paths of x and y of one link as one where they differ alike."""
-    folded: dict[str, Difference] = {}
-    for path, difference in differences.items():
-        head, _, last = path.rpartition(".")
-        other, both = _ALIKE[last] if _LINK.search(path) else ("", "")
-        twin = differences.get(f"{head}.{other}")
-        if twin is not None and twin.text == difference.text:
-            name = f"{head}.{both}"
-            folded[name] = replace(difference, path=name)
-        elif last in ("y", "ry") and f"{head}.{'radial' if last == 'y' else 'tilt'}" in folded:
-            continue
-        else:
-            folded[path] = difference
-    return folded
-
-
 # --- saved results ---------------------------------------------------------------------------------------------------
 
 
@@ -171,17 +154,14 @@ def _folded(differences: dict[str, Difference]) -> dict[str, Difference]:
 class VariableDifference:
     """Largest difference of one variable between the first result and each other one.
 
-    Per result, the first one's own entries nan and "": difference, and the values of the first and of the other there.
-    place : labels of the place.  points : how many values are compared.
+    rows : of each result, the first one's own nan and "": difference, the values of the first and of the other there,
+        labels of the place.  points : how many values are compared.
     """
 
     name: str
     unit: str
     meaning: str
-    difference: tuple[float, ...]
-    first: tuple[float, ...]
-    other: tuple[float, ...]
-    place: tuple[str, ...]
+    rows: Sequence[tuple[float, float, float, str]]
     points: int
 
 
@@ -206,7 +186,7 @@ def _differences(name: str, variables: Sequence[xr.DataArray]) -> VariableDiffer
     """Differences of one variable; None where there are no numbers to compare."""
     if any(variable.dtype.kind not in "ifcub" for variable in variables):
         return None
-    columns: list[tuple[float, float, float, str]] = [(math.nan, math.nan, math.nan, "")]
+    rows: list[tuple[float, float, float, str]] = [(math.nan, math.nan, math.nan, "")]
     points = 0
     for other in variables[1:]:
         try:
@@ -221,20 +201,10 @@ def _differences(name: str, variables: Sequence[xr.DataArray]) -> VariableDiffer
         if not np.isfinite(size).any():
             return None
         place = np.unravel_index(largest(np.where(np.isfinite(size), size, np.nan), equal=EQUAL), size.shape)
-        columns.append((float(size[place]), _shown(first[place]), _shown(second[place]), _label(a, place)))
+        rows.append((float(size[place]), _shown(first[place]), _shown(second[place]), _label(a, place)))
         points = int(np.isfinite(size).sum())
-    difference, of_first, of_other, places = zip(*columns, strict=True)
-    attrs = variables[0].attrs
-    return VariableDifference(
-        name=name,
-        unit=str(attrs.get("units", "")),
-        meaning=str(attrs.get("long_name", "")),
-        difference=difference,
-        first=of_first,
-        other=of_other,
-        place=places,
-        points=points,
-    )
+    unit, meaning = (str(variables[0].attrs.get(name, "")) for name in ("units", "long_name"))
+    return VariableDifference(name=name, unit=unit, meaning=meaning, rows=rows, points=points)
 
 
 def _shown(value: complex) -> float:
@@ -253,8 +223,7 @@ def _label(values: xr.DataArray, place: Sequence[np.integer]) -> str:
 
 def _relative(entry: VariableDifference) -> float:
     """Largest difference per largest value there [1]."""
-    rows = zip(entry.difference[1:], entry.first[1:], entry.other[1:], strict=True)
-    return max(d / max(abs(a), abs(b), 1e-300) if d else 0.0 for d, a, b in rows)
+    return max(d / max(abs(a), abs(b), 1e-300) if d else 0.0 for d, a, b, _ in entry.rows[1:])
 
 
 # --- the verb --------------------------------------------------------------------------------------------------------
@@ -387,15 +356,9 @@ def _add_variables(variables: _Variables, coords: dict[Any, Any], entries: Seque
     coords["variable"] = _texts(entry.name for entry in entries)
     variables["variable_unit"] = ("variable", _texts(entry.unit for entry in entries))
     variables["variable_meaning"] = ("variable", _texts(entry.meaning for entry in entries))
-    for name, attribute in (
-        ("largest_difference", "difference"),
-        ("first_value", "first"),
-        ("other_value", "other"),
-        ("difference_place", "place"),
-    ):
-        rows = [getattr(entry, attribute) for entry in entries]
-        kind = object if attribute == "place" else float
-        variables[name] = (("variable", "train"), np.array(rows, dtype=kind).reshape(-1, count))
+    for i, name in enumerate(("largest_difference", "first_value", "other_value", "difference_place")):
+        values = np.array([[row[i] for row in entry.rows] for entry in entries], object).reshape(-1, count)
+        variables[name] = (("variable", "train"), values if name == "difference_place" else values.astype(float))
     variables["compared_values"] = ("variable", np.array([entry.points for entry in entries], dtype=np.int64))
 
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, fields, replace
 from fractions import Fraction
 from functools import partial
@@ -87,19 +88,45 @@ class SystemDerivatives(NamedTuple):
     along: list[Outcome[SystemNumbers]]
 
 
-class _Stencil(NamedTuple):
-    """Systems at steps of one parameter, and weights of two difference quotients of them of one order.
+class _Scheme(NamedTuple):
+    """Two difference quotients of one order, with steps h and h/2.
 
-    coarse, fine : weights of the quotients with steps h and h/2, per unit of the parameter.
-    order : of their error.  unchanged : index of the System as it is.  step : h, in the unit of the parameter.
+    shares : places of the Systems, in steps.  coarse, fine : weights of the quotients, per step.
+    order : of their error.  step : h, in steps.
     """
 
-    systems: tuple[System, ...]
+    shares: tuple[float, ...]
     coarse: tuple[float, ...]
     fine: tuple[float, ...]
     order: int
-    unchanged: int
     step: float
+
+
+_CENTRAL = _Scheme((-1, -0.5, 0, 0.5, 1), (-0.5, 0, 0, 0, 0.5), (0, -1, 0, 1, 0), 2, 1)
+# (-11 f0 + 18 f1 - 9 f2 + 2 f3) / 6 d, d a quarter and an eighth of the step
+_ONE_SIDED = _Scheme(
+    shares=(0, 0.125, 0.25, 0.375, 0.5, 0.75),
+    coarse=tuple(4 * w / 6 for w in (-11, 0, 18, 0, -9, 2)),
+    fine=tuple(8 * w / 6 for w in (-11, 18, -9, 2, 0, 0)),
+    order=3,
+    step=0.125,
+)
+
+
+class _Stencil(NamedTuple):
+    """Systems at the places of a scheme along one parameter.
+
+    step : in the unit of the parameter, below zero where they stand below the value.
+    """
+
+    systems: tuple[System, ...]
+    scheme: _Scheme
+    step: float
+
+    @property
+    def unchanged(self) -> int:
+        """Index of the System as it is."""
+        return self.scheme.shares.index(0)
 
 
 def all_parameters(train: Train) -> list[Parameter]:
@@ -109,7 +136,7 @@ def all_parameters(train: Train) -> list[Parameter]:
     """
     document = dict(leaves(dict(train.document)))
     parameters: list[Parameter] = []
-    for path, holders in _named_leaves(document).items():
+    for path, holders in named_leaves(document).items():
         first, last, number = path.split(".")[0], path.rpartition(".")[2], written(document[holders[0]])
         if number is None or first in _TEXTS or last in (*_COUNTS, *_TABLES) or (number.many and last == "force"):
             continue
@@ -154,8 +181,8 @@ def parameter_at(train: Train, text: str) -> Parameter:
     )
 
 
-def _named_leaves(document: Mapping[str, object]) -> dict[str, tuple[str, ...]]:
-    """Name of a parameter -> paths that hold it; equal stiffnesses in x and y are `radial`, in rx and ry `tilt`.
+def named_leaves(document: Mapping[str, object]) -> dict[str, tuple[str, ...]]:
+    """Name of a number -> paths that hold it; equal values of a link in x and y are `radial`, in rx and ry `tilt`.
 
     document : full path -> value, as below.
     """
@@ -279,7 +306,7 @@ def system_derivatives(
 
 
 def _stencil(document: Mapping[str, object], base: System, parameter: Parameter) -> _Stencil:
-    """Central differences of second order, else one-sided ones of third order.
+    """Central differences of second order, else one-sided ones of third order, above the value or below it.
 
     Raises
     ------
@@ -287,44 +314,19 @@ def _stencil(document: Mapping[str, object], base: System, parameter: Parameter)
     """
     step = _STEP * abs(parameter.value) or _STEP_AT_ZERO.get(parameter.unit, 1e-3)
 
-    def at(share: float) -> System:
-        system = parameter.system_at(document, parameter.value + share * step)
+    def at(change: float) -> System:
+        system = parameter.system_at(document, parameter.value + change)
         if system.dofs.names != base.dofs.names or system.meshes.name != base.meshes.name:
             raise ModelError("another number of motions beside this value: no derivative")
         return system
 
-    try:
-        return _Stencil(
-            systems=(at(-1), at(-0.5), base, at(0.5), at(1)),
-            coarse=tuple(w / (2 * step) for w in (-1, 0, 0, 0, 1)),
-            fine=tuple(w / step for w in (0, -1, 0, 1, 0)),
-            order=2,
-            unchanged=2,
-            step=step,
-        )
-    except ModelError:
-        return _one_sided_stencil(at, base, step)
+    def along(scheme: _Scheme, step: float) -> _Stencil:
+        return _Stencil(tuple(at(share * step) if share else base for share in scheme.shares), scheme, step)
 
-
-def _one_sided_stencil(at: Callable[[float], System], base: System, step: float) -> _Stencil:
-    """One-sided quotients of third order, (-11 f0 + 18 f1 - 9 f2 + 2 f3) / 6 d, d an eighth and a quarter of the step.
-
-    The side is above the value, or below it where the model cannot go above.
-    """
-    shares = (0.125, 0.25, 0.375, 0.5, 0.75)
-    try:
-        side, systems = 1, tuple(at(share) for share in shares)
-    except ModelError:
-        side, systems = -1, tuple(at(-share) for share in shares)
-    d = side * step / 8
-    return _Stencil(
-        systems=(base, *systems),
-        coarse=tuple(w / (12 * d) for w in (-11, 0, 18, 0, -9, 2)),
-        fine=tuple(w / (6 * d) for w in (-11, 18, -9, 2, 0, 0)),
-        order=3,
-        unchanged=0,
-        step=abs(d),
-    )
+    for scheme in (_CENTRAL, _ONE_SIDED):
+        with suppress(ModelError):
+            return along(scheme, step)
+    return along(_ONE_SIDED, -step)
 
 
 def _derivative(base: System, whole: System, stencil: _Stencil) -> SystemNumbers:
@@ -340,10 +342,11 @@ def _derivative(base: System, whole: System, stencil: _Stencil) -> SystemNumbers
     soft = _soft_link_changes(stencil)
     if soft is not None:
         differences = [replace(change, K=K) for change, K in zip(differences, soft, strict=True)]
-    coarse, fine = combined(stencil.coarse, differences), combined(stencil.fine, differences)
-    power = 2**stencil.order
+    scheme, per = stencil.scheme, 1 / stencil.step
+    coarse, fine = (combined([per * w for w in weights], differences) for weights in (scheme.coarse, scheme.fine))
+    power = 2**scheme.order
     change = combined([power / (power - 1), -1 / (power - 1)], [fine, coarse])
-    rounded = _without_rounding(change, values[stencil.unchanged], stencil.step)
+    rounded = _without_rounding(change, values[stencil.unchanged], scheme.step * abs(stencil.step))
     change = rounded if soft is None else replace(rounded, K=change.K)
     if not _smooth(coarse, change) or _kinked(stencil, values):
         raise ModelError("not smooth at this value: no derivative")
@@ -395,7 +398,7 @@ def _smooth(coarse: SystemNumbers, change: SystemNumbers) -> bool:
 
 def _kinked(stencil: _Stencil, values: Sequence[SystemNumbers]) -> bool:
     """Whether the second difference of an array shrinks with the step, as at a kink, and not with its square."""
-    if stencil.order == 3:
+    if stencil.scheme.order == 3:
         return False
     for name in _NAMES:
         low, below, here, above, high = (getattr(value, name) for value in values)

@@ -11,8 +11,9 @@ import heapq
 import json
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from functools import cache
 from itertools import product
 from typing import TYPE_CHECKING, Any, Generic, Literal, NamedTuple, TypeVar, cast
 
@@ -27,7 +28,6 @@ from ...errors import ModelError
 from ...limits import KGammaLimit
 from ...results.dataset import dataset
 from ...statics.load_map import MEAN_LOADS
-from ...statics.sample_loads import ContactMethod
 from ...system.assembly import train_provenance
 from ...train.resolution import costs_of, load
 from ...train.train import Train
@@ -83,13 +83,9 @@ class GradeSet:
 
 
 class Grades(ABC):
-    """Load factors of combinations of grades on one set of samples.  linear : whether they are sums of columns."""
+    """Load factors of combinations of grades on one set of samples."""
 
     __slots__ = ()
-
-    @property
-    def linear(self) -> bool:
-        return False
 
     @abstractmethod
     def factors(self, combination: Combination) -> Array:
@@ -140,10 +136,6 @@ class GradeColumns(Grades):
         least = np.stack([grades.min(axis=0) for grades in kept]) if kept else np.zeros((0, *base.shape))
         return cls(base=np.ascontiguousarray(base[order]), change=kept, least=least, order=order)
 
-    @property
-    def linear(self) -> bool:
-        return True
-
     def factors(self, combination: Combination) -> Array:
         """Load factor of the most loaded mesh (S,), in the order of the columns."""
         return np.asarray(self._loads(combination, slice(None)).max(axis=1))
@@ -174,25 +166,23 @@ class GradeColumns(Grades):
 class SampledGrades(Grades):
     """Load factors of combinations of grades, each evaluated on the same samples.
 
-    uniform : (S, d).  values : load factors (S,) of the combinations asked for, each evaluated once.
+    options : which K_gamma, and how contact is solved.  uniform : (S, d).
+    values : load factors (S,) of the combinations asked for, each evaluated once.
     """
 
     drawn: ToleranceMap
     offered: GradeSet
+    options: AllocateOptions
     uniform: Array
-    definition: str
-    method: ContactMethod
     values: dict[Combination, Array] = field(default_factory=dict)
 
     @classmethod
-    def of(
-        cls, drawn: ToleranceMap, offered: GradeSet, *, samples: int, seed: int, definition: str, method: ContactMethod
-    ) -> SampledGrades:
+    def of(cls, drawn: ToleranceMap, offered: GradeSet, options: AllocateOptions) -> SampledGrades:
         """With samples as `tolerance` draws them."""
-        plan = sampling_plan(samples, seed=seed)
+        plan = sampling_plan(options.samples, seed=options.seed)
         d, rows = drawn.dimension_entry.size, plan.together * plan.rows
         pieces = [piece_uniforms(plan, piece, d)[:rows] for piece in range(plan.pieces)]
-        return cls(drawn=drawn, offered=offered, uniform=np.concatenate(pieces), definition=definition, method=method)
+        return cls(drawn=drawn, offered=offered, options=options, uniform=np.concatenate(pieces))
 
     def factors(self, combination: Combination) -> Array:
         """Load factor of every sample (S,) [1], the largest of all pairs; inf where no state was found."""
@@ -205,8 +195,8 @@ class SampledGrades(Grades):
 
     def of_entries(self, entries: Sequence[Tolerance]) -> Array:
         """The same of a drawing with other distributions."""
-        k = self.drawn.with_entries(entries).evaluate(self.uniform, method=self.method).k
-        return np.asarray(np.nan_to_num(k[:, MEAN_LOADS.index(self.definition)].max(axis=1), nan=np.inf))
+        k = self.drawn.with_entries(entries).evaluate(self.uniform, method=self.options.method).k
+        return np.asarray(np.nan_to_num(k[:, MEAN_LOADS.index(self.options.definition)].max(axis=1), nan=np.inf))
 
 
 Part = TypeVar("Part", bound=Grades)
@@ -221,10 +211,6 @@ class DutyGrades(Grades, Generic[Part]):
 
     parts: tuple[Part, ...]
     share: tuple[float, ...]
-
-    @property
-    def linear(self) -> bool:
-        return all(part.linear for part in self.parts)
 
     def factors(self, combination: Combination) -> Array:
         """Load factor of every sample [1], case by case."""
@@ -280,20 +266,12 @@ def grade_columns(sampled: SampledGrades) -> GradeColumns:
     return GradeColumns.of(base, changes)
 
 
-def differing(columns: GradeColumns, sampled: SampledGrades, combination: Combination, target: float) -> bool:
-    """Whether the sum of columns and an evaluation put any sample on different sides of a target."""
-    exact = _in_order(columns, sampled, combination)
-    return bool(((columns.factors(combination) > target) != (exact > target)).any())
-
-
-def largest_difference(columns: GradeColumns, sampled: SampledGrades, combination: Combination, below: float) -> float:
-    """Largest difference of the two [1] among samples whose evaluated load factor is at most `below`."""
-    exact = _in_order(columns, sampled, combination)
-    return float(np.abs(columns.factors(combination) - exact)[exact <= below].max(initial=0.0))
-
-
-def _in_order(columns: GradeColumns, sampled: SampledGrades, combination: Combination) -> Array:
-    return np.asarray(sampled.factors(combination)[columns.order])
+def summed_and_evaluated(
+    columns: DutyGrades[GradeColumns], sampled: DutyGrades[SampledGrades], combination: Combination
+) -> tuple[Array, Array]:
+    """Load factor of every sample (S,) [1] by the sum of columns and by an evaluation, case by case."""
+    pairs = zip(columns.parts, sampled.parts, strict=True)
+    return columns.factors(combination), np.concatenate([part.factors(combination)[own.order] for own, part in pairs])
 
 
 # search ---------------------------------------------------------------------------------------------------------------
@@ -335,25 +313,24 @@ def allocate_grades(
     Parameters
     ----------
     prices : per entry (G_e,), from the finest grade to the coarsest.
-    most, most_proof : combinations, and parts of such, that the two best-first searches try at most.
+    most, most_proof : combinations, and parts of such, that the two best-first searches try at most; the second one is
+        for linear columns.
     """
 
+    @cache
     def meets(combination: Combination) -> bool:
-        if combination not in known:
-            known[combination] = grades.meets(combination, target, probability)
-        return known[combination]
+        return grades.meets(combination, target, probability)
 
     def may_meet_monotone(part: Combination) -> bool:
         return meets(tuple(max(grade, 0) for grade in part))
 
-    known: dict[Combination, bool] = {}
     first = _greedy(grades, prices, meets, probability)
     below = math.inf if first is None else total_price(prices, first)
     better, bound, complete, tried = _best_first(prices, may_meet_monotone, below, most)
     cheapest = better or first
     price = math.inf if cheapest is None else total_price(prices, cheapest)
     proof: Proof = "monotone" if complete else "open"
-    if grades.linear and most_proof:
+    if most_proof:
         better, _, complete, more = _best_first(
             prices, lambda part: grades.meets(part, target, probability), price, most_proof
         )
@@ -390,12 +367,10 @@ def not_monotone(
     -------
     number of comparisons, and (entry, finer grade, context) of each that fails.
     """
-    known: dict[Combination, float] = {}
 
+    @cache
     def value(combination: Combination) -> float:
-        if combination not in known:
-            known[combination] = grades.value(combination, probability)
-        return known[combination]
+        return grades.value(combination, probability)
 
     compared: dict[tuple[Combination, Combination], tuple[int, int, Combination]] = {}
     for context in contexts:
@@ -411,6 +386,18 @@ def _with(combination: Combination, entry: int, grade: int) -> Combination:
     return (*combination[:entry], grade, *combination[entry + 1 :])
 
 
+def _downhill(grades: Grades, prices: Sequence[Sequence[float]], probability: float) -> Iterator[Combination]:
+    """From the finest grades, the single change that lowers the load factor most, as long as one does."""
+    at: Combination = (0,) * len(prices)
+    while True:
+        yield at
+        value = grades.value(at, probability)
+        changed = [combination for _, _, combination in neighbours(prices, at)]
+        lowest, at = min(((grades.value(c, probability), c) for c in changed), default=(math.inf, at))
+        if lowest >= value:
+            return
+
+
 def _greedy(
     grades: Grades,
     prices: Sequence[Sequence[float]],
@@ -421,16 +408,8 @@ def _greedy(
 
     Where the finest miss the target, single changes that lower the load factor are followed for a start.
     """
-    at: Combination = (0,) * len(prices)
-    value = math.nan
-    while not meets(at):
-        value = grades.value(at, probability) if math.isnan(value) else value
-        changed = [combination for _, _, combination in neighbours(prices, at)]
-        lowest, lowest_at = min(((grades.value(c, probability), c) for c in changed), default=(math.inf, at))
-        if lowest >= value:
-            return None
-        at, value = lowest_at, lowest
-    while True:
+    at = next(filter(meets, _downhill(grades, prices, probability)), None)
+    while at is not None:
         cheaper = [
             _with(at, entry, grade)
             for entry, row in enumerate(prices)
@@ -440,8 +419,9 @@ def _greedy(
         cheapest_first = sorted((total_price(prices, combination), combination) for combination in cheaper)
         better = next((combination for _, combination in cheapest_first if meets(combination)), None)
         if better is None:
-            return at
+            break
         at = better
+    return at
 
 
 def _best_first(
@@ -511,7 +491,7 @@ class _Problem:
     trains: Mapping[str, Train]
     sampled: DutyGrades[SampledGrades]
     limit: KGammaLimit
-    probability: float
+    options: AllocateOptions
 
     @property
     def first(self) -> SampledGrades:
@@ -565,53 +545,47 @@ def allocate(source: Train | Duty, options: AllocateOptions, *, progress: Report
     ------
     ModelError : a wrong model or option, no prices, a target out of reach.
     """
-    target, probability, definition, method = options.target, options.probability, options.definition, options.method
-    samples, seed, fresh_samples = options.samples, options.seed, options.fresh_samples
-    _check_samples(probability, samples)
+    _check_samples(options.probability, options.samples)
     cases, maps, left_out = _mapped(source)
     trains = [train for train, _ in cases.values()]
     offered = [_offered(drawn, costs_of(train)) for drawn, train in zip(maps, trains, strict=True)]
     _check_offered(maps, offered)
     limits = [one for drawn, train in zip(maps, trains, strict=True) for one in pair_limits(drawn, train, None)]
     limit = min(limits, key=lambda one: one.value)
-    if target is not None:
-        limit = KGammaLimit(value=target, source="the option target")
+    if options.target is not None:
+        limit = KGammaLimit(value=options.target, source="the option target")
     report = progress or (lambda done: None)
     with one_thread():
-        how: dict[str, Any] = {"samples": samples, "seed": seed, "definition": definition, "method": method}
-        parts = [SampledGrades.of(drawn, own, **how) for drawn, own in zip(maps, offered, strict=True)]
+        parts = [SampledGrades.of(drawn, own, options) for drawn, own in zip(maps, offered, strict=True)]
         common = DutyGrades(parts=tuple(parts), share=tuple(share for _, share in cases.values()))
         by_case = dict(zip(cases, trains, strict=True))
-        problem = _Problem(trains=by_case, sampled=common, limit=limit, probability=probability)
+        problem = _Problem(trains=by_case, sampled=common, limit=limit, options=options)
         report(0.1)
         columns = _columns(problem)
         report(0.5)
-        found = _verified(problem, columns, fresh_samples, seed + 1, report)
+        found = _verified(problem, columns, report)
         variables = _variables(problem, found)
         messages = _messages(problem, found)
     result = dataset(
         variables,
         {"tolerance": problem.names, **({} if isinstance(source, Train) else {"case": list(cases)})},
         verb="allocate",
-        options={
-            **{"target": limit.value, "probability": probability, "definition": definition, "samples": samples},
-            **{"seed": seed, "method": method, "fresh_samples": fresh_samples},
-        },
+        options={**asdict(options), "target": limit.value},
         provenance=train_provenance(trains[0]),
         warnings=[*left_out, *dict.fromkeys(text for drawn in maps for text in drawn.warnings), *messages],
     )
     result.attrs |= {
-        "probability": probability,
+        "probability": options.probability,
         "target_source": limit.source,
-        "definition": definition,
+        "definition": options.definition,
         "samples": len(parts[0].uniform),
-        "seed": seed,
-        "fresh_samples": found.fresh_samples,
-        "fresh_seed": seed + 1,
+        "seed": options.seed,
+        "fresh_samples": sampling_plan(options.fresh_samples).samples,
+        "fresh_seed": options.seed + 1,
         "confidence": CONFIDENCE,
         "proof": found.choice.proof,
         "tried": found.choice.tried,
-        "linear": int(found.grades.linear),
+        "linear": int(found.grades is columns),
         "allocated_model": json.dumps(_document(source, found.trains), default=str),
     }
     return result
@@ -693,12 +667,11 @@ def _columns(problem: _Problem) -> DutyGrades[GradeColumns] | None:
     Checked at the finest grades, sample by sample; None where it is not.
     """
     deviations = all(name.startswith("deviations.") for name in problem.names)
-    first = problem.first
-    if first.definition != MEAN_LOADS[0] or not deviations or first.method == "static":
+    if problem.options.definition != MEAN_LOADS[0] or not deviations or problem.options.method == "static":
         return None
     columns = DutyGrades(parts=tuple(map(grade_columns, problem.sampled.parts)), share=problem.sampled.share)
-    pairs = zip(columns.parts, problem.sampled.parts, strict=True)
-    off = max(largest_difference(*pair, problem.finest, problem.target) for pair in pairs)
+    sums, exact = summed_and_evaluated(columns, problem.sampled, problem.finest)
+    off = np.abs(sums - exact)[exact <= problem.target].max(initial=0.0)
     return columns if off <= _ROUNDING else None
 
 
@@ -720,12 +693,9 @@ class _Verified(NamedTuple):
     of_case: Array
     above: Array
     trains: Mapping[str, Train]
-    fresh_samples: int
 
 
-def _verified(
-    problem: _Problem, columns: DutyGrades[GradeColumns] | None, fresh_samples: int, seed: int, report: Report
-) -> _Verified:
+def _verified(problem: _Problem, columns: DutyGrades[GradeColumns] | None, report: Report) -> _Verified:
     """Grades whose K_gamma a run with another seed confirms; the target of the search is lowered by what it misses."""
     first: Allocation | None = None
     found: _Verified | None = None
@@ -736,12 +706,11 @@ def _verified(
             break
         first = first or choice
         trains = _with_grades(problem, choice.combination)
-        reached, of_case, above, count = _fresh(problem, list(trains.values()), fresh_samples, seed)
         # the bound is that of the target asked for: a lower target costs at least as much
-        kept = choice if choice is first else choice._replace(bound=first.bound, proof=first.proof)
-        found = _Verified(kept, choice.combination, grades, searched, reached, of_case, above, trains, count)
+        kept = choice._replace(bound=first.bound, proof=first.proof)
+        found = _Verified(kept, choice.combination, grades, searched, *_fresh(problem, trains.values()), trains)
         report(0.6 + 0.4 * (round_number + 1) / _ROUNDS)
-        missed = float(reached.value.item()) - problem.target
+        missed = float(found.reached.value.item()) - problem.target
         if missed <= 0:
             break
         searched -= _LOWERED * missed
@@ -754,13 +723,13 @@ def _searched(
     problem: _Problem, columns: DutyGrades[GradeColumns] | None, target: float
 ) -> tuple[Allocation, DutyGrades[Any]]:
     """Grades by sums of columns; by evaluation where there are none, or where contact opens and that changes them."""
-    prices, p = problem.offered.prices, problem.probability
+    prices, p = problem.offered.prices, problem.options.probability
     if columns is not None:
         choice = allocate_grades(columns, prices, target, p, most=_MOST_SUMS, most_proof=_MOST_SUMS)
         # teeth that only push carry less than a sum of columns that pull elsewhere: a sum alone refuses nothing
         met = problem.sampled.meets(choice.combination or problem.finest, target, p)
-        pairs = zip(columns.parts, problem.sampled.parts, strict=True)
-        opens = any(differing(*pair, problem.coarsest, target) for pair in pairs)
+        sums, exact = summed_and_evaluated(columns, problem.sampled, problem.coarsest)
+        opens = ((sums > target) != (exact > target)).any()
         if met == (choice.combination is not None) and not opens:
             return choice, columns
     return allocate_grades(problem.sampled, prices, target, p, most=_MOST_EVALUATED), problem.sampled
@@ -780,33 +749,28 @@ def _drawn_of(stated: Mapping[str, Any]) -> str:
     return "own" if "own" in stated else "common"
 
 
-def _fresh(problem: _Problem, trains: Sequence[Train], samples: int, seed: int) -> tuple[Band, Array, Array, int]:
+def _fresh(problem: _Problem, trains: Iterable[Train]) -> tuple[Band, Array, Array]:
     """Of a run with a seed of its own: quantile of K_gamma over all load cases with its band, quantile and share above
-    the target (c,) of each case, and the number of samples."""
-    plan, definition = sampling_plan(samples, seed=seed), MEAN_LOADS.index(problem.first.definition)
-    probability, tallies = np.array([problem.probability]), []
+    the target (c,) of each case."""
+    options = problem.options
+    plan, definition = sampling_plan(options.fresh_samples, seed=options.seed + 1), MEAN_LOADS.index(options.definition)
+    probability, tallies = np.array([options.probability]), []
     for train in trains:
         drawn = tolerance_map(train)
-        pieces = (piece_of_samples(drawn, plan, problem.first.method, False, piece) for piece in range(plan.pieces))
+        pieces = (piece_of_samples(drawn, plan, options.method, False, piece) for piece in range(plan.pieces))
         tallies.append(sampled(drawn, plan, pieces)[0].of_train(definition))
     of_case = np.array([tally.quantile_bands(probability).value.item() for tally in tallies])
     above = np.array([tally.exceedance(np.array([problem.target])).value.item() for tally in tallies])
     bands = weighted_tally(tallies, problem.sampled.share).quantile_bands(probability)
-    return bands.of(lambda values: values.ravel()[:1]), of_case, above, plan.samples
+    return bands.of(lambda values: values.ravel()[:1]), of_case, above
 
 
 def _out_of_reach(problem: _Problem, columns: DutyGrades[GradeColumns] | None) -> ModelError:
     """The error of a target that no grades meet, with the best that they reach."""
-    prices, p, at = problem.offered.prices, problem.probability, problem.finest
-    exact = problem.sampled.value(at, p)
-    closed = columns is not None and abs(columns.value(at, p) - exact) <= _ROUNDING
+    prices, p, finest = problem.offered.prices, problem.options.probability, problem.finest
+    closed = columns is not None and abs(columns.value(finest, p) - problem.sampled.value(finest, p)) <= _ROUNDING
     grades = columns if columns is not None and closed else problem.sampled
-    while True:  # single changes downhill: the finest grades where finer is better
-        changed = [combination for _, _, combination in neighbours(prices, at)]
-        _, lowest = min((grades.value(combination, p), combination) for combination in [at, *changed])
-        if lowest == at:
-            break
-        at = lowest
+    *_, at = _downhill(grades, prices, p)  # the finest grades where finer is better
     best = grades.value(at, p)
     cheapest = allocate_grades(grades, prices, best, p, most=_MOST_EVALUATED)
     price = min(cheapest.price, total_price(prices, at))
@@ -827,7 +791,7 @@ def _out_of_reach(problem: _Problem, columns: DutyGrades[GradeColumns] | None) -
 
 def _variables(problem: _Problem, found: _Verified) -> Columns:
     """Variables of the result."""
-    prices, p, at, grades = problem.offered.prices, problem.probability, found.combination, found.grades
+    prices, p, at, grades = problem.offered.prices, problem.options.probability, found.combination, found.grades
     texts = [[grade.text for grade in row] for row in problem.offered.grades]
     entries = [problem.table[name] for name in problem.names]
     stated = [str(entry[_drawn_of(entry)] if isinstance(entry, dict) else entry) for entry in entries]
@@ -856,7 +820,7 @@ def _variables(problem: _Problem, found: _Verified) -> Columns:
     if "" not in problem.trains:
         own = {"case_share": np.array(problem.sampled.share), "case_k_gamma": found.of_case, "case_above": found.above}
         variables |= {name: ("case", values) for name, values in own.items()}
-    if grades.linear:
+    if grades is not problem.sampled:  # by evaluation the front would take minutes
         variables |= _front(problem, grades)
     return variables
 
@@ -864,21 +828,14 @@ def _variables(problem: _Problem, found: _Verified) -> Columns:
 def _steps(problem: _Problem, grades: Grades, at: Combination, texts: Sequence[Sequence[str]]) -> Columns:
     """The next finer and coarser grade of every entry: what it costs or saves, and K_gamma with it alone changed."""
     prices, count = problem.offered.prices, len(at)
-    text = {step: np.array([""] * count, dtype=object) for step in (-1, 1)}
-    change = {step: np.full(count, np.nan) for step in (-1, 1)}
-    value = {step: np.full(count, np.nan) for step in (-1, 1)}
+    names = {-1: ("finer_grade", "extra_cost", "finer_k_gamma"), 1: ("coarser_grade", "saving", "coarser_k_gamma")}
+    found = {step: (np.full(count, "", object), *np.full((2, count), np.nan)) for step in names}
     for entry, step, other in neighbours(prices, at):
-        text[step][entry] = texts[entry][other[entry]]
-        change[step][entry] = -step * (prices[entry][other[entry]] - prices[entry][at[entry]])
-        value[step][entry] = grades.value(other, problem.probability)
-    return {
-        "finer_grade": ("tolerance", text[-1]),
-        "extra_cost": ("tolerance", change[-1]),
-        "finer_k_gamma": ("tolerance", value[-1]),
-        "coarser_grade": ("tolerance", text[1]),
-        "saving": ("tolerance", change[1]),
-        "coarser_k_gamma": ("tolerance", value[1]),
-    }
+        text, change, value = found[step]
+        text[entry] = texts[entry][other[entry]]
+        change[entry] = -step * (prices[entry][other[entry]] - prices[entry][at[entry]])
+        value[entry] = grades.value(other, problem.options.probability)
+    return {name: ("tolerance", own) for step in names for name, own in zip(names[step], found[step], strict=True)}
 
 
 def _front(problem: _Problem, columns: Grades) -> Columns:
@@ -886,7 +843,7 @@ def _front(problem: _Problem, columns: Grades) -> Columns:
 
     Each target lies just below what the grades of the last one reach, so that none is left out but for small steps.
     """
-    prices, p = problem.offered.prices, problem.probability
+    prices, p = problem.offered.prices, problem.options.probability
     ends = [columns.value(combination, p) for combination in (problem.finest, problem.coarsest)]
     target, points = max(ends), list[tuple[float, float]]()
     while (choice := allocate_grades(columns, prices, target, p, most=_MOST_FRONT)).combination is not None:
@@ -899,7 +856,7 @@ def _front(problem: _Problem, columns: Grades) -> Columns:
 
 def _messages(problem: _Problem, found: _Verified) -> list[CodedText]:
     """What the user should know: no proof, grades that are not monotone, contact that opens, a target not confirmed."""
-    prices, p = problem.offered.prices, problem.probability
+    prices, p = problem.offered.prices, problem.options.probability
     messages = []
     compared, failed = not_monotone(found.grades, prices, (problem.finest, found.combination, problem.coarsest), p)
     for entry, grade, _ in failed[:1]:

@@ -17,7 +17,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...document.tolerances import Tolerance
 from ...engine.plan import PIECE, SamplingPlan, scramble_uniforms
 from ...engine.points import outcomes
 from ...errors import ConvergenceError, ModelError
@@ -69,17 +68,12 @@ class EffectColumns:
     samples: int = 0
     ranked: int = 0
 
-    def add_band(self, name: str, over: tuple[str, ...], band: Band) -> None:
-        """Add an estimate over dimensions, with the ends of its band beside it."""
-        for end, suffix in (("value", ""), ("low", "_low"), ("high", "_high")):
-            self.columns[name + suffix] = (over, getattr(band, end))
-
 
 class _Common(NamedTuple):
     """What all points of the curves have in common.
 
     plan : of one scramble, whose rows every point takes.  probability : (P,) of the quantiles.
-    step : called after each point.
+    step : called after each evaluation.
     """
 
     plan: SamplingPlan
@@ -91,9 +85,15 @@ class _Common(NamedTuple):
         """Uniforms (rows, dimensions) of every point."""
         return scramble_uniforms(self.plan, 0, dimensions)
 
+    def factors(self, drawn: ToleranceMap, u: Array, *, scale: Array | None = None, torque: float = 1.0) -> Array:
+        """Load factors (S, D, g + 1) of the samples."""
+        factor = with_system(drawn.evaluate(u, scale=scale, torque=torque, method=self.method).k)
+        self.step()
+        return factor
+
     def quantiles(self, drawn: ToleranceMap, u: Array, *, scale: Array | None = None, torque: float = 1.0) -> Array:
         """Quantiles of every group and of the train last, (D, g + 1, P), failed samples left out."""
-        factor = with_system(drawn.evaluate(u, scale=scale, torque=torque, method=self.method).k)
+        factor = self.factors(drawn, u, scale=scale, torque=torque)
         known = factor[~np.isnan(factor).any(axis=(1, 2))]
         if not len(known):
             return np.full((*factor.shape[1:], self.probability.size), np.nan)
@@ -224,13 +224,12 @@ def _add_shares(effects: EffectColumns, drawn: ToleranceMap, plan: SamplingPlan,
     _, group = np.unique(group, return_inverse=True)
 
     def evaluated(u: Array) -> Array:
-        common.step()
-        return drawn.evaluate(u, method=common.method).k
+        return common.factors(drawn, u)[:, :, :-1]
 
     shares = variance_shares(evaluated, group[drawn.dimension_entry], plan, groups=int(group.max()) + 1)
     over = ("definition", "pair", "tolerance")
     for name, band in (("sobol_first", shares.first), ("sobol_total", shares.total)):
-        effects.add_band(name, over, band.of(lambda ends: ends[..., group]))
+        effects.columns |= band.of(lambda ends: ends[..., group]).columns(name, over)
     effects.coords["tolerance"] = paths
 
 
@@ -238,26 +237,22 @@ def _add_tenths(effects: EffectColumns, drawn: ToleranceMap, plan: SamplingPlan,
     """Change of the quantiles of the pairs and of the train with a tenth less of each spread, and the slopes of it."""
     d, entries = drawn.dimension_entry.size, len(drawn.entries)
     u = np.concatenate([scramble_uniforms(plan, i, d) for i in range(plan.scrambles)])
-
-    def factors(scale: Array) -> Array:
-        common.step()
-        return with_system(drawn.evaluate(u, scale=scale, method=common.method).k)
-
-    nominal = factors(np.ones(entries))
+    nominal = common.factors(drawn, u)
     found = [
-        quantile_changes(nominal, factors(scale), common.probability, plan.scrambles)
+        quantile_changes(nominal, common.factors(drawn, u, scale=scale), common.probability, plan.scrambles)
         for scale in np.where(np.eye(entries, dtype=bool), NARROWED, 1.0)
     ]
-    value, low, high = (np.stack([getattr(band, end) for band in found], axis=-1) for end in ("value", "low", "high"))
-    every = Band(value=value, low=low, high=high)  # (definition, pairs and train, probability, tolerance)
+    # (definition, pairs and train, probability, tolerance)
+    every = Band(*(np.stack(ends, axis=-1) for ends in zip(*found, strict=True)))
     pairs, train = every.of(lambda ends: ends[:, :-1]), every.of(lambda ends: ends[:, -1])
     over = ("definition", "pair", "probability", "tolerance")
-    effects.add_band("tenth_less", over, pairs)
-    effects.add_band("system_tenth_less", (over[0], *over[2:]), train)
-    deviation = np.array([_deviation(entry) for entry in drawn.entries])
+    draws = [(entry.own, entry.common) for entry in drawn.entries]
+    deviation = np.array([math.hypot(*(draw.std for draw in both if draw is not None)) for both in draws])
     with np.errstate(divide="ignore", invalid="ignore"):
         slope = np.where(deviation > 0, pairs.value / ((NARROWED - 1) * deviation), np.nan)
     effects.columns |= {
+        **pairs.columns("tenth_less", over),
+        **train.columns("system_tenth_less", (over[0], *over[2:])),
         "quantile_slope": (over, slope),
         "tolerance_deviation": ("tolerance", deviation),
         "tolerance_unit": ("tolerance", np.array([entry.unit for entry in drawn.entries], dtype=object)),
@@ -270,36 +265,23 @@ def _add_tenths(effects: EffectColumns, drawn: ToleranceMap, plan: SamplingPlan,
 def _add_spreads(effects: EffectColumns, drawn: ToleranceMap, common: _Common) -> Array:
     """Quantiles of the train over the spread of each tolerance; those as drawn (P,), returned."""
     u = common.uniforms(drawn.dimension_entry.size)
-    nominal = common.quantiles(drawn, u)
-    common.step()
-    entries = len(drawn.entries)
-    curve = np.empty((entries, len(SCALES), *nominal.shape))
-    for entry in range(entries):
-        for i, factor in enumerate(SCALES):
-            if factor == 1.0:
-                curve[entry, i] = nominal
-                continue
-            scale = np.ones(entries)
-            scale[entry] = factor
-            curve[entry, i] = common.quantiles(drawn, u, scale=scale)
-            common.step()
-    effects.columns["k_gamma_by_scale"] = (("tolerance", "scale", "probability"), curve[:, :, 0, -1])
+    nominal: Array = common.quantiles(drawn, u)[0, -1]
+
+    def quantiles(own: NDArray[np.bool_], factor: float) -> Array:
+        """Quantiles (P,) of the train with a factor on the spread of one entry."""
+        scale = np.where(own, factor, 1.0)
+        return nominal if factor == 1.0 else np.asarray(common.quantiles(drawn, u, scale=scale)[0, -1])
+
+    curve = [[quantiles(own, factor) for factor in SCALES] for own in np.eye(len(drawn.entries), dtype=bool)]
+    effects.columns["k_gamma_by_scale"] = (("tolerance", "scale", "probability"), np.array(curve))
     effects.coords["scale"] = np.array(SCALES)
-    return np.asarray(nominal[0, -1])
-
-
-def _deviation(entry: Tolerance) -> float:
-    """Standard deviation of a drawing entry, own and common draws together, in SI."""
-    return math.hypot(*(draw.std for draw in (entry.own, entry.common) if draw is not None))
+    return nominal
 
 
 def _add_torques(effects: EffectColumns, drawn: ToleranceMap, common: _Common) -> None:
     """Quantiles of the train over the torque."""
     u = common.uniforms(drawn.dimension_entry.size)
-    curve = []
-    for factor in TORQUE_SCALES:
-        curve.append(common.quantiles(drawn, u, torque=factor)[0, -1])
-        common.step()
+    curve = [common.quantiles(drawn, u, torque=factor)[0, -1] for factor in TORQUE_SCALES]
     effects.columns["k_gamma_by_torque"] = (("torque_scale", "probability"), np.array(curve))
     effects.coords["torque_scale"] = np.array(TORQUE_SCALES)
 
@@ -342,7 +324,6 @@ def _add_supports(effects: EffectColumns, train: Train, supports: Mapping[str, f
             for i, factor in enumerate(SUPPORT_SCALES):
                 at = np.where(varied, factor / _SUPPORT_RANGE, u)
                 curve[number, i] = common.quantiles(drawn, at)[0, -1]
-                common.step()
     except (ModelError, ConvergenceError) as error:
         effects.left_out[name] = str(error)
         return
@@ -370,7 +351,7 @@ def _add_planets(effects: EffectColumns, train: Train, nominal: Array, common: _
         drawn = tolerance_map(load(dict(train.document), {f"stages.{counted[0]}.planets": planets}))
         return np.asarray(common.quantiles(drawn, common.uniforms(drawn.dimension_entry.size))[0, -1])
 
-    found = outcomes(quantiles, PLANETS, workers=False, progress=lambda _: common.step())
+    found = outcomes(quantiles, PLANETS, workers=False)
     unknown = np.full(common.probability.size, np.nan)
     curve = np.array([unknown if outcome.value is None else outcome.value for outcome in found])
     reasons = zip(PLANETS, (outcome.reason for outcome in found), strict=True)

@@ -45,10 +45,10 @@ def jackknife(whole: Array, without: Array) -> Band:
     blocks = len(without)
     if blocks < 2:
         unknown = np.full(np.shape(whole), np.nan)
-        return Band(value=whole, low=unknown, high=unknown)
+        return Band(whole, unknown, unknown)
     spread = np.sqrt((blocks - 1) * without.var(axis=0))
     half = stdtrit(blocks - 1, 1 - (1 - CONFIDENCE) / 2) * spread
-    return Band(value=whole, low=whole - half, high=whole + half)
+    return Band(whole, whole - half, whole + half)
 
 
 def variance_shares(
@@ -73,8 +73,7 @@ def variance_shares(
     known = np.isfinite(values).all(axis=tuple(i for i in range(values.ndim) if i != 1))
     if not known.any():
         empty = np.full((*values.shape[2:], groups), np.nan)
-        nothing = Band(value=empty, low=empty, high=empty)
-        return Shares(first=nothing, total=nothing)
+        return Shares(Band(empty, empty, empty), Band(empty, empty, empty))
     centre = values[:2, known].mean(axis=(0, 1))
     values = np.where(known.reshape(-1, *[1] * (values.ndim - 2)), values - centre, 0.0)
     a, b, change = values[0], values[1], np.moveaxis(values[2:] - values[0], 0, -1)
@@ -163,7 +162,7 @@ def places(band: Band) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
 
     Entries whose bands overlap that of the first of them are tied and have the same places.  An unknown change is none.
     """
-    value, low, high = (np.nan_to_num(ends) for ends in (band.value, band.low, band.high))
+    value, low, high = map(np.nan_to_num, band)
     order = np.argsort(value, kind="stable")
     first, last = np.zeros(len(value), np.int64), np.zeros(len(value), np.int64)
     start = 0

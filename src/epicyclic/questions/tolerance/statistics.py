@@ -17,9 +17,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -122,23 +121,16 @@ def fraction_below(counts: Counts, edges: Array, value: Array) -> Array:
 
     Parameters
     ----------
-    counts : (B, bins).  edges : (bins + 1,).  value : (P,), finite or infinite.
+    counts : (B, bins), the outer ones without an end.  edges : (bins + 1,).  value : (P,), finite or infinite.
 
     Returns
     -------
     (B, P) [1].
     """
-    used = np.flatnonzero(counts.any(axis=0))  # few of very many
-    held = counts[:, used]
-    cumulated = np.concatenate([np.zeros((len(counts), 1)), np.cumsum(held, axis=1)], axis=1)
-    place = np.clip(np.searchsorted(edges, value, side="right") - 1, 0, len(edges) - 2)
-    before = np.searchsorted(used, place)
-    there = np.append(used, -1)[before] == place
-    own = np.where(there, np.append(held, np.zeros((len(held), 1)), axis=1)[:, before], 0)
-    low, high = edges[place], edges[place + 1]
+    cumulated = np.cumsum(counts, axis=1)
+    below = np.array([np.interp(value, edges[1:-1], row[:-1], left=0.0) for row in cumulated])
     with np.errstate(invalid="ignore", divide="ignore"):
-        share = np.where(np.isfinite(low) & np.isfinite(high), (value - low) / (high - low), value == np.inf)
-        return np.asarray((cumulated[:, before] + share * own) / cumulated[:, -1:])
+        return np.where(value == np.inf, cumulated[:, -1:], below) / cumulated[:, -1:]
 
 
 def display_histogram(counts: Counts, edges: Array, shown: Array) -> Counts:
@@ -165,8 +157,7 @@ _HELD = 1024
 _SHOWN = 200
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Band:
+class Band(NamedTuple):
     """An estimate with the ends of its band of confidence, arrays of one shape."""
 
     value: Array
@@ -175,7 +166,11 @@ class Band:
 
     def of(self, part: Callable[[Array], Array]) -> Band:
         """A part of it, or another form."""
-        return Band(value=part(self.value), low=part(self.low), high=part(self.high))
+        return Band(*map(part, self))
+
+    def columns(self, name: str, dims: tuple[str, ...]) -> dict[str, tuple[Any, Any]]:
+        """Variables of an estimate over dimensions, the ends of its band beside it."""
+        return {name + end: (dims, values) for end, values in zip(("", "_low", "_high"), self, strict=True)}
 
 
 def with_system(k: Array) -> Array:
@@ -319,7 +314,7 @@ class SampleTally:
             low, high = self._probability_band(probability, below)
             band[:, quantity] = value, quantiles(bins, low), quantiles(bins, high)
         value, low, high = band.reshape(3, self.definitions, -1, probability.size)
-        return Band(value=value, low=np.minimum(low, value), high=np.maximum(high, value))
+        return Band(value, np.minimum(low, value), np.maximum(high, value))
 
     def _with_top(self, quantity: int, bins: tuple[Counts, Array, Array]) -> tuple[Counts, Array, Array]:
         """Occupied bins of a quantity, the highest only as wide as its mean and its largest value have it."""
@@ -382,11 +377,11 @@ class SampleTally:
         exact_low = np.where(seen > 0, betaincinv(np.maximum(seen, 1), count - seen + 1, tail), 0.0)
         exact_high = np.where(seen < count, betaincinv(seen + 1, np.maximum(count - seen, 1), 1 - tail), 1.0)
         if self.plan.sampler == "random":
-            return Band(value=value, low=exact_low, high=exact_high)
+            return Band(value, exact_low, exact_high)
         half = _half_width(batch)
         low, high = np.clip(value - half, 0.0, 1.0), np.clip(value + half, 0.0, 1.0)
         sure = half == 0
-        return Band(value=value, low=np.where(sure, exact_low, low), high=np.where(sure, exact_high, high))
+        return Band(value, np.where(sure, exact_low, low), np.where(sure, exact_high, high))
 
     def histogram(self) -> tuple[Array, Counts]:
         """Edges (b + 1,) of even bins from the least to the largest K, and counts (D, g + 1, b), the train last."""

@@ -300,8 +300,7 @@ def _statistics(drawn: ToleranceMap, tally: SampleTally, limit: Array) -> tuple[
         "bin_high": ("bin", edges[1:]),
         "bin_edge": ("edge", edges),
     }
-    for end, name in (("value", ""), ("low", "_low"), ("high", "_high")):
-        quantile, exceeded, separated = (getattr(band, end) for band in (bands, above, apart))
+    for name, quantile, exceeded, separated in zip(("", "_low", "_high"), bands, above, apart, strict=True):
         columns |= {
             f"k_gamma_quantile{name}": (("definition", "pair", "probability"), quantile[:, :groups]),
             f"system_k_gamma_quantile{name}": (("definition", "probability"), quantile[:, groups]),
@@ -337,14 +336,8 @@ def _judged_pair(columns: Columns, coords: Mapping[Any, Any]) -> str:
 
 def _places(columns: Columns, coords: Mapping[Any, Any], pair: str) -> Columns:
     """Places of the tolerances by what a tenth less of each takes off K_gamma that is held against its limit."""
-    at = _judged(coords)
-    ends = {}
-    for end, suffix in (("value", ""), ("low", "_low"), ("high", "_high")):
-        if pair:
-            ends[end] = columns[f"tenth_less{suffix}"][1][0, coords["pair"].index(pair), at]
-        else:
-            ends[end] = columns[f"system_tenth_less{suffix}"][1][0, at]
-    first, last = places(Band(**ends))
+    name, at = ("tenth_less", (coords["pair"].index(pair),)) if pair else ("system_tenth_less", ())
+    first, last = places(Band(*(columns[name + end][1][0, *at, _judged(coords)] for end in ("", "_low", "_high"))))
     return {"tenth_less_place": ("tolerance", first), "tenth_less_last_place": ("tolerance", last)}
 
 

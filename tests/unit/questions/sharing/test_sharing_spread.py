@@ -136,5 +136,3 @@ def test_what_cannot_be_shared_is_refused() -> None:
     system = assemble(load("wind-five"))
     with pytest.raises(ModelError, match="cycles = 0"):
         epicyclic.sharing(system, cycles=0)
-    with pytest.raises(ModelError, match="patience = 0"):
-        spread_sharing(system, patience=0)

@@ -120,8 +120,7 @@ def test_the_sum_of_columns_is_an_evaluation_of_every_combination() -> None:
     drawn, costs = tolerance_map(train), costs_of(train)
     entry = tuple(i for i, one in enumerate(drawn.entries) if one.path in costs)
     offered = GradeSet(entry=entry, grades=tuple(costs[drawn.entries[i].path] for i in entry))
-    options: dict[str, Any] = {"samples": 256, "seed": 3, "definition": "mean-load", "method": "linear"}
-    sampled = SampledGrades.of(drawn, offered, **options)
+    sampled = SampledGrades.of(drawn, offered, AllocateOptions(samples=256, seed=3, method="linear"))
     columns = grade_columns(sampled)
     for combination in product(*(range(len(row)) for row in offered.grades)):
         exact = sampled.factors(combination)[columns.order]
