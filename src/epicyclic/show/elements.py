@@ -9,12 +9,11 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..results.dataset import largest
 from .series import engineering, of_first_stage, own_tones, texts
@@ -131,11 +130,6 @@ def number(value: Any) -> str:
     return str(value)
 
 
-def listed(values: Iterable[float]) -> str:
-    """Numbers in a row, five significant digits each."""
-    return ", ".join(f"{value:.5g}" for value in values)
-
-
 def _without_rounding(values: Sequence[Any]) -> Sequence[Any]:
     """Cells of a column, 0 in place of numbers that are the rounding of its largest."""
     real = [isinstance(value, float | np.floating) and bool(np.isfinite(value)) for value in values]
@@ -154,16 +148,15 @@ def shown_columns(table: Table, text: Callable[[Any], str]) -> list[tuple[str, b
     for heading, values in table.columns.items():
         if "[" in heading:  # numbers of one unit; others stand beside each other with units of their own
             values = _without_rounding(values)
-        cells = [(str(value) if isinstance(value, str | Styled) else text(value), _tone(value)) for value in values]
+        cells = [
+            (str(value) if isinstance(value, str | Styled) else text(value), getattr(value, "tone", ""))
+            for value in values
+        ]
         if cells and not any(words for words, _ in cells):
             continue
         numeric = not any(isinstance(value, str | Styled) for value in values)
         found.append((heading, numeric, cells))
     return found
-
-
-def _tone(value: Any) -> str:
-    return value.tone if isinstance(value, Styled) else ""
 
 
 def named_columns(headings: tuple[str, ...], rows: list[tuple[Any, ...]]) -> dict[str, list[Any]]:
@@ -189,12 +182,15 @@ def _plain(value: Any) -> Any:
 
 def force_table(result: xr.Dataset) -> Table:
     """Mean, least and most of every mesh force [N], of mesh_force(mesh, ...), and what else is known of each mesh."""
-    force = result.mesh_force.transpose("mesh", ...).values.reshape(result.sizes["mesh"], -1)
+    force, least, most = (  # extremes over the phases of the other lines too, where the result has them
+        result[name if name in result else "mesh_force"].transpose("mesh", ...).values.reshape(result.sizes["mesh"], -1)
+        for name in ("mesh_force", "mesh_force_least", "mesh_force_most")
+    )
     columns: dict[str, Any] = {
         "mesh": list(map(str, result.mesh.values)),
         "mean [N]": list(force.mean(axis=1)),
-        "least [N]": list(_over_phases(result, "mesh_force_least", force).min(axis=1)),
-        "most [N]": list(_over_phases(result, "mesh_force_most", force).max(axis=1)),
+        "least [N]": list(least.min(axis=1)),
+        "most [N]": list(most.max(axis=1)),
     }
     further = {
         "mesh_force_bound": "bound over all phases [N]",
@@ -208,14 +204,6 @@ def force_table(result: xr.Dataset) -> Table:
     if "contact_lost" in result:
         columns["contact lost"] = ["yes" if lost else "no" for lost in result.contact_lost.values]
     return Table(title="Mesh forces along the tooth normal", columns=columns)
-
-
-def _over_phases(result: xr.Dataset, name: str, force: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Extremes of the forces over the phases of the other lines too, where the result has them, (mesh, ..) [N]."""
-    if name not in result:
-        return force
-    values: NDArray[np.float64] = result[name].transpose("mesh", ...).values.reshape(result.sizes["mesh"], -1)
-    return values
 
 
 def largest_heading(result: xr.Dataset) -> str:

@@ -124,10 +124,10 @@ def html_table(table: Table) -> str:
     columns = shown_columns(table, lambda value: _cell(value, table))
     number_class = {True: ' class="number"', False: ""}
     heads = "".join(f'<th scope="col"{number_class[numeric]}>{escape(name)}</th>' for name, numeric, _ in columns)
-    kinds = []
-    for _, numeric, cells in columns:  # a column of sentences may break over lines; one of names may not
-        sentences = any(len(text) > _SENTENCE for text, _ in cells)
-        kinds.append(' class="number"' if numeric else ' class="long"' if sentences else "")
+    kinds = [  # a column of sentences may break over lines; one of names may not
+        number_class[numeric] or (' class="long"' if any(len(text) > _SENTENCE for text, _ in cells) else "")
+        for _, numeric, cells in columns
+    ]
     rows = zip(*(cells for _, _, cells in columns), strict=True)
     body = "".join(
         "<tr>" + "".join(f"<td{kind}>{_toned(*cell)}</td>" for kind, cell in zip(kinds, row, strict=True)) + "</tr>"
@@ -277,11 +277,7 @@ def report(
         datasets, each=each and (lambda work, items: each(lambda item: list(map(printed, work(item))), items))
     )
     further = [Drawing(anchor="study", figure=one) for one in (figures or {}).values()]
-    sections = [
-        *drawn,
-        Section(anchor="studies", title="Studies", parts=further),
-        provenance(datasets),
-    ]
+    sections = [*drawn, Section(anchor="studies", title="Studies", parts=further), provenance(datasets)]
     doi = _attribute(datasets, "doi")
     headline = headline_of(datasets)
     said = f'<p class="headline">{escape(headline)}</p>' if headline else ""
@@ -342,19 +338,6 @@ def variants_report(variants: Variants, *, title: str = "", compared: xr.Dataset
             cells.append(f"<div><h3>{escape(variant)}</h3>{page.html(parts) or '<p>Not there.</p>'}</div>")
         bodies[one.title] = f'<div class="{VARIANTS}">{"".join(cells)}</div>'
     return _html(name, heads, f'{first}<div class="{VARIANTS}">{columns}</div>', folded, page, bodies)
-
-
-def write_variants_report(
-    path: str | Path, variants: Variants, *, title: str = "", compared: xr.Dataset | None = None
-) -> Path:
-    """Write the page of `variants_report`; the file appears whole or not at all.
-
-    Raises
-    ------
-    ModelError : the file cannot be written.
-    """
-    write_text(path, variants_report(variants, title=title, compared=compared))
-    return Path(path)
 
 
 def _html(

@@ -10,7 +10,7 @@ import json
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -20,6 +20,8 @@ from ..limits import JUDGED_AT
 from ..results.dataset import EQUAL, largest
 
 Array = NDArray[np.float64]
+Key = TypeVar("Key")
+One = TypeVar("One")
 # Values whose spread is below this part of them are one level: what differs is rounding of what was computed.
 _LEVEL = 1e-9
 # Definitions of load sharing by the size of a deviation, too much or too little [ren2021, eq. 21-24].
@@ -57,6 +59,14 @@ def texts(data: xr.Dataset, name: str, dim: str = "") -> list[str]:
     if name in data.variables:
         return [str(value) for value in data.variables[name].values]
     return [""] * data.sizes[dim]
+
+
+def grouped(keys: Iterable[Key], values: Iterable[One]) -> dict[Key, list[One]]:
+    """Values of each key, keys in order of appearance."""
+    found: dict[Key, list[One]] = {}
+    for key, value in zip(keys, values, strict=True):
+        found.setdefault(key, []).append(value)
+    return found
 
 
 def split_name(name: str) -> tuple[str, str, int, str]:
@@ -130,12 +140,11 @@ def _equal_branches(every: list[Series]) -> list[Series]:
             groups.append([one])
         else:
             group.append(one)
-    found = []
-    for first, *others in groups:
-        branches = (first.branch, *(other.branch for other in others))
-        several = _series(first.stage, first.pair, branches, first.side, first.values, first.note)
-        found.append(several if others else first)
-    return found
+    branches = (tuple(one.branch for one in group) for group in groups)
+    return [
+        _series(first.stage, first.pair, equal, first.side, first.values, first.note)
+        for (first, *_), equal in zip(groups, branches, strict=True)
+    ]
 
 
 def _alike(one: Series, other: Series) -> bool:
@@ -279,25 +288,14 @@ def members_of(check: xr.Dataset) -> list[Member]:
     names, kinds = texts(check, "member", "body"), texts(check, "kind", "body")
     values = {name: numbers(check, name, "body") for name in ("speed", "torque", "power", "mass", "inertia")}
     found = []
-    for name in dict.fromkeys(names):
-        own = [place for place, other in enumerate(names) if other == name]
-        found.append(
-            Member(
-                name=name,
-                kind=kinds[own[0]],
-                count=len(own),
-                speed=float(values["speed"][own[0]]),
-                torque=float(values["torque"][own].sum()),
-                power=float(values["power"][own].sum()),
-                mass=float(values["mass"][own[0]]),
-                inertia=float(values["inertia"][own[0]]),
-            )
-        )
+    for name, own in grouped(names, range(len(names))).items():
+        alike = {field: float(values[field][own[0]]) for field in ("speed", "mass", "inertia")}
+        summed = {field: float(values[field][own].sum()) for field in ("torque", "power")}
+        found.append(Member(name=name, kind=kinds[own[0]], count=len(own), **alike, **summed))
     return found
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ModeGroup:
+class ModeGroup(NamedTuple):
     """Modes of one frequency: first mode (from 1), frequency [Hz], kind, multiplicity."""
 
     first: int
@@ -314,8 +312,7 @@ def mode_groups(modes: xr.Dataset) -> list[ModeGroup]:
     place = 0
     while place < len(hertz):
         several = max(1, int(counts[place]))
-        one = ModeGroup(first=place + 1, frequency=float(hertz[place]), kind=kinds[place], multiplicity=several)
-        found.append(one)
+        found.append(ModeGroup(place + 1, float(hertz[place]), kinds[place], several))
         place += several
     return found
 
@@ -388,12 +385,8 @@ def ramps(result: xr.Dataset) -> bool:
 
 def by_pair_and_side(names: list[str]) -> dict[tuple[str, str], list[int]]:
     """Meshes of each pair and side, by their names ``stage/pair/branch/side``."""
-    found: dict[tuple[str, str], list[int]] = {}
-    for i, name in enumerate(names):
-        stage, pair, *rest = name.split("/")
-        side = rest[-1] if rest and not rest[-1].isdigit() else ""
-        found.setdefault((f"{stage}/{pair}", side), []).append(i)
-    return found
+    parts = map(split_name, names)
+    return grouped(((f"{stage}/{pair}", side) for stage, pair, _, side in parts), range(len(names)))
 
 
 def stability_verdict(kind: np.ndarray, points: str) -> str:

@@ -75,13 +75,8 @@ def stiffness_sections(result: xr.Dataset, company: Company) -> Sequence[Section
 
     if "check" in company:
         return []
-    return [
-        Section(
-            anchor="meshes",
-            title="Meshes",
-            parts=[Drawing(anchor="stiffness", figure=mesh_stiffness(result), caption=SERIES)],
-        )
-    ]
+    parts = [Drawing(anchor="stiffness", figure=mesh_stiffness(result), caption=SERIES)]
+    return [Section(anchor="meshes", title="Meshes", parts=parts)]
 
 
 # --- contact ---------------------------------------------------------------------------------------------------------
@@ -98,10 +93,8 @@ def contact_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     from ...show.charts.flanks import contact_curves, contact_map, face_loads, load_factors, root_stress
 
     if "mesh" not in result.attrs:
-        parts = [
-            Drawing(anchor="faces", figure=face_loads(result)),
-            Drawing(anchor="factors", figure=load_factors(result)),
-        ]
+        figures = {"faces": face_loads(result), "factors": load_factors(result)}
+        parts = [Drawing(anchor=name, figure=one) for name, one in figures.items()]
         return [Section(anchor="contact", title="Teeth in contact in the train", parts=parts)]
     mesh = str(result.attrs["mesh"])
     words = (
@@ -265,10 +258,8 @@ def relief_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """The search, and error, load and force before and after."""
     from ...show.charts.flanks import relief_effect, relief_search
 
-    parts = [
-        Drawing(anchor="relief", figure=relief_search(result)),
-        Drawing(anchor="relief-effect", figure=relief_effect(result)),
-    ]
+    figures = {"relief": relief_search(result), "relief-effect": relief_effect(result)}
+    parts = [Drawing(anchor=name, figure=one) for name, one in figures.items()]
     return [Section(anchor="relief", title="Relief", parts=parts)]
 
 
@@ -367,20 +358,16 @@ _LEAD = "Losses of the meshes alone: bearings, seals and oil take more."
 
 def efficiency_tables(result: xr.Dataset) -> Sequence[Table]:
     """Efficiency and power of the train, loaded members, meshes by pair and side, stages."""
-    found = [
-        _train(result),
-        Table(title="Torques and power with losses", columns=columns_of(result, "member", _MEMBERS)),
-    ]
-    return [*found, _mesh_losses(result), *_stages(result)]
+    members = Table(title="Torques and power with losses", columns=columns_of(result, "member", _MEMBERS))
+    return [_train(result), members, _mesh_losses(result), *_stages(result)]
 
 
 def efficiency_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """The losses by pair, the tables, and sliding along the path of contact."""
     from ...show.charts.flanks import mesh_losses, sliding
 
-    lost = np.isfinite(result["power_loss"].values)
     bars: list[Part] = []
-    if lost:
+    if np.isfinite(result["power_loss"].values):
         caption = "Share of the power into the train."
         bars.append(Drawing(anchor="losses", figure=mesh_losses(result), caption=caption))
     caption = (
@@ -405,12 +392,10 @@ def efficiency_findings(result: xr.Dataset, company: Company) -> Sequence[Findin
     """Efficiency of the meshes and where most is lost; whether friction locks the train."""
     efficiency = float(result["train_efficiency"])
     if not np.isfinite(efficiency) or efficiency <= 0:
-        return [
-            Finding(tone="bad", text=f"The train locks itself by friction, {_friction(result)}.", anchor="efficiency")
-        ]
-    stage, pair, most = max(
-        losses_of_pairs(texts(result, "mesh"), numbers(result, "mesh_power_loss")), key=lambda row: row[2]
-    )
+        text = f"The train locks itself by friction, {_friction(result)}."
+        return [Finding(tone="bad", text=text, anchor="efficiency")]
+    losses = losses_of_pairs(texts(result, "mesh"), numbers(result, "mesh_power_loss"))
+    stage, pair, most = max(losses, key=lambda row: row[2])
     total = float(result["power_loss"])
     where = f"{stage} {pair}" if result.sizes["stage"] > 1 else pair
     share = f", {100 * most / total:.0f} % of it in {where}" if total > 0 else ""
