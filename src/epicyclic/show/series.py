@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -31,20 +31,30 @@ _SIDES = ("left", "right")
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Series:
-    """One curve, or several that coincide: its label, what it belongs to, and its values.
+    """One curve, or several that coincide: what it belongs to, and its values.
 
-    stage, pair, branch (0 = none, of several the first), side ("" = none or both).  note : " L, R" of both sides.
-    equal : branches that the curve is of.  values : (k,).
+    stage, pair, side ("" = none or both).  note : " L, R" of both sides.  equal : branches that the curve is of, 0 of
+    none.  values : (k,).
     """
 
-    label: str
     stage: str
     pair: str
-    branch: int
     side: str
     note: str = ""
-    equal: tuple[int, ...] = ()
+    equal: tuple[int, ...]
     values: Array
+
+    @property
+    def branch(self) -> int:
+        """The first of its branches."""
+        return self.equal[0]
+
+    @property
+    def label(self) -> str:
+        """What it is in a legend."""
+        several = len(self.equal) > 1
+        who = f"branch{'es' if several else ''} {spans(self.equal)}" if self.branch else self.pair
+        return f"{who}{self.note or (self.side and f' {self.side[0].upper()}')}{' alike' if several else ''}"
 
 
 def numbers(data: xr.Dataset, name: str, dim: str = "") -> Array:
@@ -122,11 +132,12 @@ def merged(names: Sequence[str], values: Array, *, branches: bool = False) -> li
     for name, row in zip(names, np.atleast_2d(values), strict=True):
         stage, pair, branch, side = split_name(name)
         same = kept.setdefault((stage, pair, branch), [])
+        one = Series(stage=stage, pair=pair, side=side, equal=(branch,), values=row)
         twin = next((place for place, other in enumerate(same) if _coincide(other.values, row)), None)
         if twin is None:
-            same.append(_series(stage, pair, (branch,), side, row))
+            same.append(one)
         else:
-            same[twin] = _series(stage, pair, (branch,), "", row, note=" L, R")
+            same[twin] = replace(one, side="", note=" L, R")
     found = [one for group in kept.values() for one in group]
     return _equal_branches(found) if branches else found
 
@@ -140,27 +151,12 @@ def _equal_branches(every: list[Series]) -> list[Series]:
             groups.append([one])
         else:
             group.append(one)
-    branches = (tuple(one.branch for one in group) for group in groups)
-    return [
-        _series(first.stage, first.pair, equal, first.side, first.values, first.note)
-        for (first, *_), equal in zip(groups, branches, strict=True)
-    ]
+    return [replace(group[0], equal=tuple(one.branch for one in group)) for group in groups]
 
 
 def _alike(one: Series, other: Series) -> bool:
     same = (one.stage, one.pair, one.side, one.note) == (other.stage, other.pair, other.side, other.note)
     return same and one.branch > 0 and other.branch > 0 and _coincide(one.values, other.values)
-
-
-def _series(stage: str, pair: str, branches: tuple[int, ...], side: str, row: Array, note: str = "") -> Series:
-    """One curve (k,) with its label."""
-    who = pair
-    if branches[0]:
-        who = f"branch{'es' if len(branches) > 1 else ''} {spans(branches)}"
-    suffix = (note or (f" {side[0].upper()}" if side else "")) + (" alike" if len(branches) > 1 else "")
-    return Series(
-        label=who + suffix, stage=stage, pair=pair, branch=branches[0], side=side, note=note, equal=branches, values=row
-    )
 
 
 def spans(branches: Sequence[int]) -> str:
@@ -524,18 +520,16 @@ def tenth_less(result: xr.Dataset) -> TenthLess:
     one, pair = of_definition(result), str(result.attrs.get("ranked_pair", ""))
     kind = "tenth_less" if pair else "system_tenth_less"
     at = int(np.flatnonzero(numbers(result, "probability") <= JUDGED_AT + 1e-9)[-1])
-    ends = []
-    for suffix in ("", "_low", "_high"):
-        values = one[kind + suffix].isel(probability=at)
-        ends.append(np.asarray((values.sel(pair=pair) if pair else values).values, dtype=np.float64))
+    judged = (one.sel(pair=pair) if pair else one).isel(probability=at)
+    value, low, high = (numbers(judged, f"{kind}{end}") for end in ("", "_low", "_high"))
     first, last = (result[f"tenth_less_{name}"].values.astype(np.int64) for name in ("place", "last_place"))
     return TenthLess(
-        order=np.lexsort((np.nan_to_num(ends[0]), first)).tolist(),
+        order=np.lexsort((np.nan_to_num(value), first)).tolist(),
         first=first,
         last=last,
-        value=ends[0],
-        low=ends[1],
-        high=ends[2],
+        value=value,
+        low=low,
+        high=high,
         probability=float(numbers(result, "probability")[at]),
         samples=int(result.attrs.get("ranking_samples", 0)),
     )
