@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..results.dataset import largest
-from .series import engineering, of_first_stage, own_tones, texts
+from .series import engineering, numbers, of_first_stage, own_tones, texts
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
@@ -236,9 +236,7 @@ def largest_over_speed(
 
 def relative_speed(result: xr.Dataset) -> np.ndarray[Any, np.dtype[np.float64]]:
     """Speeds (P,) per operating speed [1] of a sweep; nan where it does not say."""
-    if "speed" not in result.coords:
-        return np.full(result.sizes["speed"], np.nan)
-    return np.asarray(result["speed"].values, dtype=np.float64)
+    return numbers(result, "speed", "speed")
 
 
 def speed_range_of(result: xr.Dataset) -> str:
@@ -314,24 +312,20 @@ def percent(value: float) -> str:
 
 def compared_rows(result: xr.Dataset) -> list[ComparedRow]:
     """Rows of a Dataset of kind `compare`, those that no train has left out; variables of results, or effects."""
-    rows = (
-        _variables(result) if "largest_difference" in result else [*_speeds(result), *_modes(result), *_loads(result)]
-    )
-    return [row for row in rows if np.isfinite(row.value).any()]
+    kinds = (_variables,) if "largest_difference" in result else (_speeds, _modes, _loads)
+    return [row for kind in kinds for row in kind(result) if np.isfinite(row.value).any()]
 
 
 def _speeds(result: xr.Dataset) -> Iterator[ComparedRow]:
     """Ratio, speeds that differ, mesh frequencies."""
-    yield ComparedRow(
-        group="speeds", name="ratio, driving to driven", unit="", value=_numbers(result["transmission_ratio"].values)
-    )
+    ratio = _numbers(result["transmission_ratio"].values)
+    yield ComparedRow(group="speeds", name="ratio, driving to driven", unit="", value=ratio)
     for name, values in zip(texts(result, "member"), result["speed"].values, strict=True):
         row = ComparedRow(group="speeds", name=f"speed of {name}", unit="rpm", value=_numbers(values))
         if not np.isfinite(values).all() or row.largest:
             yield row
-    several = result.sizes["stage"] > 1
     for name, values in zip(texts(result, "stage"), result["mesh_frequency"].values, strict=True):
-        words = f"mesh frequency of {name}" if several else "mesh frequency"
+        words = f"mesh frequency of {name}" if result.sizes["stage"] > 1 else "mesh frequency"
         yield ComparedRow(group="speeds", name=words, unit="Hz", value=_numbers(values))
 
 
@@ -357,14 +351,11 @@ def _loads(result: xr.Dataset) -> Iterator[ComparedRow]:
     yield ComparedRow(group="sharing", name="K_gamma", unit="", value=_numbers(result["k_gamma"].values), note=note)
     method = next((str(one) for one in result["force_method"].values if one), "")
     at = {"steady": "dynamic", "static": "at rest"}.get(method, "")
-    for name, words in (
-        ("mesh_force_mean", "largest mean mesh force"),
-        ("mesh_force_peak", f"largest mesh force, {at}"),
-    ):
+    named = {"mesh_force_mean": "largest mean mesh force", "mesh_force_peak": f"largest mesh force, {at}"}
+    for name, words in named.items():
         values = result[name].values
         if values.size and np.isfinite(values).any():
-            largest = [np.nanmax(column) if np.isfinite(column).any() else math.nan for column in values.T]
-            yield ComparedRow(group="forces", name=words, unit="kN", value=_numbers(np.array(largest) / 1e3))
+            yield ComparedRow(group="forces", name=words, unit="kN", value=_numbers(np.fmax.reduce(values) / 1e3))
 
 
 def _variables(result: xr.Dataset) -> Iterator[ComparedRow]:

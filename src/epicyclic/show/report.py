@@ -192,17 +192,14 @@ def difference_table(variants: Variants) -> Table:
 
     Rows match by what they are, not by where: a largest force in another mesh is the same row.
     """
-    rows: dict[str, dict[str, tuple[str, str]]] = {}
+    rows: dict[str, dict[str, str]] = {}  # what it is -> train -> value
     for name, datasets in variants.items():
-        seen: dict[str, int] = {}
+        seen = Counter[str]()
         for value, words in key_figures_of(datasets):
-            what, _, where = _split(words)
-            seen[what] = seen.get(what, 0) + 1
-            key = what if seen[what] == 1 else f"{what} ({seen[what]})"
-            rows.setdefault(key, {})[name] = (value, where)
-    columns: dict[str, Any] = {"": list(rows)}
-    for name in variants:
-        columns[name] = [own.get(name, ("", ""))[0] for own in rows.values()]
+            what = re.split("[:;]", words)[0]  # largest K_v at the operating speed: sun-planet 3
+            seen[what] += 1
+            rows.setdefault(what if seen[what] == 1 else f"{what} ({seen[what]})", {})[name] = value
+    columns = {"": list(rows)} | {name: [own.get(name, "") for own in rows.values()] for name in variants}
     if len(variants) == 2:
         first, last = variants
         columns[f"{last} against {first}"] = [_change(own, first, last) for own in rows.values()]
@@ -227,15 +224,9 @@ def variant_parts(variants: Variants, compared: xr.Dataset | None = None) -> lis
     return parts
 
 
-def _split(words: str) -> tuple[str, str, str]:
-    """What a key figure is, and where: ``largest K_v at the operating speed: sun-planet 3``."""
-    place = min((at for at in (words.find(mark) for mark in (":", ";")) if at >= 0), default=len(words))
-    return words[:place], words[place : place + 1], words[place + 1 :].strip()
-
-
-def _change(own: Mapping[str, tuple[str, str]], first: str, last: str) -> str:
+def _change(own: Mapping[str, str], first: str, last: str) -> str:
     """``+3.1 %`` or ``-0.2`` from first to last; empty where either is no number or in another unit."""
-    found = [_NUMBER.match(own.get(name, ("", ""))[0]) for name in (first, last)]
+    found = [_NUMBER.match(own.get(name, "")) for name in (first, last)]
     if found[0] is None or found[1] is None or found[0][2] != found[1][2]:
         return ""
     before, after = float(found[0][1]), float(found[1][1])
@@ -400,20 +391,21 @@ def _warnings(datasets: Datasets, *, anchor: str = "warnings") -> str:
     named = f' id="{anchor}"' if anchor else ""
     if not found:
         return f'<div class="warnings calm" role="note"{named}>No warnings.</div>'
-    items = "".join(f"<li>{html_warning(text)}</li>" for text in found)
+    items = _items(found)
+    body = f'<details class="fold"><summary><b>{len(found)} warnings</b></summary>{items}</details>'
     if len(found) <= _WARNINGS:
-        return f'<div class="warnings" role="alert"{named}><b>Warnings</b><ul>{items}</ul></div>'
-    return (
-        f'<div class="warnings" role="alert"{named}><details class="fold">'
-        f"<summary><b>{len(found)} warnings</b></summary><ul>{items}</ul></details></div>"
-    )
+        body = f"<b>Warnings</b>{items}"
+    return f'<div class="warnings" role="alert"{named}>{body}</div>'
+
+
+def _items(texts: Iterable[str]) -> str:
+    return f"<ul>{''.join(f'<li>{html_warning(text)}</li>' for text in texts)}</ul>"
 
 
 def _left_out(datasets: Datasets) -> str:
     """What the model did not allow, and why."""
     found = [text for data in datasets.values() for text in _listed(data, "not_run")]
-    items = "".join(f"<li>{html_warning(text)}</li>" for text in found)
-    return f"<details><summary>Left out: {len(found)}</summary><ul>{items}</ul></details>" if found else ""
+    return f"<details><summary>Left out: {len(found)}</summary>{_items(found)}</details>" if found else ""
 
 
 def _keys(datasets: Datasets) -> str:

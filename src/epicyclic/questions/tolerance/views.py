@@ -261,8 +261,8 @@ def _what_buys(result: xr.Dataset, names: Sequence[str]) -> Table:
 
 
 def _ends(one: xr.Dataset, name: str) -> list[Any]:
-    """An estimate and the ends of its band, of every entry."""
-    return [one[f"{name}{end}"].values.tolist() for end in ("", "_low", "_high")]
+    """An estimate and the ends of its band, of every entry; of one without a band itself."""
+    return [one[end if end in one else name].values.tolist() for end in (name, f"{name}_low", f"{name}_high")]
 
 
 def _worst(result: xr.Dataset) -> Table:
