@@ -22,7 +22,6 @@ from .document.writer import json_schema
 from .errors import ModelError
 from .results.variables import OF_KIND, VARIABLES
 from .show.plot import FIGURES
-from .show.series import grouped
 from .user_input import checked
 from .verbs.record import help_of, keywords, records, verbs
 from .warning_codes import WARNING_CODES
@@ -365,7 +364,10 @@ def _whole(words: Path, *, within: int = 0) -> list[Path]:
 @cache
 def _by_last() -> Mapping[str, tuple[Path, ...]]:
     """Paths by their last word."""
-    return {word: tuple(paths) for word, paths in grouped((path[-1] for path in _nodes()), _nodes()).items()}
+    found: dict[str, list[Path]] = {}
+    for path in _nodes():
+        found.setdefault(path[-1], []).append(path)
+    return {word: tuple(paths) for word, paths in found.items()}
 
 
 def _ending(word: str) -> tuple[Path, ...]:

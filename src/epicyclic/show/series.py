@@ -115,9 +115,9 @@ def pair_names(paths: Sequence[str]) -> list[str]:
 
 def by_panel(series: Sequence[Series]) -> dict[str, list[Series]]:
     """Title of the panel of each pair of gears, in order of appearance, and its curves."""
-    pairs = list(dict.fromkeys((one.stage, one.pair) for one in series))
+    pairs = grouped(((one.stage, one.pair) for one in series), series)
     several = len({stage for stage, _ in pairs}) > 1
-    return {pair_title(pair, several): [one for one in series if (one.stage, one.pair) == pair] for pair in pairs}
+    return {pair_title(pair, several): own for pair, own in pairs.items()}
 
 
 def merged(names: Sequence[str], values: Array, *, branches: bool = False) -> list[Series]:
@@ -344,9 +344,9 @@ def summed_shares(names: Sequence[str], shares: Array) -> tuple[list[str], Array
     names of the groups (g,), shares (g, modes).
     """
     keys = ["/".join(word for word in name.split("/") if not word.isdigit() and word not in _SIDES) for name in names]
-    unique = list(dict.fromkeys(keys))
-    total = np.array([shares[[place for place, key in enumerate(keys) if key == one]].sum(axis=0) for one in unique])
-    return [name.replace("/", " ") for name in short_names(unique)], total.reshape(len(unique), -1)
+    groups = grouped(keys, range(len(keys)))
+    total = np.array([shares[own].sum(axis=0) for own in groups.values()]).reshape(len(groups), -1)
+    return [name.replace("/", " ") for name in short_names(list(groups))], total
 
 
 def readable(name: str) -> str:
@@ -400,11 +400,8 @@ def stability_verdict(kind: np.ndarray, points: str) -> str:
 
 def losses_of_pairs(names: list[str], loss: Array) -> list[tuple[str, str, float]]:
     """Stage, pair and loss [W] of all branches and sides, of meshes (w,) by name, in their order."""
-    found: dict[tuple[str, str], float] = {}
-    for name, value in zip(names, loss, strict=True):
-        stage, pair, _, _ = split_name(name)
-        found[stage, pair] = found.get((stage, pair), 0.0) + float(value)
-    return [(stage, pair, value) for (stage, pair), value in found.items()]
+    pairs = grouped((split_name(name)[:2] for name in names), loss.tolist())
+    return [(stage, pair, sum(losses)) for (stage, pair), losses in pairs.items()]
 
 
 DRAWN = (0.5, 0.95, 0.99)
