@@ -381,11 +381,9 @@ def _fits(own: str, word: str) -> bool:
 
 def _mistyped(path: Path, words: Path) -> bool:
     """Whether a word that would be a name is rather a key with a slip: `radail` beside `radial`."""
-    for place, (own, word) in enumerate(zip(path, words, strict=True)):
-        near = get_close_matches(word, _keys(path[:place]), n=1, cutoff=0.8) if own == ANY and word != ANY else []
-        if near and not word.startswith(near[0]):  # planet_b is a second planet
-            return True
-    return False
+    names = [(place, word) for place, word in enumerate(words) if path[place] == ANY and word != ANY]
+    near = [(word, get_close_matches(word, _keys(path[:place]), n=1, cutoff=0.8)) for place, word in names]
+    return any(keys and not word.startswith(keys[0]) for word, keys in near)  # planet_b is a second planet
 
 
 @cache
@@ -402,11 +400,8 @@ def _ends(words: Path) -> list[Path]:
     # a first word may be a name of the user's, unless it is a key with a slip
     near = get_close_matches(words[0], keys, n=1, cutoff=0.75)
     named = n > 1 and words[0] != ANY and ("-" in words[0] or not near)
-    found = []
-    for path in _ending(words[-1]):
-        tail = path[-n:]
-        if len(tail) == n and ANY not in tail[1 if named else 0 :] and all(map(_fits, tail, words)):
-            found.append(path)
+    long = [path for path in _ending(words[-1]) if len(path) >= n and ANY not in path[len(path) - n + named :]]
+    found = [path for path in long if all(map(_fits, path[-n:], words))]
     return sorted(found, key=lambda path: (path.count(ANY), len(path)))
 
 
@@ -486,27 +481,20 @@ def _form_words(form: Schema) -> Iterator[str]:
     elif "const" in form:
         yield str(form["const"])
     elif "properties" in form:
-        keys = [name for name in form["properties"]]
+        keys = list(form["properties"])
         yield f"a table of {', '.join(keys[:8])}{', ...' if len(keys) > 8 else ''}"
     elif kind == "boolean":
         yield "true, false"
     elif kind == "string" and "pattern" in form:
-        spelled = text.partition(", ")[2]
-        if spelled:
-            yield f"a list in {spelled}" if text.startswith("a list") else f"a number in {spelled}"
-        else:
-            yield "a number" if text == "number" else text
+        spelled, what = text.partition(", ")[2], "a list" if text.startswith("a list") else "a number"
+        yield f"{what} in {spelled}" if spelled else "a number" if text == "number" else text
     elif kind in ("integer", "number"):
         low, high = form.get("minimum"), form.get("maximum")
-        if low is not None and low > 1e300:
-            yield "inf"
-        else:
-            span = f", {low} to {high}" if high is not None else f", {low} or more" if low is not None else ""
-            yield f"{'a whole number' if kind == 'integer' else 'a number'}{span}"
-    elif kind == "string":
-        yield "a text"
-    elif kind == "array":
-        yield "a list"
+        span = f", {low} to {high}" if high is not None else f", {low} or more" if low is not None else ""
+        inf = low is not None and low > 1e300
+        yield "inf" if inf else f"{'a whole number' if kind == 'integer' else 'a number'}{span}"
+    elif kind in ("string", "array"):
+        yield "a text" if kind == "string" else "a list"
 
 
 def _example(path: Path, name: str, node: Schema, unit: str) -> str:

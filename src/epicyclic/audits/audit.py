@@ -485,9 +485,7 @@ def _where(result: xr.Dataset, label: str, wanted: Label | list[Label]) -> xr.Da
 def _matches(labels: NDArray[Any], wanted: Label | list[Label]) -> NDArray[np.bool_]:
     """Which labels (n,) are wanted: texts with * and ?, numbers within rounding, any entry of a list; (n,)."""
     if isinstance(wanted, list):
-        found = np.zeros(len(labels), dtype=bool)
-        for one in wanted:
-            found |= _matches(labels, one)
+        found: NDArray[np.bool_] = np.any([np.zeros(len(labels)), *(_matches(labels, one) for one in wanted)], axis=0)
         return found
     if isinstance(wanted, str):
         return np.array([fnmatchcase(str(label), wanted) for label in labels], dtype=bool)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from importlib import resources
 from pathlib import Path
-from typing import Annotated, Any, Literal, get_args
+from typing import Annotated, Any, Literal, Self, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError, model_validator
 
@@ -140,47 +140,67 @@ class Value(_Table):
 _FORMS = ("take", "difference", "ratio", "sum", "product", "greatest", "least", "value")
 
 
-class SourceReading(_Table):
-    """One way to read the source, and the number it gives.
+class Attempt(_Table):
+    """One number of ours for a row: its own, or that of a reading, with the tolerance that holds for it.
 
-    reading : the way, in words.  ours : how the number is computed, or run : the run with which `ours` of the row is.
-    tolerance or relative, because : if other than those of the row.  reason : why it fails, or gives no number.
-    fitted : a parameter was fitted.
+    reading : under which reading of the source.  ours : how the number is computed.
+    tolerance (in the unit of the row) or relative : how far ours may be away, and because : why so much.
+    reason : erratum or missing datum, or why there is no number.  fitted : a parameter was fitted.
     """
 
-    reading: Text
+    reading: str = ""
     ours: Value | None = None
-    run: str | None = None
     tolerance: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
     relative: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
     because: str = ""
     reason: str = ""
     fitted: bool = False
 
-    @model_validator(mode="after")
-    def _claims_fit(self) -> SourceReading:
-        bounds = self.tolerance is not None or self.relative is not None
-        if self.ours is not None and self.run is not None:
-            raise ModelError("both ours and run", allowed="one of them")
-        if self.ours is None and self.run is None and not self.reason:
-            allowed = 'ours = { ... }, run = "NAME", or reason = "why it gives no number"'
-            raise ModelError("no number and no reason", allowed=allowed)
+    @property
+    def bounded(self) -> bool:
+        """Whether it states a tolerance."""
+        return self.tolerance is not None or self.relative is not None
+
+    def problems(self) -> Iterator[tuple[str, str]]:
+        """Contradictions in it: problem, and what is allowed."""
         if self.tolerance is not None and self.relative is not None:
-            raise ModelError("both tolerance and relative", allowed="one of them")
-        if bounds and not self.because:
-            raise ModelError("a tolerance without its reason", allowed='because = "..."')
+            yield "both tolerance and relative", "one of them"
+        if self.bounded and not self.because:
+            yield "a tolerance without its reason", 'because = "..."'
+
+    @model_validator(mode="after")
+    def _claims_fit(self) -> Self:
+        for problem, allowed in self.problems():
+            raise ModelError(problem, allowed=allowed)
         return self
 
 
-class Row(_Table):
+class SourceReading(Attempt):
+    """One way to read the source, and the number it gives.
+
+    reading : the way, in words.  run : the run with which `ours` of the row is computed, where that is not stated here.
+    tolerance or relative, because : if other than those of the row.
+    """
+
+    reading: Text
+    run: str | None = None
+
+    def problems(self) -> Iterator[tuple[str, str]]:
+        """Contradictions in it: problem, and what is allowed."""
+        if self.ours is not None and self.run is not None:
+            yield "both ours and run", "one of them"
+        if self.ours is None and self.run is None and not self.reason:
+            yield "no number and no reason", 'ours = { ... }, run = "NAME", or reason = "why it gives no number"'
+        yield from super().problems()
+
+
+class Row(Attempt):
     """A published number (or list of them, one row each) and what is claimed of it.
 
     published : number, list, inequality "> 0", range "0.2 .. 0.3"; any text where not reproducible or not compared.
     published_as : "measured" or "drawn", of a row that is not compared.
     origin : who gives `published`; a hand calculation of ours is no number of the source.
     readings : the ways to read the source that were tried.  nothing_to_try : why there is no other way to read it.
-    tolerance (in `unit`) or relative : how far ours may be away, and because : why so much.
-    reading : under which reading of the source.  reason : erratum or missing datum.  fitted : a parameter was fitted.
     labels : of the numbers of a list, put in place of {} in `quantity`.
     """
 
@@ -188,25 +208,46 @@ class Row(_Table):
     place: Text
     published: FiniteFloat | str | list[FiniteFloat]
     unit: str = "1"
-    ours: Value | None = None
     verdict: Verdict
-    tolerance: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
-    relative: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
-    because: str = ""
-    reading: str = ""
-    reason: str = ""
-    fitted: bool = False
     labels: tuple[str, ...] = ()
     published_as: Literal["measured", "drawn"] | None = None
     origin: Origin = "source"
     readings: tuple[SourceReading, ...] = ()
     nothing_to_try: str = ""
 
-    @model_validator(mode="after")
-    def _claims_fit(self) -> Row:
-        for problem, allowed in _problems(self):
-            raise ModelError(problem, allowed=allowed)
-        return self
+    def problems(self) -> Iterator[tuple[str, str]]:
+        """Contradictions in it: problem, and what is allowed."""
+        runs = set(self.ours.runs()) if self.ours else set()
+        if len(runs) != 1 and any(reading.run for reading in self.readings):
+            yield "a reading names a run, but ours of the row is not computed from one", "ours = { ... } in the reading"
+        if self.verdict in ("reproduced", "under a reading"):  # what a claimed number lacks to be checked
+            tried = [one for one in attempts(self) if one.ours is not None]
+            if not tried or (self.verdict == "reproduced" and self.ours is None):
+                yield f"{self.verdict}, but nothing is computed", "ours = { run = ..., take = ... }"
+            if isinstance(self.published, str) and claim_of(self.published) is None:
+                yield "a text cannot be checked", 'a number, "> 0", "0.2 .. 0.3"'
+            if not isinstance(self.published, str) and not all(one.bounded for one in tried):
+                yield "no tolerance", "tolerance (in the unit of the row) or relative, and because"
+        yield from super().problems()
+        if self.verdict == "under a reading" and not self.reading and not self.readings:
+            yield "the reading is not stated", 'reading = "..."'
+        if self.verdict == "not reproducible" and not self.reason:
+            yield "no reason", 'reason = "the erratum, or the datum that is missing"'
+        if self.fitted and self.verdict == "reproduced":
+            yield "reproduced with a fitted value", 'verdict = "under a reading"'
+        if self.labels and (not isinstance(self.published, list) or len(self.labels) != len(self.published)):
+            yield "labels do not go with the published list", "as many labels as published numbers"
+        if (self.verdict == "not compared") != (self.published_as is not None):
+            yield "not compared and published_as belong together", 'published_as = "measured" or "drawn"'
+        if self.verdict == "not compared" and (self.bounded or self.readings):
+            yield "not compared, with a tolerance or readings", "another verdict, or neither of them"
+        if self.nothing_to_try and self.verdict != "not reproducible":
+            yield "nothing_to_try, though a number came out", 'verdict = "not reproducible"'
+        if self.origin != "source" and self.verdict not in ("reproduced", "under a reading"):
+            yield f"a hand calculation that is {self.verdict}", "reproduced, under a reading"
+        texts = [self.reading or AS_PRINTED, *(reading.reading for reading in self.readings)]
+        if len(set(texts)) < len(texts):
+            yield "two readings of the same text", "one text each"
 
 
 class Audit(_Table):
@@ -224,9 +265,8 @@ class Audit(_Table):
         for name, run in self.runs.items():
             self._chain(name)
             if missing := [path for path in run.fitted if path not in self.resolved(name).set]:
-                raise ModelError(
-                    "fitted, but not set", path=f"runs.{name}.fitted", given=missing, allowed="paths of set"
-                )
+                where = f"runs.{name}.fitted"
+                raise ModelError("fitted, but not set", path=where, given=missing, allowed="paths of set")
             if self.resolved(name).verb is None:
                 raise ModelError("no verb", path=f"runs.{name}.verb", allowed=", ".join(verbs()))
         return self
@@ -244,9 +284,8 @@ class Audit(_Table):
             for name in (reading.run,) if reading.run else reading.ours.runs() if reading.ours else ():
                 self._known(name, f"{path}.readings.{place}.run")
         if row.verdict == "reproduced" and self.fitted(row):
-            raise ModelError(
-                "reproduced with a fitted value", path=f"{path}.verdict", allowed='verdict = "under a reading"'
-            )
+            allowed = 'verdict = "under a reading"'
+            raise ModelError("reproduced with a fitted value", path=f"{path}.verdict", allowed=allowed)
 
     def resolved(self, name: str) -> Run:
         """The run with what it is based on."""
@@ -278,13 +317,8 @@ class Audit(_Table):
 
     def _known(self, name: str, path: str) -> None:
         if name not in self.runs:
-            raise ModelError(
-                "no such run", path=path, given=name, allowed=", ".join(self.runs) or "a table [runs.NAME]"
-            )
-
-
-Attempt = Row | SourceReading
-"""One number of ours for a row: its own, or that of a reading, with the tolerance that holds for it."""
+            allowed = ", ".join(self.runs) or "a table [runs.NAME]"
+            raise ModelError("no such run", path=path, given=name, allowed=allowed)
 
 
 def attempts(row: Row) -> tuple[Attempt, ...]:
@@ -292,7 +326,7 @@ def attempts(row: Row) -> tuple[Attempt, ...]:
     own = row.model_copy(update={"reading": row.reading or AS_PRINTED})
     tried: list[Attempt] = [] if row.ours is None and row.readings else [own]
     for one in row.readings:
-        bounds = one if one.tolerance is not None or one.relative is not None else row
+        bounds = one if one.bounded else row
         changed: dict[str, Any] = {name: getattr(bounds, name) for name in ("tolerance", "relative", "because")}
         if one.run is not None and row.ours is not None:
             changed["ours"] = row.ours.with_run(one.run)
@@ -329,45 +363,6 @@ def _check_step(step: str, read: str | None) -> None:
         raise ModelError(f"no reduction {step!r}", allowed=", ".join(known) + "; each may name a dimension")
     if (words[0] in _PLACES) != (read is not None) and (words[0] in _PLACES or step == "only"):
         raise ModelError("argmax and argmin need `read`, and it needs them", allowed='reduce = "argmax", read = "..."')
-
-
-def _problems(row: Row) -> Iterator[tuple[str, str]]:
-    """Contradictions within a row: problem, and what is allowed."""
-    runs = set(row.ours.runs()) if row.ours else set()
-    if len(runs) != 1 and any(reading.run for reading in row.readings):
-        yield "a reading names a run, but ours of the row is not computed from one", "ours = { ... } in the reading"
-    if row.verdict in ("reproduced", "under a reading"):  # what a claimed number lacks to be checked
-        tried = [one for one in attempts(row) if one.ours is not None]
-        if not tried or (row.verdict == "reproduced" and row.ours is None):
-            yield f"{row.verdict}, but nothing is computed", "ours = { run = ..., take = ... }"
-        if isinstance(row.published, str) and claim_of(row.published) is None:
-            yield "a text cannot be checked", 'a number, "> 0", "0.2 .. 0.3"'
-        if not isinstance(row.published, str) and any(one.tolerance is None and one.relative is None for one in tried):
-            yield "no tolerance", "tolerance (in the unit of the row) or relative, and because"
-    bounds = row.tolerance is not None or row.relative is not None
-    if row.tolerance is not None and row.relative is not None:
-        yield "both tolerance and relative", "one of them"
-    if bounds and not row.because:
-        yield "a tolerance without its reason", 'because = "..."'
-    if row.verdict == "under a reading" and not row.reading and not row.readings:
-        yield "the reading is not stated", 'reading = "..."'
-    if row.verdict == "not reproducible" and not row.reason:
-        yield "no reason", 'reason = "the erratum, or the datum that is missing"'
-    if row.fitted and row.verdict == "reproduced":
-        yield "reproduced with a fitted value", 'verdict = "under a reading"'
-    if row.labels and (not isinstance(row.published, list) or len(row.labels) != len(row.published)):
-        yield "labels do not go with the published list", "as many labels as published numbers"
-    if (row.verdict == "not compared") != (row.published_as is not None):
-        yield "not compared and published_as belong together", 'published_as = "measured" or "drawn"'
-    if row.verdict == "not compared" and (bounds or row.readings):
-        yield "not compared, with a tolerance or readings", "another verdict, or neither of them"
-    if row.nothing_to_try and row.verdict != "not reproducible":
-        yield "nothing_to_try, though a number came out", 'verdict = "not reproducible"'
-    if row.origin != "source" and row.verdict not in ("reproduced", "under a reading"):
-        yield f"a hand calculation that is {row.verdict}", "reproduced, under a reading"
-    texts = [row.reading or AS_PRINTED, *(reading.reading for reading in row.readings)]
-    if len(set(texts)) < len(texts):
-        yield "two readings of the same text", "one text each"
 
 
 AUDITED = ".audit.toml"
@@ -520,12 +515,7 @@ def _path(loc: tuple[int | str, ...]) -> str:
 
 
 def _keys(loc: tuple[int | str, ...]) -> tuple[str, ...]:
-    """Keys of the table a place is in."""
-    table: type[BaseModel] = Audit
-    if "ours" in loc[:-1]:
-        table = Value
-    elif "readings" in loc[:-1]:
-        table = SourceReading
-    elif len(loc) > 1:
-        table = Run if loc[0] == "runs" else Row
-    return tuple(table.model_fields)
+    """Keys of the table a place is in, those of it alone before those of every attempt."""
+    tables: dict[str, type[BaseModel]] = {"ours": Value, "readings": SourceReading, "runs": Run, "rows": Row}
+    table = next((one for key, one in tables.items() if key in loc[:-1]), Audit)
+    return tuple(sorted(table.model_fields, key=lambda name: name not in table.__annotations__))

@@ -140,7 +140,7 @@ def _attempt_cells(attempt: dict[str, Any], row: dict[str, Any], remarks: dict[s
     """Cells of an attempt below its row; it has the remarks that the row has not."""
     texts = {name: attempt[name] for name in ("reason", "because") if attempt[name] != row[name]}
     outcome = str(attempt["outcome"]) + (", fitted" if attempt["fitted"] else "")
-    tone: Any = "good" if attempt["outcome"] == "within" else "caution"
+    tone = "good" if attempt["outcome"] == "within" else "caution"
     return (
         f"- {attempt['reading']}",
         "",

@@ -269,12 +269,12 @@ def report(
                 results[name] = _run(model, overrides, names, step, more)
             step("figures")
             from ..engine.workers import each
-            from ..show.report import write_report, write_variants_report
+            from ..show.report import variants_report, write_report
 
             if several:
                 title = f"{next(iter(results.values()))['check'].attrs['title']}: load cases" if cases else ""
                 compared = None if cases else _compared(models, sets, case)
-                write_variants_report(output, results, title=title, compared=compared)
+                write_text(output, variants_report(results, title=title, compared=compared))
             else:
                 write_report(output, next(iter(results.values())), each=partial(each, pickled=False))
         with on_stdout():

@@ -232,10 +232,8 @@ def save_result(result: xr.Dataset, path: str | Path) -> Path:
     if kind not in SUFFIXES:
         allowed = f"{' or '.join(SUFFIXES)}; .html by write_report"
         raise ModelError("no such kind of result file", path="path", given=target.name, allowed=allowed)
-    if kind == ".csv":
-        return save_csv(result, target)
-    if kind == ".xlsx":
-        return save_xlsx(result, target)
+    if kind in (".csv", ".xlsx"):
+        return (save_csv if kind == ".csv" else save_xlsx)(result, target)
     if kind == ".json":
         content = (to_json(result) + "\n").encode()
     else:
@@ -338,12 +336,8 @@ def _with_nan(attributes: Mapping[str, Any]) -> dict[str, Any]:
 
 def _numbers(data: Any) -> Any:
     """Data of a variable, with nan for null."""
-    array = np.array(data, dtype=object) if isinstance(data, list) else data
-    if array is None:
-        return math.nan
-    if not isinstance(array, np.ndarray) or not (array == None).any():  # noqa: E711
-        return data
-    return array.astype(np.float64)
+    array = np.array(data, dtype=object)
+    return array.astype(np.float64) if (array == None).any() else data  # noqa: E711
 
 
 # Where a spreadsheet begins a text with one of these it may take it for a formula; the apostrophe itself is among them,
@@ -396,7 +390,8 @@ def csv_pieces(result: xr.Dataset) -> Iterator[str]:
         values = result.variables[dim].values.tolist() if dim in result.variables else range(size)
         labels[dim] = [_quoted(repr(value) if isinstance(value, int | float) else str(value)) for value in values]
     for name in result.variables:
-        variable = _in_order(result.variables[name], result)
+        variable = result.variables[name]
+        variable = variable.transpose(*_dims(variable, result))
         before = f"{_quoted(str(name))},{_kind(variable)},{_quoted(str(variable.attrs.get('units', '')))},"
         places = product(*(labels[dim] if dim in variable.dims else [""] for dim in dims))
         lines = [
@@ -412,11 +407,6 @@ def csv_pieces(result: xr.Dataset) -> Iterator[str]:
 def _dims(variable: xr.Variable, result: xr.Dataset) -> tuple[str, ...]:
     """Dims of a variable in the order of the result's."""
     return tuple(str(dim) for dim in result.sizes if dim in variable.dims)
-
-
-def _in_order(variable: xr.Variable, result: xr.Dataset) -> xr.Variable:
-    """A variable with its dims in the order of the result's."""
-    return variable.transpose(*(dim for dim in result.sizes if dim in variable.dims))
 
 
 def _kind(variable: xr.Variable) -> str:
@@ -532,18 +522,17 @@ def cells_of(result: xr.Dataset) -> int:
         dims = _dims(variable, result)
         parts = 0 if dims == (str(name),) else 2 if variable.dtype.kind == "c" else 1
         columns[dims] = columns.get(dims, len(dims)) + parts
-    return sum(
-        count * math.prod(result.sizes[dim] for dim in dims) for dims, count in columns.items() if count > len(dims)
-    )
+    points = {dims: math.prod(result.sizes[dim] for dim in dims) for dims in columns}
+    return sum(count * points[dims] for dims, count in columns.items() if count > len(dims))
 
 
 def _sheets(result: xr.Dataset) -> list[_Sheet]:
     """The groups of equal dims as sheets, those with fewer dims first."""
     groups: dict[tuple[str, ...], list[str]] = {}
     for name, variable in result.variables.items():
-        group = groups.setdefault(_dims(variable, result), [])
-        if _dims(variable, result) != (str(name),):  # a label of a dim stands in the column of the dim
-            group.append(str(name))
+        dims = _dims(variable, result)
+        # a label of a dim stands in the column of the dim
+        groups.setdefault(dims, []).extend(() if dims == (str(name),) else (str(name),))
     taken = {"about", "history"}  # the second is a name that Excel keeps for itself
     sheets: list[_Sheet] = []
     for dims, names in sorted(groups.items(), key=lambda item: len(item[0])):
@@ -560,14 +549,10 @@ def _group(result: xr.Dataset, dims: tuple[str, ...], names: list[str], taken: s
     heads = [_heading(dim, coordinates[dim].attrs.get("units", "") if dim in coordinates else "") for dim in dims]
     columns: list[tuple[str, str, Any]] = []  # variable, heading, values
     for name in names:
-        variable = _in_order(result.variables[name], result)
-        unit = variable.attrs.get("units", "")
-        values = variable.values.ravel()
-        if values.dtype.kind == "c":
-            columns.append((name, _heading(f"{name} real", unit), values.real))
-            columns.append((name, _heading(f"{name} imaginary", unit), values.imag))
-        else:
-            columns.append((name, _heading(name, unit), values))
+        unit = result.variables[name].attrs.get("units", "")
+        values = result.variables[name].transpose(*dims).values.ravel()
+        parts = {" real": values.real, " imaginary": values.imag} if values.dtype.kind == "c" else {"": values}
+        columns += [(name, _heading(f"{name}{part}", unit), cells) for part, cells in parts.items()]
     sizes = [len(entries) for entries in labels]
     room = _COLUMNS - len(dims)
     count, most = math.prod(sizes), _ROWS - 1
@@ -576,17 +561,11 @@ def _group(result: xr.Dataset, dims: tuple[str, ...], names: list[str], taken: s
         shown = columns[left : left + room]
         head = (*heads, *(heading for _, heading, _ in shown))
         widths = tuple(map(_width, head, [*labels, *(values for _, _, values in shown)]))
+        own = tuple(dict.fromkeys(name for name, _, _ in shown))
         for first in range(0, max(count, 1), most):
-            sheets.append(
-                _Sheet(
-                    title=_title(_short(dims) or "numbers", taken),
-                    dims=dims,
-                    head=head,
-                    widths=widths,
-                    names=tuple(dict.fromkeys(name for name, _, _ in shown)),
-                    rows=partial(_rows, labels, sizes, shown, first, min(first + most, count)),
-                )
-            )
+            title = _title(_short(dims) or "numbers", taken)
+            rows = partial(_rows, labels, sizes, shown, first, min(first + most, count))
+            sheets.append(_Sheet(title=title, dims=dims, head=head, widths=widths, names=own, rows=rows))
     return sheets
 
 
@@ -607,10 +586,8 @@ def _cells(values: np.ndarray[Any, Any]) -> list[Any]:
         return [None if text == "NaT" else text for text in np.datetime_as_string(values).tolist()]
     plain: list[Any] = values.tolist()
     if kind == "f":
-        if np.isfinite(values).all():
-            return plain
         return [number if math.isfinite(number) else None if math.isnan(number) else str(number) for number in plain]
-    return plain if kind in "iub" else [_text_of(value) for value in plain]
+    return plain if kind in "iub" else list(map(_text_of, plain))
 
 
 def _heading(name: str, unit: object) -> str:

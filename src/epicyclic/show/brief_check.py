@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .elements import Table, named_columns
-from .series import Member, engineering, members_of, numbers, split_name, texts
+from .series import Member, engineering, grouped, members_of, numbers, split_name, texts
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -174,9 +174,8 @@ def ratio_of(driving: Member, driven: Member) -> str:
 
 def _pairs(result: xr.Dataset) -> Table:
     """One row for each pair of gears: what its meshes have in common, and how they are phased."""
-    own: dict[tuple[str, str], list[int]] = {}
-    for place, name in enumerate(texts(result, "mesh")):
-        own.setdefault(split_name(name)[:2], []).append(place)
+    names = texts(result, "mesh")
+    own = grouped((split_name(name)[:2] for name in names), range(len(names)))
     rows = list(own.values())
 
     def column(name: str, factor: float = 1.0) -> list[Any]:
@@ -303,13 +302,9 @@ def phasing(leads: Sequence[float]) -> str:
     if even and count > 2:
         step = places[1] if places[1] <= Fraction(1, 2) else places[1] - 1
         return f"in turn, {_fraction(abs(step))} cycle {'earlier' if step > 0 else 'later'}"
-    if all(places.count(_cycle(float(place) + 0.5)) == places.count(place) for place in places):
-        return "in opposite pairs" if set(places) == {Fraction(0), Fraction(1, 2)} else _listed(places)
-    return _listed(places)
-
-
-def _listed(places: Sequence[Fraction]) -> str:
-    return f"{', '.join(_fraction(place) for place in places)} cycle ahead"
+    if 2 * places.count(Fraction(0)) == 2 * places.count(Fraction(1, 2)) == count:
+        return "in opposite pairs"
+    return f"{', '.join(map(_fraction, places))} cycle ahead"
 
 
 def _cycle(lead: float) -> Fraction:

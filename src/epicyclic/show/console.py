@@ -166,15 +166,13 @@ def _keys(columns: Sequence[_Texts], room: int) -> list[_Texts]:
     Row numbers take their place where they do not tell the rows apart, or leave no room beside them.
     """
     for count in range(1, len(columns) + 1):
-        names = list(zip(*([text for text, _ in one.cells] for one in columns[:count]), strict=True))
-        if len(set(names)) == len(names):
-            if _total(columns[:count]) <= room:
-                return list(columns[:count])
+        first = list(columns[:count])
+        names = list(zip(*([text for text, _ in one.cells] for one in first), strict=True))
+        if len(set(names)) == len(names) and _total(first) <= room:
+            return first
+        if len(set(names)) == len(names) or first[-1].numeric:
             break
-        if columns[count - 1].numeric:
-            break
-    rows = [(str(row), "") for row in range(1, len(columns[0].cells) + 1)]
-    return [_texts("row", True, rows)]
+    return [_texts("row", True, [(str(row), "") for row in range(1, len(columns[0].cells) + 1)])]
 
 
 def _parts(columns: list[_Texts], width: int) -> tuple[list[list[_Texts]], list[_Texts]]:
@@ -206,17 +204,12 @@ def _drawn(columns: Sequence[_Texts], width: int) -> list[TextColumn]:
         more = min(columns[place].most - widths[place], max(spare, 0))
         widths[place] += more
         spare -= more
-    return [
-        TextColumn(
-            heading=wrapped(one.heading, size),
-            numeric=one.numeric,
-            cells=[
-                ([text] if one.numeric or len(text) <= size else wrapped(text, size), tone) for text, tone in one.cells
-            ],
-            width=size,
-        )
-        for one, size in zip(columns, widths, strict=True)
-    ]
+    drawn = []
+    for one, size in zip(columns, widths, strict=True):
+        texts = [[text] if one.numeric or len(text) <= size else wrapped(text, size) for text, _ in one.cells]
+        cells = [(lines, tone) for lines, (_, tone) in zip(texts, one.cells, strict=True)]
+        drawn.append(TextColumn(wrapped(one.heading, size), one.numeric, cells, size))
+    return drawn
 
 
 # columns in which a table of numbers can be read at all
@@ -236,12 +229,11 @@ class _Console(Console):
 
 def stdout_console() -> Console:
     """The console for results: of COLUMNS, else as wide as the terminal, or 160 columns in a pipe."""
-    console = _Console(highlight=False)
-    columns = os.environ.get("COLUMNS", "")
+    console, columns = _Console(highlight=False), os.environ.get("COLUMNS", "")
+    console.width = shutil.get_terminal_size().columns if console.is_terminal else 160
     if columns.isdecimal() and 0 < int(columns[:9]):
-        return _Console(highlight=False, width=max(int(columns[:9]), _LEAST_WIDTH))
-    width = shutil.get_terminal_size().columns if console.is_terminal else 160
-    return _Console(highlight=False, width=width)
+        console.width = max(int(columns[:9]), _LEAST_WIDTH)
+    return console
 
 
 def stderr_console() -> Console:

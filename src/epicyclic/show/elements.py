@@ -9,15 +9,14 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..results.dataset import largest
-from .series import engineering, of_first_stage, own_tones, texts
+from .series import engineering, numbers, of_first_stage, own_tones, texts
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
@@ -131,11 +130,6 @@ def number(value: Any) -> str:
     return str(value)
 
 
-def listed(values: Iterable[float]) -> str:
-    """Numbers in a row, five significant digits each."""
-    return ", ".join(f"{value:.5g}" for value in values)
-
-
 def _without_rounding(values: Sequence[Any]) -> Sequence[Any]:
     """Cells of a column, 0 in place of numbers that are the rounding of its largest."""
     real = [isinstance(value, float | np.floating) and bool(np.isfinite(value)) for value in values]
@@ -154,16 +148,15 @@ def shown_columns(table: Table, text: Callable[[Any], str]) -> list[tuple[str, b
     for heading, values in table.columns.items():
         if "[" in heading:  # numbers of one unit; others stand beside each other with units of their own
             values = _without_rounding(values)
-        cells = [(str(value) if isinstance(value, str | Styled) else text(value), _tone(value)) for value in values]
+        cells = [
+            (str(value) if isinstance(value, str | Styled) else text(value), getattr(value, "tone", ""))
+            for value in values
+        ]
         if cells and not any(words for words, _ in cells):
             continue
         numeric = not any(isinstance(value, str | Styled) for value in values)
         found.append((heading, numeric, cells))
     return found
-
-
-def _tone(value: Any) -> str:
-    return value.tone if isinstance(value, Styled) else ""
 
 
 def named_columns(headings: tuple[str, ...], rows: list[tuple[Any, ...]]) -> dict[str, list[Any]]:
@@ -189,12 +182,15 @@ def _plain(value: Any) -> Any:
 
 def force_table(result: xr.Dataset) -> Table:
     """Mean, least and most of every mesh force [N], of mesh_force(mesh, ...), and what else is known of each mesh."""
-    force = result.mesh_force.transpose("mesh", ...).values.reshape(result.sizes["mesh"], -1)
+    force, least, most = (  # extremes over the phases of the other lines too, where the result has them
+        result[name if name in result else "mesh_force"].transpose("mesh", ...).values.reshape(result.sizes["mesh"], -1)
+        for name in ("mesh_force", "mesh_force_least", "mesh_force_most")
+    )
     columns: dict[str, Any] = {
         "mesh": list(map(str, result.mesh.values)),
         "mean [N]": list(force.mean(axis=1)),
-        "least [N]": list(_over_phases(result, "mesh_force_least", force).min(axis=1)),
-        "most [N]": list(_over_phases(result, "mesh_force_most", force).max(axis=1)),
+        "least [N]": list(least.min(axis=1)),
+        "most [N]": list(most.max(axis=1)),
     }
     further = {
         "mesh_force_bound": "bound over all phases [N]",
@@ -208,14 +204,6 @@ def force_table(result: xr.Dataset) -> Table:
     if "contact_lost" in result:
         columns["contact lost"] = ["yes" if lost else "no" for lost in result.contact_lost.values]
     return Table(title="Mesh forces along the tooth normal", columns=columns)
-
-
-def _over_phases(result: xr.Dataset, name: str, force: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Extremes of the forces over the phases of the other lines too, where the result has them, (mesh, ..) [N]."""
-    if name not in result:
-        return force
-    values: NDArray[np.float64] = result[name].transpose("mesh", ...).values.reshape(result.sizes["mesh"], -1)
-    return values
 
 
 def largest_heading(result: xr.Dataset) -> str:
@@ -248,9 +236,7 @@ def largest_over_speed(
 
 def relative_speed(result: xr.Dataset) -> np.ndarray[Any, np.dtype[np.float64]]:
     """Speeds (P,) per operating speed [1] of a sweep; nan where it does not say."""
-    if "speed" not in result.coords:
-        return np.full(result.sizes["speed"], np.nan)
-    return np.asarray(result["speed"].values, dtype=np.float64)
+    return numbers(result, "speed", "speed")
 
 
 def speed_range_of(result: xr.Dataset) -> str:
@@ -326,24 +312,20 @@ def percent(value: float) -> str:
 
 def compared_rows(result: xr.Dataset) -> list[ComparedRow]:
     """Rows of a Dataset of kind `compare`, those that no train has left out; variables of results, or effects."""
-    rows = (
-        _variables(result) if "largest_difference" in result else [*_speeds(result), *_modes(result), *_loads(result)]
-    )
-    return [row for row in rows if np.isfinite(row.value).any()]
+    kinds = (_variables,) if "largest_difference" in result else (_speeds, _modes, _loads)
+    return [row for kind in kinds for row in kind(result) if np.isfinite(row.value).any()]
 
 
 def _speeds(result: xr.Dataset) -> Iterator[ComparedRow]:
     """Ratio, speeds that differ, mesh frequencies."""
-    yield ComparedRow(
-        group="speeds", name="ratio, driving to driven", unit="", value=_numbers(result["transmission_ratio"].values)
-    )
+    ratio = _numbers(result["transmission_ratio"].values)
+    yield ComparedRow(group="speeds", name="ratio, driving to driven", unit="", value=ratio)
     for name, values in zip(texts(result, "member"), result["speed"].values, strict=True):
         row = ComparedRow(group="speeds", name=f"speed of {name}", unit="rpm", value=_numbers(values))
         if not np.isfinite(values).all() or row.largest:
             yield row
-    several = result.sizes["stage"] > 1
     for name, values in zip(texts(result, "stage"), result["mesh_frequency"].values, strict=True):
-        words = f"mesh frequency of {name}" if several else "mesh frequency"
+        words = f"mesh frequency of {name}" if result.sizes["stage"] > 1 else "mesh frequency"
         yield ComparedRow(group="speeds", name=words, unit="Hz", value=_numbers(values))
 
 
@@ -369,14 +351,11 @@ def _loads(result: xr.Dataset) -> Iterator[ComparedRow]:
     yield ComparedRow(group="sharing", name="K_gamma", unit="", value=_numbers(result["k_gamma"].values), note=note)
     method = next((str(one) for one in result["force_method"].values if one), "")
     at = {"steady": "dynamic", "static": "at rest"}.get(method, "")
-    for name, words in (
-        ("mesh_force_mean", "largest mean mesh force"),
-        ("mesh_force_peak", f"largest mesh force, {at}"),
-    ):
+    named = {"mesh_force_mean": "largest mean mesh force", "mesh_force_peak": f"largest mesh force, {at}"}
+    for name, words in named.items():
         values = result[name].values
         if values.size and np.isfinite(values).any():
-            largest = [np.nanmax(column) if np.isfinite(column).any() else math.nan for column in values.T]
-            yield ComparedRow(group="forces", name=words, unit="kN", value=_numbers(np.array(largest) / 1e3))
+            yield ComparedRow(group="forces", name=words, unit="kN", value=_numbers(np.fmax.reduce(values) / 1e3))
 
 
 def _variables(result: xr.Dataset) -> Iterator[ComparedRow]:

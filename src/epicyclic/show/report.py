@@ -124,10 +124,10 @@ def html_table(table: Table) -> str:
     columns = shown_columns(table, lambda value: _cell(value, table))
     number_class = {True: ' class="number"', False: ""}
     heads = "".join(f'<th scope="col"{number_class[numeric]}>{escape(name)}</th>' for name, numeric, _ in columns)
-    kinds = []
-    for _, numeric, cells in columns:  # a column of sentences may break over lines; one of names may not
-        sentences = any(len(text) > _SENTENCE for text, _ in cells)
-        kinds.append(' class="number"' if numeric else ' class="long"' if sentences else "")
+    kinds = [  # a column of sentences may break over lines; one of names may not
+        number_class[numeric] or (' class="long"' if any(len(text) > _SENTENCE for text, _ in cells) else "")
+        for _, numeric, cells in columns
+    ]
     rows = zip(*(cells for _, _, cells in columns), strict=True)
     body = "".join(
         "<tr>" + "".join(f"<td{kind}>{_toned(*cell)}</td>" for kind, cell in zip(kinds, row, strict=True)) + "</tr>"
@@ -192,17 +192,14 @@ def difference_table(variants: Variants) -> Table:
 
     Rows match by what they are, not by where: a largest force in another mesh is the same row.
     """
-    rows: dict[str, dict[str, tuple[str, str]]] = {}
+    rows: dict[str, dict[str, str]] = {}  # what it is -> train -> value
     for name, datasets in variants.items():
-        seen: dict[str, int] = {}
+        seen = Counter[str]()
         for value, words in key_figures_of(datasets):
-            what, _, where = _split(words)
-            seen[what] = seen.get(what, 0) + 1
-            key = what if seen[what] == 1 else f"{what} ({seen[what]})"
-            rows.setdefault(key, {})[name] = (value, where)
-    columns: dict[str, Any] = {"": list(rows)}
-    for name in variants:
-        columns[name] = [own.get(name, ("", ""))[0] for own in rows.values()]
+            what = re.split("[:;]", words)[0]  # largest K_v at the operating speed: sun-planet 3
+            seen[what] += 1
+            rows.setdefault(what if seen[what] == 1 else f"{what} ({seen[what]})", {})[name] = value
+    columns = {"": list(rows)} | {name: [own.get(name, "") for own in rows.values()] for name in variants}
     if len(variants) == 2:
         first, last = variants
         columns[f"{last} against {first}"] = [_change(own, first, last) for own in rows.values()]
@@ -227,15 +224,9 @@ def variant_parts(variants: Variants, compared: xr.Dataset | None = None) -> lis
     return parts
 
 
-def _split(words: str) -> tuple[str, str, str]:
-    """What a key figure is, and where: ``largest K_v at the operating speed: sun-planet 3``."""
-    place = min((at for at in (words.find(mark) for mark in (":", ";")) if at >= 0), default=len(words))
-    return words[:place], words[place : place + 1], words[place + 1 :].strip()
-
-
-def _change(own: Mapping[str, tuple[str, str]], first: str, last: str) -> str:
+def _change(own: Mapping[str, str], first: str, last: str) -> str:
     """``+3.1 %`` or ``-0.2`` from first to last; empty where either is no number or in another unit."""
-    found = [_NUMBER.match(own.get(name, ("", ""))[0]) for name in (first, last)]
+    found = [_NUMBER.match(own.get(name, "")) for name in (first, last)]
     if found[0] is None or found[1] is None or found[0][2] != found[1][2]:
         return ""
     before, after = float(found[0][1]), float(found[1][1])
@@ -277,11 +268,7 @@ def report(
         datasets, each=each and (lambda work, items: each(lambda item: list(map(printed, work(item))), items))
     )
     further = [Drawing(anchor="study", figure=one) for one in (figures or {}).values()]
-    sections = [
-        *drawn,
-        Section(anchor="studies", title="Studies", parts=further),
-        provenance(datasets),
-    ]
+    sections = [*drawn, Section(anchor="studies", title="Studies", parts=further), provenance(datasets)]
     doi = _attribute(datasets, "doi")
     headline = headline_of(datasets)
     said = f'<p class="headline">{escape(headline)}</p>' if headline else ""
@@ -344,19 +331,6 @@ def variants_report(variants: Variants, *, title: str = "", compared: xr.Dataset
     return _html(name, heads, f'{first}<div class="{VARIANTS}">{columns}</div>', folded, page, bodies)
 
 
-def write_variants_report(
-    path: str | Path, variants: Variants, *, title: str = "", compared: xr.Dataset | None = None
-) -> Path:
-    """Write the page of `variants_report`; the file appears whole or not at all.
-
-    Raises
-    ------
-    ModelError : the file cannot be written.
-    """
-    write_text(path, variants_report(variants, title=title, compared=compared))
-    return Path(path)
-
-
 def _html(
     name: str, said: str, first: str, folded: Iterable[Section], page: Page, bodies: Mapping[str, str] | None = None
 ) -> str:
@@ -417,20 +391,21 @@ def _warnings(datasets: Datasets, *, anchor: str = "warnings") -> str:
     named = f' id="{anchor}"' if anchor else ""
     if not found:
         return f'<div class="warnings calm" role="note"{named}>No warnings.</div>'
-    items = "".join(f"<li>{html_warning(text)}</li>" for text in found)
+    items = _items(found)
+    body = f'<details class="fold"><summary><b>{len(found)} warnings</b></summary>{items}</details>'
     if len(found) <= _WARNINGS:
-        return f'<div class="warnings" role="alert"{named}><b>Warnings</b><ul>{items}</ul></div>'
-    return (
-        f'<div class="warnings" role="alert"{named}><details class="fold">'
-        f"<summary><b>{len(found)} warnings</b></summary><ul>{items}</ul></details></div>"
-    )
+        body = f"<b>Warnings</b>{items}"
+    return f'<div class="warnings" role="alert"{named}>{body}</div>'
+
+
+def _items(texts: Iterable[str]) -> str:
+    return f"<ul>{''.join(f'<li>{html_warning(text)}</li>' for text in texts)}</ul>"
 
 
 def _left_out(datasets: Datasets) -> str:
     """What the model did not allow, and why."""
     found = [text for data in datasets.values() for text in _listed(data, "not_run")]
-    items = "".join(f"<li>{html_warning(text)}</li>" for text in found)
-    return f"<details><summary>Left out: {len(found)}</summary><ul>{items}</ul></details>" if found else ""
+    return f"<details><summary>Left out: {len(found)}</summary>{_items(found)}</details>" if found else ""
 
 
 def _keys(datasets: Datasets) -> str:

@@ -9,8 +9,8 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, replace
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -20,6 +20,8 @@ from ..limits import JUDGED_AT
 from ..results.dataset import EQUAL, largest
 
 Array = NDArray[np.float64]
+Key = TypeVar("Key")
+One = TypeVar("One")
 # Values whose spread is below this part of them are one level: what differs is rounding of what was computed.
 _LEVEL = 1e-9
 # Definitions of load sharing by the size of a deviation, too much or too little [ren2021, eq. 21-24].
@@ -29,20 +31,30 @@ _SIDES = ("left", "right")
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Series:
-    """One curve, or several that coincide: its label, what it belongs to, and its values.
+    """One curve, or several that coincide: what it belongs to, and its values.
 
-    stage, pair, branch (0 = none, of several the first), side ("" = none or both).  note : " L, R" of both sides.
-    equal : branches that the curve is of.  values : (k,).
+    stage, pair, side ("" = none or both).  note : " L, R" of both sides.  equal : branches that the curve is of, 0 of
+    none.  values : (k,).
     """
 
-    label: str
     stage: str
     pair: str
-    branch: int
     side: str
     note: str = ""
-    equal: tuple[int, ...] = ()
+    equal: tuple[int, ...]
     values: Array
+
+    @property
+    def branch(self) -> int:
+        """The first of its branches."""
+        return self.equal[0]
+
+    @property
+    def label(self) -> str:
+        """What it is in a legend."""
+        several = len(self.equal) > 1
+        who = f"branch{'es' if several else ''} {spans(self.equal)}" if self.branch else self.pair
+        return f"{who}{self.note or (self.side and f' {self.side[0].upper()}')}{' alike' if several else ''}"
 
 
 def numbers(data: xr.Dataset, name: str, dim: str = "") -> Array:
@@ -57,6 +69,14 @@ def texts(data: xr.Dataset, name: str, dim: str = "") -> list[str]:
     if name in data.variables:
         return [str(value) for value in data.variables[name].values]
     return [""] * data.sizes[dim]
+
+
+def grouped(keys: Iterable[Key], values: Iterable[One]) -> dict[Key, list[One]]:
+    """Values of each key, keys in order of appearance."""
+    found: dict[Key, list[One]] = {}
+    for key, value in zip(keys, values, strict=True):
+        found.setdefault(key, []).append(value)
+    return found
 
 
 def split_name(name: str) -> tuple[str, str, int, str]:
@@ -95,9 +115,9 @@ def pair_names(paths: Sequence[str]) -> list[str]:
 
 def by_panel(series: Sequence[Series]) -> dict[str, list[Series]]:
     """Title of the panel of each pair of gears, in order of appearance, and its curves."""
-    pairs = list(dict.fromkeys((one.stage, one.pair) for one in series))
+    pairs = grouped(((one.stage, one.pair) for one in series), series)
     several = len({stage for stage, _ in pairs}) > 1
-    return {pair_title(pair, several): [one for one in series if (one.stage, one.pair) == pair] for pair in pairs}
+    return {pair_title(pair, several): own for pair, own in pairs.items()}
 
 
 def merged(names: Sequence[str], values: Array, *, branches: bool = False) -> list[Series]:
@@ -112,11 +132,12 @@ def merged(names: Sequence[str], values: Array, *, branches: bool = False) -> li
     for name, row in zip(names, np.atleast_2d(values), strict=True):
         stage, pair, branch, side = split_name(name)
         same = kept.setdefault((stage, pair, branch), [])
+        one = Series(stage=stage, pair=pair, side=side, equal=(branch,), values=row)
         twin = next((place for place, other in enumerate(same) if _coincide(other.values, row)), None)
         if twin is None:
-            same.append(_series(stage, pair, (branch,), side, row))
+            same.append(one)
         else:
-            same[twin] = _series(stage, pair, (branch,), "", row, note=" L, R")
+            same[twin] = replace(one, side="", note=" L, R")
     found = [one for group in kept.values() for one in group]
     return _equal_branches(found) if branches else found
 
@@ -130,28 +151,12 @@ def _equal_branches(every: list[Series]) -> list[Series]:
             groups.append([one])
         else:
             group.append(one)
-    found = []
-    for first, *others in groups:
-        branches = (first.branch, *(other.branch for other in others))
-        several = _series(first.stage, first.pair, branches, first.side, first.values, first.note)
-        found.append(several if others else first)
-    return found
+    return [replace(group[0], equal=tuple(one.branch for one in group)) for group in groups]
 
 
 def _alike(one: Series, other: Series) -> bool:
     same = (one.stage, one.pair, one.side, one.note) == (other.stage, other.pair, other.side, other.note)
     return same and one.branch > 0 and other.branch > 0 and _coincide(one.values, other.values)
-
-
-def _series(stage: str, pair: str, branches: tuple[int, ...], side: str, row: Array, note: str = "") -> Series:
-    """One curve (k,) with its label."""
-    who = pair
-    if branches[0]:
-        who = f"branch{'es' if len(branches) > 1 else ''} {spans(branches)}"
-    suffix = (note or (f" {side[0].upper()}" if side else "")) + (" alike" if len(branches) > 1 else "")
-    return Series(
-        label=who + suffix, stage=stage, pair=pair, branch=branches[0], side=side, note=note, equal=branches, values=row
-    )
 
 
 def spans(branches: Sequence[int]) -> str:
@@ -279,25 +284,14 @@ def members_of(check: xr.Dataset) -> list[Member]:
     names, kinds = texts(check, "member", "body"), texts(check, "kind", "body")
     values = {name: numbers(check, name, "body") for name in ("speed", "torque", "power", "mass", "inertia")}
     found = []
-    for name in dict.fromkeys(names):
-        own = [place for place, other in enumerate(names) if other == name]
-        found.append(
-            Member(
-                name=name,
-                kind=kinds[own[0]],
-                count=len(own),
-                speed=float(values["speed"][own[0]]),
-                torque=float(values["torque"][own].sum()),
-                power=float(values["power"][own].sum()),
-                mass=float(values["mass"][own[0]]),
-                inertia=float(values["inertia"][own[0]]),
-            )
-        )
+    for name, own in grouped(names, range(len(names))).items():
+        alike = {field: float(values[field][own[0]]) for field in ("speed", "mass", "inertia")}
+        summed = {field: float(values[field][own].sum()) for field in ("torque", "power")}
+        found.append(Member(name=name, kind=kinds[own[0]], count=len(own), **alike, **summed))
     return found
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ModeGroup:
+class ModeGroup(NamedTuple):
     """Modes of one frequency: first mode (from 1), frequency [Hz], kind, multiplicity."""
 
     first: int
@@ -314,8 +308,7 @@ def mode_groups(modes: xr.Dataset) -> list[ModeGroup]:
     place = 0
     while place < len(hertz):
         several = max(1, int(counts[place]))
-        one = ModeGroup(first=place + 1, frequency=float(hertz[place]), kind=kinds[place], multiplicity=several)
-        found.append(one)
+        found.append(ModeGroup(place + 1, float(hertz[place]), kinds[place], several))
         place += several
     return found
 
@@ -351,9 +344,9 @@ def summed_shares(names: Sequence[str], shares: Array) -> tuple[list[str], Array
     names of the groups (g,), shares (g, modes).
     """
     keys = ["/".join(word for word in name.split("/") if not word.isdigit() and word not in _SIDES) for name in names]
-    unique = list(dict.fromkeys(keys))
-    total = np.array([shares[[place for place, key in enumerate(keys) if key == one]].sum(axis=0) for one in unique])
-    return [name.replace("/", " ") for name in short_names(unique)], total.reshape(len(unique), -1)
+    groups = grouped(keys, range(len(keys)))
+    total = np.array([shares[own].sum(axis=0) for own in groups.values()]).reshape(len(groups), -1)
+    return [name.replace("/", " ") for name in short_names(list(groups))], total
 
 
 def readable(name: str) -> str:
@@ -388,12 +381,8 @@ def ramps(result: xr.Dataset) -> bool:
 
 def by_pair_and_side(names: list[str]) -> dict[tuple[str, str], list[int]]:
     """Meshes of each pair and side, by their names ``stage/pair/branch/side``."""
-    found: dict[tuple[str, str], list[int]] = {}
-    for i, name in enumerate(names):
-        stage, pair, *rest = name.split("/")
-        side = rest[-1] if rest and not rest[-1].isdigit() else ""
-        found.setdefault((f"{stage}/{pair}", side), []).append(i)
-    return found
+    parts = map(split_name, names)
+    return grouped(((f"{stage}/{pair}", side) for stage, pair, _, side in parts), range(len(names)))
 
 
 def stability_verdict(kind: np.ndarray, points: str) -> str:
@@ -411,11 +400,8 @@ def stability_verdict(kind: np.ndarray, points: str) -> str:
 
 def losses_of_pairs(names: list[str], loss: Array) -> list[tuple[str, str, float]]:
     """Stage, pair and loss [W] of all branches and sides, of meshes (w,) by name, in their order."""
-    found: dict[tuple[str, str], float] = {}
-    for name, value in zip(names, loss, strict=True):
-        stage, pair, _, _ = split_name(name)
-        found[stage, pair] = found.get((stage, pair), 0.0) + float(value)
-    return [(stage, pair, value) for (stage, pair), value in found.items()]
+    pairs = grouped((split_name(name)[:2] for name in names), loss.tolist())
+    return [(stage, pair, sum(losses)) for (stage, pair), losses in pairs.items()]
 
 
 DRAWN = (0.5, 0.95, 0.99)
@@ -531,18 +517,16 @@ def tenth_less(result: xr.Dataset) -> TenthLess:
     one, pair = of_definition(result), str(result.attrs.get("ranked_pair", ""))
     kind = "tenth_less" if pair else "system_tenth_less"
     at = int(np.flatnonzero(numbers(result, "probability") <= JUDGED_AT + 1e-9)[-1])
-    ends = []
-    for suffix in ("", "_low", "_high"):
-        values = one[kind + suffix].isel(probability=at)
-        ends.append(np.asarray((values.sel(pair=pair) if pair else values).values, dtype=np.float64))
+    judged = (one.sel(pair=pair) if pair else one).isel(probability=at)
+    value, low, high = (numbers(judged, f"{kind}{end}") for end in ("", "_low", "_high"))
     first, last = (result[f"tenth_less_{name}"].values.astype(np.int64) for name in ("place", "last_place"))
     return TenthLess(
-        order=np.lexsort((np.nan_to_num(ends[0]), first)).tolist(),
+        order=np.lexsort((np.nan_to_num(value), first)).tolist(),
         first=first,
         last=last,
-        value=ends[0],
-        low=ends[1],
-        high=ends[2],
+        value=value,
+        low=low,
+        high=high,
         probability=float(numbers(result, "probability")[at]),
         samples=int(result.attrs.get("ranking_samples", 0)),
     )

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..show.elements import Company, Drawing, KeyFigure, Section, Table, force_table
 from ..show.errors_shown import error_tables
-from ..show.series import engineering
+from ..show.series import engineering, numbers, texts
 from ..show.views import ResultView
 
 if TYPE_CHECKING:
@@ -44,23 +44,21 @@ def _stiffness(result: xr.Dataset) -> NDArray[np.float64]:
     torque, angle = result["torque"].values, result["angle"].mean("time").values
     elastic = angle - np.sign(torque) * (result["play"].values / 2 if "play" in result.variables else 0.0)
     loaded = (torque != 0) & (elastic != 0)
-    stiffness: NDArray[np.float64] = np.divide(torque, elastic, where=loaded, out=np.full(torque.shape, np.nan))
-    return stiffness
+    return np.asarray(np.divide(torque, elastic, where=loaded, out=np.full(torque.shape, np.nan)))
 
 
 def _angles(result: xr.Dataset) -> list[Table]:
     """Angle and play [arcmin] of the bodies of a locked train, and stiffness [N m/arcmin] of those that are loaded."""
     if "angle" not in result.variables:
         return []
-    known = "play" in result.variables
     columns: dict[str, Any] = {
-        "body": [str(name) for name in result["body"].values],
+        "body": texts(result, "body"),
         "torque [N m]": list(result["torque"].values),
         "mean angle [arcmin]": list(_ARCMIN * result["angle"].mean("time").values),
-        **({"play [arcmin]": list(_ARCMIN * result["play"].values)} if known else {}),
+        "play [arcmin]": list(_ARCMIN * numbers(result, "play", "body")),
         "stiffness [N m/arcmin]": list(_stiffness(result) / _ARCMIN),
     }
-    zero = "mid-backlash, so that half of the play is in them" if known else "first touch"
+    zero = "mid-backlash, so that half of the play is in them" if "play" in result.variables else "first touch"
     lead = "The stiffness is a secant, the torque per angle beyond the play; errors that close flanks in turn lower it."
     return [Table(title=f"Locked train: angles from {zero}", columns=columns, lead=lead)]
 

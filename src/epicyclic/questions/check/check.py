@@ -16,7 +16,7 @@ import math
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from fractions import Fraction
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -35,7 +35,7 @@ from ...system.tooth_pairs import loaded_mesh, mean_force, pair_of, tooth_warnin
 from ...train.power import require_contact, require_flow
 from ...train.resolution import tolerances_of
 from ...train.stage_bodies import link_row, tilt_groups
-from ...train.train import DIRECTIONS, Body, Displacement, GearData, Link, Mesh, Train
+from ...train.train import DIRECTIONS, Body, Displacement, Link, Mesh, Train
 from ...warning_codes import CodedText, coded
 from ..modes.eigen import mean_modes
 from ..response.spectra import mesh_tones, require_damping
@@ -159,9 +159,7 @@ def check(train: Train) -> xr.Dataset:
         {
             **variables,
             **_link_columns(train),
-            "choice_value": ("choice", _texts(choice.value for choice in chosen)),
-            "choice_origin": ("choice", _texts(choice.origin for choice in chosen)),
-            "choice_effect": ("choice", _texts(choice.effect for choice in chosen)),
+            **_fields("choice", chosen, _texts, choice_value="value", choice_origin="origin", choice_effect="effect"),
             "verb_needs": ("verb_name", _texts("\n".join(texts) for texts in lacking.values())),
         },
         coords={
@@ -187,8 +185,8 @@ def drawing(train: Train) -> xr.Dataset:
     return xr.Dataset({**columns, **links}, coords={"direction": list(DIRECTIONS)})
 
 
-def _texts(values: Iterable[str]) -> NDArray[np.generic]:
-    return np.array(list(values), dtype=str)
+def _texts(values: Iterable[str | None]) -> NDArray[np.generic]:
+    return np.array([value or "" for value in values], dtype=str)
 
 
 def _numbers(values: Iterable[float | Fraction | None]) -> NDArray[np.generic]:
@@ -199,33 +197,34 @@ def _whole(values: Iterable[int | None]) -> NDArray[np.generic]:
     return np.array([value or 0 for value in values], dtype=np.int64)
 
 
+def _truths(values: Iterable[bool]) -> NDArray[np.generic]:
+    return np.array(list(values), dtype=bool)
+
+
+def _fields(
+    dim: str, rows: Iterable[object], read: Callable[[Iterable[Any]], NDArray[np.generic]], *same: str, **fields: str
+) -> Columns:
+    """Columns of fields of the rows: variables of the `same` name, then each variable=field."""
+    fields = {name: name for name in same} | fields
+    return {name: (dim, read([getattr(row, field) for row in rows])) for name, field in fields.items()}
+
+
 def _body_columns(train: Train) -> Columns:
     bodies = train.bodies
-    speed = {body.name: _member_speed(train, body) for body in bodies}
-    torque = {body.name: _torque(train, body) for body in bodies}
-
-    def column(value: Callable[[Body], float | Fraction | None]) -> tuple[str, NDArray[np.generic]]:
-        return "body", _numbers(value(body) for body in bodies)
-
+    speed = np.array([_member_speed(train, body) for body in bodies])
+    torque = np.array([_torque(train, body) for body in bodies])
     return {
-        "body": ("body", _texts(body.name for body in bodies)),
-        "kind": ("body", _texts(body.kind for body in bodies)),
-        "member": ("body", _texts(body.member for body in bodies)),
-        "body_stage": ("body", _texts(body.frame for body in bodies)),
-        "branch": ("body", _whole(body.branch for body in bodies)),
-        "side": ("body", _texts(body.side or "" for body in bodies)),
-        "carried_by": ("body", _texts(body.carried_by or "" for body in bodies)),
-        "speed": column(lambda body: speed[body.name]),
-        "torque": column(lambda body: torque[body.name]),
-        "power": column(lambda body: torque[body.name] * speed[body.name] * math.pi / 30),
-        "centre_x": column(lambda body: body.centre[0]),
-        "centre_y": column(lambda body: body.centre[1]),
-        "station": column(lambda body: body.station),
-        "axes_angle": column(lambda body: body.angle),
-        "mass": column(lambda body: body.mass),
-        "inertia": column(lambda body: body.inertia),
-        "tilt_inertia": column(lambda body: body.tilt_inertia),
-        "outer_radius": column(lambda body: _outer_radius(train, body)),
+        **_fields("body", bodies, _texts, body="name", kind="kind", member="member", body_stage="frame"),
+        **_fields("body", bodies, _whole, "branch"),
+        **_fields("body", bodies, _texts, "side", "carried_by"),
+        "speed": ("body", speed),
+        "torque": ("body", torque),
+        "power": ("body", torque * speed * math.pi / 30),
+        "centre_x": ("body", _numbers(body.centre[0] for body in bodies)),
+        "centre_y": ("body", _numbers(body.centre[1] for body in bodies)),
+        **_fields("body", bodies, _numbers, "station", axes_angle="angle"),
+        **_fields("body", bodies, _numbers, "mass", "inertia", "tilt_inertia"),
+        "outer_radius": ("body", _numbers(_outer_radius(train, body) for body in bodies)),
     }
 
 
@@ -264,68 +263,44 @@ def _outer_radius(train: Train, body: Body) -> float:
 
 
 def _gear_columns(train: Train) -> Columns:
-    gears = [(body.name, body.gear) for body in train.bodies if body.gear is not None]
-
-    def column(value: Callable[[GearData], float | None]) -> tuple[str, NDArray[np.generic]]:
-        return "gear", _numbers(value(gear) for _, gear in gears)
-
+    bodies = [body for body in train.bodies if body.gear is not None]
+    gears = [body.gear for body in bodies]
+    radii = ("base_radius", "tip_radius", "root_radius", "reference_radius")
+    others = ("face_width", "gap", "helix_angle", "profile_shift", "module", "pressure_angle")
     return {
-        "gear": ("gear", _texts(name for name, _ in gears)),
-        "teeth": ("gear", _whole(gear.teeth for _, gear in gears)),
-        "hand": ("gear", _whole(gear.hand for _, gear in gears)),
-        "internal": ("gear", np.array([gear.internal for _, gear in gears], dtype=bool)),
-        "herringbone": ("gear", np.array([gear.herringbone for _, gear in gears], dtype=bool)),
-        "base_radius": column(lambda gear: gear.base_radius),
-        "tip_radius": column(lambda gear: gear.tip_radius),
-        "root_radius": column(lambda gear: gear.root_radius),
-        "reference_radius": column(lambda gear: gear.reference_radius),
-        "face_width": column(lambda gear: gear.face_width),
-        "gap": column(lambda gear: gear.gap),
-        "helix_angle": column(lambda gear: gear.helix_angle),
-        "profile_shift": column(lambda gear: gear.profile_shift),
-        "module": column(lambda gear: gear.module),
-        "pressure_angle": column(lambda gear: gear.pressure_angle),
+        **_fields("gear", bodies, _texts, gear="name"),
+        **_fields("gear", gears, _whole, "teeth", "hand"),
+        **_fields("gear", gears, _truths, "internal", "herringbone"),
+        **_fields("gear", gears, _numbers, *radii, *others),
     }
 
 
 def _mesh_columns(train: Train) -> Columns:
     meshes = train.meshes
-
-    def column(value: Callable[[Mesh], float | Fraction | None]) -> tuple[str, NDArray[np.generic]]:
-        return "mesh", _numbers(value(mesh) for mesh in meshes)
-
+    working = {"working_pressure_angle": "pressure_angle", "working_radius": "radius_a"}
     return {
-        "mesh": ("mesh", _texts(mesh.name for mesh in meshes)),
-        "gear_a": ("mesh", _texts(mesh.a for mesh in meshes)),
-        "gear_b": ("mesh", _texts(mesh.b for mesh in meshes)),
-        "mesh_stage": ("mesh", _texts(mesh.stage for mesh in meshes)),
-        "mesh_branch": ("mesh", _whole(mesh.branch for mesh in meshes)),
-        "mesh_side": ("mesh", _texts(mesh.side or "" for mesh in meshes)),
-        "mesh_pair": ("mesh", _texts(mesh.pair for mesh in meshes)),
-        "flank": ("mesh", _whole(mesh.flank for mesh in meshes)),
-        "phase_lead": column(lambda mesh: mesh.lead),
-        "contact_ratio": column(lambda mesh: mesh.contact_ratio),
-        "overlap_ratio": column(lambda mesh: mesh.overlap_ratio),
-        "working_pressure_angle": column(lambda mesh: mesh.pressure_angle),
-        "working_radius": column(lambda mesh: mesh.radius_a),
-        "mean_mesh_stiffness": column(lambda mesh: mesh.stiffness),
-        "tangent_load": column(lambda mesh: None if mesh.table is None else mesh.table.load),
-        "backlash": column(lambda mesh: mesh.backlash),
+        **_fields("mesh", meshes, _texts, mesh="name", gear_a="a", gear_b="b", mesh_stage="stage"),
+        **_fields("mesh", meshes, _whole, mesh_branch="branch"),
+        **_fields("mesh", meshes, _texts, mesh_side="side", mesh_pair="pair"),
+        **_fields("mesh", meshes, _whole, "flank"),
+        **_fields("mesh", meshes, _numbers, phase_lead="lead"),
+        **_fields(
+            "mesh", meshes, _numbers, "contact_ratio", "overlap_ratio", **working, mean_mesh_stiffness="stiffness"
+        ),
+        "tangent_load": ("mesh", _numbers(None if mesh.table is None else mesh.table.load for mesh in meshes)),
+        **_fields("mesh", meshes, _numbers, "backlash"),
         "mesh_slices": ("mesh", _whole(max(len(mesh.slices), 1) for mesh in meshes)),
-        "mesh_station": column(lambda mesh: mesh.station),
-        "mesh_direction": column(lambda mesh: mesh.direction),
+        **_fields("mesh", meshes, _numbers, mesh_station="station", mesh_direction="direction"),
     }
 
 
 def _link_columns(train: Train) -> dict[str, tuple[str | tuple[str, str], NDArray[np.generic]]]:
     links = train.links
     return {
-        "link_first": ("link", _texts(link.first for link in links)),
-        "link_second": ("link", _texts(link.second or "" for link in links)),
-        "link_kind": ("link", _texts(link.kind for link in links)),
-        "link_station": ("link", _numbers(link.station for link in links)),
+        **_fields("link", links, _texts, link_first="first", link_second="second", link_kind="kind"),
+        **_fields("link", links, _numbers, link_station="station"),
         "link_stiffness": (("link", "direction"), np.array([link.stiffness for link in links]).reshape(-1, 6)),
-        "link_clearance": ("link", _numbers(link.clearance for link in links)),
+        **_fields("link", links, _numbers, link_clearance="clearance"),
     }
 
 
@@ -408,14 +383,12 @@ def _path_columns(train: Train) -> Columns:
     power = np.array([path.power for path in paths])
     driving = sum(value for value in (train.kinematics.power or {}).values() if value > 0)
     return {
-        "path": ("path", _texts(path.path for path in paths)),
-        "path_from": ("path", _texts(path.first for path in paths)),
-        "path_to": ("path", _texts(path.second for path in paths)),
-        "path_torque": ("path", np.array([path.torque for path in paths])),
+        **_fields("path", paths, _texts, path="path", path_from="first", path_to="second"),
+        **_fields("path", paths, _numbers, path_torque="torque"),
         "path_power": ("path", power),
         "path_share": ("path", power / driving if driving else np.full(len(paths), _NAN)),
-        "path_rolling_power": ("path", np.array([path.rolling for path in paths])),
-        "path_circulating": ("path", np.array([path.circulating for path in paths], dtype=bool)),
+        **_fields("path", paths, _numbers, path_rolling_power="rolling"),
+        **_fields("path", paths, _truths, path_circulating="circulating"),
     }
 
 
@@ -424,11 +397,9 @@ def _deviation_columns(train: Train) -> Columns:
     errors = mesh_deviations(train)
     return {
         "mesh_deviation": ("mesh_deviation", _texts(f"{error.path} in {error.mesh}" for error in errors)),
-        "deviation_path": ("mesh_deviation", _texts(error.path for error in errors)),
-        "deviation_mesh": ("mesh_deviation", _texts(error.mesh for error in errors)),
-        "deviation_amplitude": ("mesh_deviation", _numbers(error.amplitude for error in errors)),
-        "deviation_phase": ("mesh_deviation", _numbers(error.phase for error in errors)),
-        "deviation_frequency": ("mesh_deviation", _numbers(error.frequency for error in errors)),
+        **_fields("mesh_deviation", errors, _texts, deviation_path="path", deviation_mesh="mesh"),
+        **_fields("mesh_deviation", errors, _numbers, deviation_amplitude="amplitude", deviation_phase="phase"),
+        **_fields("mesh_deviation", errors, _numbers, deviation_frequency="frequency"),
     }
 
 
@@ -566,14 +537,13 @@ def _slices(mesh: Mesh, group: dict[str, str], origins: dict[str, str]) -> Choic
     origin = origins.get(path, "default")
     if group[mesh.a] == group[mesh.b]:
         effect = "the gears cannot tilt against each other: the load along the face is even"
-        return Choice(path, str(count), origin, effect)
-    if count == 1:
-        return Choice(path, "1", origin, "no stiffness of the mesh against tilt, no load along the face")
-    width = count * (mesh.slices[1].station - mesh.slices[0].station)
-    tilt = mesh.stiffness * math.cos(mesh.base_helix) ** 2 * width**2 / 12 * (1 - count**-2)
-    effect = (
-        f"tilt stiffness of the mesh {tilt:.4g} N m/rad in its transverse plane of action, {1e2 / count**2:.2g} % low"
-    )
+    elif count == 1:
+        effect = "no stiffness of the mesh against tilt, no load along the face"
+    else:
+        width = count * (mesh.slices[1].station - mesh.slices[0].station)
+        tilt = mesh.stiffness * math.cos(mesh.base_helix) ** 2 * width**2 / 12 * (1 - count**-2)
+        effect = f"tilt stiffness of the mesh {tilt:.4g} N m/rad in its transverse plane of action"
+        effect += f", {1e2 / count**2:.2g} % low"
     return Choice(path, str(count), origin, effect)
 
 

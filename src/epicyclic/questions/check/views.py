@@ -22,7 +22,7 @@ from ...show.elements import (
     columns_of,
     value_tables,
 )
-from ...show.series import Member, engineering, members_of, mesh_tones, numbers, short_names, texts
+from ...show.series import Member, engineering, grouped, members_of, mesh_tones, numbers, short_names, texts
 from ...show.views import ResultView
 
 if TYPE_CHECKING:
@@ -125,27 +125,24 @@ def check_key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
     powers = [one.power for one in members if np.isfinite(one.power) and one.power > 0]
     found = [(f"{engineering(sum(powers) / 1e3)} kW", "power through the train")] if powers else []
     found += [(f"{engineering(tone, 6)} Hz", f"mesh frequency, {stage}") for stage, tone in mesh_tones(result).items()]
-    turning: dict[float, list[str]] = {}
-    for one in members:
-        if one.count == 1 and np.isfinite(one.speed) and one.speed != 0:
-            turning.setdefault(one.speed, []).append(one.name)
+    turning = _turning(members)
+    by_speed = grouped((one.speed for one in turning), (one.name for one in turning))
     return found + [
         (f"{engineering(speed, 6)} rpm", f"speed of {', '.join(names)}: {engineering(speed * np.pi / 30, 5)} rad/s")
-        for speed, names in turning.items()
+        for speed, names in by_speed.items()
     ]
 
 
 def check_headline(result: xr.Dataset) -> str:
     """Ratio, power, speeds and stages in one sentence, as far as the model says them."""
     members = members_of(result)
-    turning = [one for one in members if np.isfinite(one.speed) and one.speed != 0 and one.count == 1]
     driving, driven = power_ends(members)
     said = [text.rstrip(".")] if (text := locked_words(result)) else []
     if driving is not None:
         said.append(f"ratio {ratio_of(driving, driven[0])}")
         said.append(f"{engineering(driving.power / 1e3)} kW")
         said.append(f"{_turns(driving)} drives {_turns(driven[0])}")
-    elif turning:
+    elif turning := _turning(members):
         said.append(", ".join(map(_turns, turning)))
     said += _teeth(result)
     text = "; ".join(said)
@@ -155,12 +152,12 @@ def check_headline(result: xr.Dataset) -> str:
 def check_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
     """What is wrong with the drawing itself, each warning once; what the model did not allow is none."""
     said = [str(text) for text in json.loads(str(result.attrs.get("warnings", "[]")))]
-    return [Finding(tone="caution", text=_sentence(text), anchor="warnings") for text in said if ":" in text]
+    sentences = [text.rsplit(" [", 1)[0] if text.endswith("]") else text for text in said if ":" in text]  # no codes
+    return [Finding(tone="caution", text=text, anchor="warnings") for text in sentences]
 
 
-def _sentence(text: str) -> str:
-    """A warning without its code."""
-    return text.rsplit(" [", 1)[0] if text.endswith("]") else text
+def _turning(members: Sequence[Member]) -> list[Member]:
+    return [one for one in members if one.count == 1 and np.isfinite(one.speed) and one.speed != 0]
 
 
 def _turns(one: Member) -> str:
@@ -289,10 +286,9 @@ def _meshes(
         "contact ratio [-]": list(numbers(check, "contact_ratio", "mesh")),
         "overlap ratio [-]": list(numbers(check, "overlap_ratio", "mesh")),
         "mean stiffness [N/µm]": list(1e-6 * mean),
+        "tangent at a force of [N]": list(numbers(check, "tangent_load", "mesh")),
     }
-    if "tangent_load" in check.variables:
-        columns["tangent at a force of [N]"] = list(numbers(check, "tangent_load", "mesh"))
-    if "backlash" in check.variables and np.isfinite(check["backlash"].values).any():
+    if np.isfinite(numbers(check, "backlash", "mesh")).any():
         columns["backlash [µm]"] = list(1e6 * numbers(check, "backlash", "mesh"))
     return Table(title=title, columns=columns)
 
@@ -334,12 +330,10 @@ def _tolerances(result: xr.Dataset) -> list[Table]:
 
 
 def _links(result: xr.Dataset) -> Table:
-    stiffness = np.atleast_2d(result.link_stiffness.values)
-    columns: dict[str, Any] = {"link": list(map(str, result.link.values))}
-    for at, direction in enumerate(result.direction.values):
-        columns[f"{direction} [{_UNITS[str(direction)]}]"] = list(stiffness[:, at]) if columns["link"] else []
-    if "link_clearance" in result.variables:
-        columns["clearance [µm]"] = [1e6 * value or np.nan for value in result["link_clearance"].values]
+    columns: dict[str, Any] = {"link": texts(result, "link")}
+    for direction, stiffness in zip(texts(result, "direction"), result.link_stiffness.values.T, strict=True):
+        columns[f"{direction} [{_UNITS[direction]}]"] = list(stiffness)
+    columns["clearance [µm]"] = [1e6 * value or np.nan for value in numbers(result, "link_clearance", "link")]
     return Table(title="Supports, bearings, couplings (inf = rigid)", columns=columns)
 
 

@@ -75,13 +75,8 @@ def stiffness_sections(result: xr.Dataset, company: Company) -> Sequence[Section
 
     if "check" in company:
         return []
-    return [
-        Section(
-            anchor="meshes",
-            title="Meshes",
-            parts=[Drawing(anchor="stiffness", figure=mesh_stiffness(result), caption=SERIES)],
-        )
-    ]
+    parts = [Drawing(anchor="stiffness", figure=mesh_stiffness(result), caption=SERIES)]
+    return [Section(anchor="meshes", title="Meshes", parts=parts)]
 
 
 # --- contact ---------------------------------------------------------------------------------------------------------
@@ -98,11 +93,9 @@ def contact_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     from ...show.charts.flanks import contact_curves, contact_map, face_loads, load_factors, root_stress
 
     if "mesh" not in result.attrs:
-        parts = [
-            Drawing(anchor="faces", figure=face_loads(result)),
-            Drawing(anchor="factors", figure=load_factors(result)),
-        ]
-        return [Section(anchor="contact", title="Teeth in contact in the train", parts=parts)]
+        faces = Drawing(anchor="faces", figure=face_loads(result))
+        factors = Drawing(anchor="factors", figure=load_factors(result))
+        return [Section(anchor="contact", title="Teeth in contact in the train", parts=[faces, factors])]
     mesh = str(result.attrs["mesh"])
     words = (
         f"One mesh of the train, {mesh}. Others: epicyclic contact MODEL --mesh PAIR, "
@@ -190,18 +183,16 @@ def _roots(result: xr.Dataset) -> list[Table]:
     """Largest stresses in the roots of both gears of a mesh alone at the operating load."""
     if "root_stress" not in result:
         return []
-    at = _as_operated(result)
-    rows = [(i, j) for i in range(result.sizes["mesh"]) for j in range(result.sizes["mesh_gear"])]
-    stress = result.root_stress.max("width").values
+    at, sides = _as_operated(result), texts(result, "side")
+    gears = [str(result.attrs[f"gear_{one}"]) for one in texts(result, "mesh_gear")]
+    places = result.tooth_place.values[result.root_stress.max("width").argmax("tooth_place").values]
     columns: dict[str, Any] = {
-        "side": [str(result.side.values[i]) for i, _ in rows],
-        "gear": [str(result.attrs[f"gear_{result.mesh_gear.values[j]}"]) for _, j in rows],
-        "tension [MPa]": [float(at.largest_root_stress.values[row]) / 1e6 for row in rows],
-        "at a place of its contact [base pitches]": [
-            float(result.tooth_place.values[int(stress[row].argmax())]) for row in rows
-        ],
-        "at a lean of the fillet of [deg]": [float(np.degrees(result.root_stress_lean.values[row])) for row in rows],
-        "compression [MPa]": [float(at.lowest_root_stress.values[row]) / 1e6 for row in rows],
+        "side": [side for side in sides for _ in gears],
+        "gear": gears * len(sides),
+        "tension [MPa]": list(at.largest_root_stress.values.ravel() / 1e6),
+        "at a place of its contact [base pitches]": list(places.ravel()),
+        "at a lean of the fillet of [deg]": list(np.degrees(result.root_stress_lean.values).ravel()),
+        "compression [MPa]": list(at.lowest_root_stress.values.ravel() / 1e6),
     }
     return [Table(title="Stress in the tooth roots", columns=columns)]
 
@@ -265,11 +256,9 @@ def relief_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """The search, and error, load and force before and after."""
     from ...show.charts.flanks import relief_effect, relief_search
 
-    parts = [
-        Drawing(anchor="relief", figure=relief_search(result)),
-        Drawing(anchor="relief-effect", figure=relief_effect(result)),
-    ]
-    return [Section(anchor="relief", title="Relief", parts=parts)]
+    search = Drawing(anchor="relief", figure=relief_search(result))
+    effect = Drawing(anchor="relief-effect", figure=relief_effect(result))
+    return [Section(anchor="relief", title="Relief", parts=[search, effect])]
 
 
 def relief_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
@@ -342,14 +331,14 @@ def _front(result: xr.Dataset) -> Table:
 
 def _relieved_meshes(result: xr.Dataset) -> Table:
     swing, load = result.relieved_peak_to_peak.values * 1e6, result.relieved_largest_load.values / 1e3
-    cells = [(i, j) for i in range(result.sizes["relieved_mesh"]) for j in range(result.sizes["load_factor"])]
+    forces = np.outer(result.relieved_force.values, result.load_factor.values)
     columns: dict[str, Any] = {
-        "mesh": [str(result.relieved_mesh.values[i]) for i, _ in cells],
-        "force of a helix [N]": [result.relieved_force.values[i] * result.load_factor.values[j] for i, j in cells],
-        "error before [µm]": [swing[0, i, j] for i, j in cells],
-        "error after [µm]": [swing[1, i, j] for i, j in cells],
-        "largest load before [N/mm]": [load[0, i, j] for i, j in cells],
-        "largest load after [N/mm]": [load[1, i, j] for i, j in cells],
+        "mesh": [name for name in texts(result, "relieved_mesh") for _ in result.load_factor],
+        "force of a helix [N]": list(forces.ravel()),
+        "error before [µm]": list(swing[0].ravel()),
+        "error after [µm]": list(swing[1].ravel()),
+        "largest load before [N/mm]": list(load[0].ravel()),
+        "largest load after [N/mm]": list(load[1].ravel()),
     }
     return Table(title="Peak to peak of the loaded transmission error, and load on the flank", columns=columns)
 
@@ -367,20 +356,16 @@ _LEAD = "Losses of the meshes alone: bearings, seals and oil take more."
 
 def efficiency_tables(result: xr.Dataset) -> Sequence[Table]:
     """Efficiency and power of the train, loaded members, meshes by pair and side, stages."""
-    found = [
-        _train(result),
-        Table(title="Torques and power with losses", columns=columns_of(result, "member", _MEMBERS)),
-    ]
-    return [*found, _mesh_losses(result), *_stages(result)]
+    members = Table(title="Torques and power with losses", columns=columns_of(result, "member", _MEMBERS))
+    return [_train(result), members, _mesh_losses(result), *_stages(result)]
 
 
 def efficiency_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """The losses by pair, the tables, and sliding along the path of contact."""
     from ...show.charts.flanks import mesh_losses, sliding
 
-    lost = np.isfinite(result["power_loss"].values)
     bars: list[Part] = []
-    if lost:
+    if np.isfinite(result["power_loss"].values):
         caption = "Share of the power into the train."
         bars.append(Drawing(anchor="losses", figure=mesh_losses(result), caption=caption))
     caption = (
@@ -405,12 +390,10 @@ def efficiency_findings(result: xr.Dataset, company: Company) -> Sequence[Findin
     """Efficiency of the meshes and where most is lost; whether friction locks the train."""
     efficiency = float(result["train_efficiency"])
     if not np.isfinite(efficiency) or efficiency <= 0:
-        return [
-            Finding(tone="bad", text=f"The train locks itself by friction, {_friction(result)}.", anchor="efficiency")
-        ]
-    stage, pair, most = max(
-        losses_of_pairs(texts(result, "mesh"), numbers(result, "mesh_power_loss")), key=lambda row: row[2]
-    )
+        text = f"The train locks itself by friction, {_friction(result)}."
+        return [Finding(tone="bad", text=text, anchor="efficiency")]
+    losses = losses_of_pairs(texts(result, "mesh"), numbers(result, "mesh_power_loss"))
+    stage, pair, most = max(losses, key=lambda row: row[2])
     total = float(result["power_loss"])
     where = f"{stage} {pair}" if result.sizes["stage"] > 1 else pair
     share = f", {100 * most / total:.0f} % of it in {where}" if total > 0 else ""
@@ -420,8 +403,8 @@ def efficiency_findings(result: xr.Dataset, company: Company) -> Sequence[Findin
 
 def _train(result: xr.Dataset) -> Table:
     names = {"power_in": "power in [kW]", "power_loss": "lost in the meshes [kW]", "power_out": "power out [kW]"}
-    columns: dict[str, Any] = {heading: [float(result[name]) / 1e3] for name, heading in names.items()}
-    columns = {"efficiency [%]": [100 * float(result["train_efficiency"])], **columns}
+    columns = {"efficiency [%]": [100 * float(result["train_efficiency"])]}
+    columns |= {heading: [float(result[name]) / 1e3] for name, heading in names.items()}
     return Table(title=f"Efficiency of the meshes, {_friction(result)}", columns=columns, lead=_LEAD)
 
 
@@ -445,10 +428,9 @@ def _mesh_losses(result: xr.Dataset) -> Table:
     rolling, loss = numbers(result, "mesh_rolling_power"), numbers(result, "mesh_power_loss")
     factor, driver = numbers(result, "loss_factor"), texts(result, "driving_gear")
     several = len({p[1] for p in pairs}) > 1
+    short = [(pair.replace("/", " ") if several else pair.split("/")[1], side) for pair, side in groups]
     columns: dict[str, Any] = {
-        "mesh": [
-            f"{pair.replace('/', ' ') if several else pair.split('/')[1]} {side}".strip() for pair, side in groups
-        ],
+        "mesh": [" ".join(words).strip() for words in short],
         "meshes": [len(meshes) for meshes in groups.values()],
         "driver": [driver[meshes[0]].split("/")[1] if driver[meshes[0]] else "" for meshes in groups.values()],
         "loss factor H_V": [float(factor[meshes[0]]) for meshes in groups.values()],

@@ -60,10 +60,8 @@ def findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
     """Where most of the hours are, and which bin does most damage."""
     top = np.abs(_ends(result, "torque")).max(axis=1)
     level = float(top[top >= top.max() / 2].min())
-    below, worst = (
-        float(result.case_share.values[top <= level].sum()),
-        result.isel(case=largest(result.case_damage.values)),
-    )
+    below = float(result.case_share.values[top <= level].sum())
+    worst = result.isel(case=largest(result.case_damage.values))
     (low, high), (slow, fast) = _ends(worst, "torque") / 1e3, _ends(worst, "speed")
     text = (
         f"{below:.0%} of the hours below {engineering(level / 1e3)} kN m; most damaging is {worst.case.item()}, "

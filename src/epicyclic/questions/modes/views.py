@@ -81,10 +81,8 @@ def modes_key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
     driven = _driven(result)
     if driven.size and _force_ratio(result)[driven[0]] > 0:
         at = int(driven[0])
-        hertz = engineering(float(result["resonance_frequency"].values[at]))
-        meets = f"{_order(result, at)} meets mode {int(result['resonance_mode'].values[at])}, {hertz} Hz"
-        speed = engineering(100 * float(result["resonance_speed"].values[at]))
-        found.append((f"{speed} %", f"of the operating speed, strongest resonance near it: {meets}"))
+        meets = f"{_order(result, at)} meets mode {_mode(result, at)}, {_hertz(result, at)} Hz"
+        found.append((f"{_speed(result, at)} %", f"of the operating speed, strongest resonance near it: {meets}"))
     return found
 
 
@@ -110,7 +108,7 @@ def modes_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
     """The strongest resonance within the band about operation, and what holds it."""
     if "resonance_near" not in result.variables:
         return []
-    band = f"within {engineering(100 * _band(result))} % of the operating speed"
+    band = _within(result)
     near = np.flatnonzero(result["resonance_near"].values)
     if not near.size:
         return [Finding(tone="good", text=f"No mesh order meets a mode {band}.", anchor="modes")]
@@ -119,18 +117,15 @@ def modes_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
         text = f"No mesh order excites a mode {band}: {met} meet one that the phases of the meshes leave at rest."
         return [Finding(tone="good", text=text, anchor="resonances")]
     at = int(near[0])
-    speed = engineering(100 * float(result["resonance_speed"].values[at]))
-    kind, hertz = result["resonance_kind"].values[at], engineering(float(result["resonance_frequency"].values[at]))
-    where = (
-        f"{_order(result, at)} meets mode {int(result['resonance_mode'].values[at])} ({kind}, {hertz} Hz) at "
-        f"{speed} % of the operating speed"
-    )
+    speed, mode = _speed(result, at), _mode(result, at)
+    kind = f"{result['resonance_kind'].values[at]}, {_hertz(result, at)} Hz"
+    where = f"{_order(result, at)} meets mode {mode} ({kind}) at {speed} % of the operating speed"
     count = f"{near.size} resonance{'s' if near.size > 1 else ''} {band}"
     if met > near.size:
         count += f" ({met - near.size} more where the order does not excite the mode)"
     if ratio[at] < 0:  # without damping or load no force is known
         closest = int(near[np.abs(result["resonance_speed"].values[near] - 1).argmin()])
-        where = f"{_order(result, closest)} at {engineering(100 * float(result['resonance_speed'].values[closest]))} %"
+        where = f"{_order(result, closest)} at {_speed(result, closest)} %"
         text = f"{count}; the nearest is {where}. How strong they are is not known."
         return [Finding(tone="caution", text=text, anchor="resonances")]
     force, verdict = float(result["resonance_own_force"].values[at]), ResonanceVerdict(float(ratio[at]))
@@ -140,7 +135,6 @@ def modes_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
         (held,) = _shares(result, "connection", np.array([at]))
         on_it = abs(float(result["resonance_speed"].values[at]) - 1) < _ON_IT
         away = ": operation stands on it" if on_it else f", or keep away from {speed} % of the operating speed"
-        mode = int(result["resonance_mode"].values[at])
         change = f"Move that frequency, most strain energy {held} (epicyclic detune --mode {mode}){away}."
     text = f"{count}; the strongest is where {where}: {size}{_nearer(result, near[ratio[near] >= NO_MATTER], at)}."
     judged = {"value": verdict.force_ratio, "limit": TEETH_PART}
@@ -158,9 +152,9 @@ def modes_over_cases(whole: xr.Dataset, cases: Mapping[str, xr.Dataset]) -> list
             continue
         speed = result["resonance_speed"].values
         at = int(strong[np.abs(speed[strong] - 1).argmin()])
-        mode, hertz = int(result["resonance_mode"].values[at]), float(result["resonance_frequency"].values[at])
-        force = 100 * float(ratio[at]) if ratio[at] >= 0 else np.nan
-        rows.append((name, _order(result, at), mode, hertz, 100 * float(speed[at]), force))
+        hertz, force = float(result["resonance_frequency"].values[at]), 100 * float(ratio[at])
+        force = force if ratio[at] >= 0 else np.nan
+        rows.append((name, _order(result, at), _mode(result, at), hertz, 100 * float(speed[at]), force))
     headings = ("case", "mesh order", "mode", "frequency [Hz]", "at [% of its speed]", "force [% of mean]")
     title = f"Nearest resonance of every case whose mode makes {100 * NO_MATTER:g} % of the mean force or more"
     return [Table(title=title, columns=named_columns(headings, rows))] if rows else []
@@ -171,9 +165,9 @@ def _nearer(result: xr.Dataset, strong: NDArray[np.int64], strongest: int) -> st
     away = np.abs(result["resonance_speed"].values - 1)
     if not strong.size or away[nearest := int(strong[away[strong].argmin()])] >= away[strongest]:
         return ""
-    mode, share = int(result["resonance_mode"].values[nearest]), 100 * float(_force_ratio(result)[nearest])
-    at = engineering(100 * float(result["resonance_speed"].values[nearest]))
-    return f"; nearest {_order(result, nearest)} and mode {mode} at {at} %, {engineering(share, 2)} %"
+    share = engineering(100 * float(_force_ratio(result)[nearest]), 2)
+    at = f"{_order(result, nearest)} and mode {_mode(result, nearest)} at {_speed(result, nearest)} %"
+    return f"; nearest {at}, {share} %"
 
 
 def modes_front(result: xr.Dataset, company: Company) -> Sequence[Part]:
@@ -183,9 +177,8 @@ def modes_front(result: xr.Dataset, company: Company) -> Sequence[Part]:
     parts: list[Part] = []
     if result.sizes.get("resonance", 0):
         near = np.flatnonzero(result["resonance_near"].values)
-        within = f"Resonances within {engineering(100 * _band(result))} % of the operating speed"
         if near.size:
-            table = _resonances(result, near, within, _IN_FRONT)
+            table = _resonances(result, near, f"Resonances {_within(result)}", _IN_FRONT)
             left = ("near", "most kinetic energy", "K_v of")
             parts.append(replace(table, columns={name: own for name, own in table.columns.items() if name not in left}))
     figure = operating_range({"": (result, company.get("sweep"))})
@@ -199,7 +192,7 @@ def _near_operation(result: xr.Dataset) -> list[Part]:
     """Table of the resonances near operation, all of the range folded away."""
     near = np.flatnonzero(result["resonance_near"].values)
     every = np.arange(result.sizes["resonance"])
-    within = f"within {engineering(100 * _band(result))} % of the operating speed"
+    within = _within(result)
     lead = (
         "A resonance is a speed at which a mesh order meets a natural frequency. How much it matters is in the mesh "
         "force that the mode makes at that order (linear contact)."
@@ -234,16 +227,26 @@ def _resonances(result: xr.Dataset, places: NDArray[np.int64], title: str, most:
         "most strain energy": _shares(result, "connection", shown),
         "most kinetic energy": _shares(result, "body", shown),
         "excited": [str(excited[i]) for i in shown],
-        "force of the mode [N]": [own for own in numbers(result, "resonance_own_force", "resonance")[shown]],
+        "force of the mode [N]": list(numbers(result, "resonance_own_force", "resonance")[shown]),
         "K_v at this speed": [float(result["resonance_dynamic_factor"].values[i]) for i in shown],
-        "K_v of": [
-            unbroken(str(name), stages=_stages(result)) if name else ""
-            for name in result["resonance_mesh"].values[shown]
-        ],
+        "K_v of": [unbroken(str(name), stages=_stages(result)) for name in result["resonance_mesh"].values[shown]],
     }
     note = str(result.attrs.get("resonance_note", ""))
     # above the table: a number below it would look like one of the branches in its last column
     return Table(title=title, columns=columns, lead=f"{note}." if note else "")
+
+
+def _mode(result: xr.Dataset, place: int) -> int:
+    return int(result["resonance_mode"].values[place])
+
+
+def _hertz(result: xr.Dataset, place: int) -> str:
+    return engineering(float(result["resonance_frequency"].values[place]))
+
+
+def _speed(result: xr.Dataset, place: int) -> str:
+    """Per cent of the operating speed."""
+    return engineering(100 * float(result["resonance_speed"].values[place]))
 
 
 def _order(result: xr.Dataset, place: int) -> str:
@@ -271,19 +274,19 @@ def _stages(result: xr.Dataset) -> int:
     return stage_count(texts(result, "connection"))
 
 
-def _band(result: xr.Dataset) -> float:
-    """Share of the operating speed that counts as near it."""
-    return float(json.loads(str(result.attrs.get("options", "{}"))).get("band") or RESONANCE_BAND)
+def _within(result: xr.Dataset) -> str:
+    """How near the operating speed counts as near it, in words."""
+    band = float(json.loads(str(result.attrs.get("options", "{}"))).get("band") or RESONANCE_BAND)
+    return f"within {engineering(100 * band)} % of the operating speed"
 
 
 def _range(result: xr.Dataset) -> str:
-    options = json.loads(str(result.attrs.get("options", "{}")))
+    options, modes = json.loads(str(result.attrs.get("options", "{}"))), ""
     if options.get("band"):
-        return f"within {engineering(100 * float(options['band']))} % of the operating speed"
+        return _within(result)
     if options.get("hertz"):
-        low, high = (engineering(one) for one in options["hertz"])
-        return f"from 5 to 130 % of the operating speed, modes from {low} to {high} Hz"
-    return "from 5 to 130 % of the operating speed"
+        modes = ", modes from {} to {} Hz".format(*map(engineering, options["hertz"]))
+    return f"from 5 to 130 % of the operating speed{modes}"
 
 
 def _most(result: xr.Dataset, name: str, dim: str) -> list[str]:

@@ -38,14 +38,12 @@ def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
 
 
 def _lines(result: xr.Dataset, size: Any, chosen: Any, title: str, unit: str) -> Table:
-    largest = float(size.max(initial=0.0))
+    largest, turns = float(size.max(initial=0.0)), bool(result.attrs["carrier_frequency"])
     columns: dict[str, Any] = {
         "line": [str(result.line.values[i]) for i in chosen],
         "family": [str(result.family.values[i]) for i in chosen],
         "frequency [Hz]": list(result.line_frequency.values[chosen]),
-        "per carrier": list(result.carrier_order.values[chosen])
-        if result.attrs["carrier_frequency"]
-        else [""] * len(chosen),
+        "per carrier": list(result.carrier_order.values[chosen]) if turns else [""] * len(chosen),
         "per mesh": list(result.mesh_order.values[chosen]),
         f"amplitude [{unit}]": list(size[chosen]),
         "[dB]": [f"{20 * np.log10(value / largest):.1f}" for value in size[chosen]],
@@ -55,10 +53,8 @@ def _lines(result: xr.Dataset, size: Any, chosen: Any, title: str, unit: str) ->
 
 
 def _families(result: xr.Dataset, size: Any, rank: Any, unit: str) -> Table:
-    family = result.family.values.astype(str)
-    causes = result.causes.values.astype(str)
-    names = list(dict.fromkeys(family[rank]))
-    whole = float((size**2).sum())
+    family, causes = (result[name].values.astype(str) for name in ("family", "causes"))
+    names, whole = list(dict.fromkeys(family[rank])), float((size**2).sum())
     columns: dict[str, Any] = {
         "family": names,
         "lines": [int((family == name).sum()) for name in names],

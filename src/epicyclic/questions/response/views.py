@@ -174,9 +174,7 @@ def sweep_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
     if not np.isfinite(factor).any() or not np.isfinite(speed).all():
         return []
     mesh, at = _first_most(factor)
-    extent_shown = _extent_words(speed)
     most = f"largest K_v {factor[mesh, at]:.3f} at {engineering(float(speed[at]))} %, {_mesh(result, mesh)}"
-    found: list[Finding] = []
     # meshes of pairs and sides that have no K_v at any speed: they carry nothing
     pairs = [(stage, pair, side) for stage, pair, _, side in map(split_name, texts(result, "mesh"))]
     loaded = {pair for pair, known in zip(pairs, np.isfinite(factor).any(axis=1), strict=True) if known}
@@ -184,14 +182,12 @@ def sweep_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
     least = result["mesh_force_minimum"].transpose("mesh", "speed").values
     apart = np.asarray((least[~idle] < 0).any(axis=0))  # teeth without load always part and meet again
     parted = _ranges(speed, apart)
+    tone, change, text = "good", "", f"Teeth stay in contact {_extent_words(speed)}; {most}."
     if parted:
-        inside = any(a <= 100 <= b for a, b in parted)
+        tone = _parting_tone(parted)
         text = f"Teeth would part at {_range_words(parted)} of the operating speed; {most}."
-        change = "Run outside these ranges, or move the resonances named above." if not inside else ""
-        found.append(Finding(tone="bad" if inside else "caution", text=text, change=change, anchor="sweep"))
-    else:
-        text = f"Teeth stay in contact {extent_shown}; {most}."
-        found.append(Finding(tone="good", text=text, anchor="sweep"))
+        change = "Run outside these ranges, or move the resonances named above." if tone == "caution" else ""
+    found = [Finding(tone=tone, text=text, change=change, anchor="sweep")]
     if idle.any():
         names = ", ".join(name for name, none in zip(texts(result, "mesh"), idle, strict=True) if none)
         text = f"K_v judges nothing in {names}: no load, or a drag alone. Such teeth may rattle within their backlash."
@@ -222,6 +218,11 @@ def _ranges(speed: np.ndarray, inside: np.ndarray) -> list[tuple[float, float]]:
     marked = np.concatenate([[False], inside[rank], [False]]).astype(int)
     starts, ends = np.flatnonzero(np.diff(marked) == 1), np.flatnonzero(np.diff(marked) == -1) - 1
     return [(float(speed[rank][a]), float(speed[rank][b])) for a, b in zip(starts, ends, strict=True)]
+
+
+def _parting_tone(ranges: Sequence[tuple[float, float]]) -> str:
+    """Of ranges of speed [%] in which teeth part: bad where operation lies in one."""
+    return "bad" if any(a <= 100 <= b for a, b in ranges) else "caution"
 
 
 def _extent_words(speed: np.ndarray) -> str:
@@ -281,13 +282,11 @@ def contact_sweep_findings(result: xr.Dataset, company: Company) -> Sequence[Fin
     failed = int((result["status"].values != "ok").sum())
     left = f" {failed} {'points have' if failed > 1 else 'point has'} no motion." if failed else ""
     if not ranges:
-        extent_shown = _extent_words(speed)
-        text = f"No tooth loses contact {extent_shown}; {most}.{left}"
+        text = f"No tooth loses contact {_extent_words(speed)}; {most}.{left}"
         return [Finding(tone="good", text=text, anchor="contact-sweep")]
     both = ", not at the same speeds up and down" if (parted[0] != parted[-1]).any() else ""
     text = f"Teeth part at {_range_words(ranges)} of the operating speed{both}; {most}.{left}"
-    tone = "bad" if any(a <= 100 <= b for a, b in ranges) else "caution"
-    return [Finding(tone=tone, text=text, anchor="contact-sweep")]
+    return [Finding(tone=_parting_tone(ranges), text=text, anchor="contact-sweep")]
 
 
 def _forces(result: xr.Dataset, title: str) -> Table:
@@ -307,10 +306,8 @@ def _forces(result: xr.Dataset, title: str) -> Table:
         rows.append((*row, force, round(100 * apart, 1)))
     of = of_first_stage(result)
     where = f"at mesh frequency{of} [Hz]" if of else "at [Hz]"
-    headings = (
-        *("mesh", "up: largest rms [N]", where, "down: largest rms [N]", f"{where} "),
-        *("largest force [N]", "apart at most [% of the time]"),
-    )
+    sides = ("up: largest rms [N]", where, "down: largest rms [N]", f"{where} ")
+    headings = ("mesh", *sides, "largest force [N]", "apart at most [% of the time]")
     return Table(title=f"Dynamic mesh forces with contact loss, {title}", columns=named_columns(headings, rows))
 
 
@@ -331,9 +328,8 @@ def _motions(result: xr.Dataset) -> Table:
         starts = np.flatnonzero(np.r_[True, label[1:] != label[:-1]])
         for first, last in zip(starts, [*(starts[1:] - 1), len(label) - 1], strict=True):
             rows.append((str(direction), float(frequency[first]), float(frequency[last]), str(label[first])))
-    of = of_first_stage(result)
-    ends = ("from mesh frequency{} [Hz]", "to mesh frequency{} [Hz]") if of else ("from{} [Hz]", "to{} [Hz]")
-    headings = ("direction", *(end.format(of) for end in ends), "motion")
+    of = of_first_stage(result) and f" mesh frequency{of_first_stage(result)}"
+    headings = ("direction", f"from{of} [Hz]", f"to{of} [Hz]", "motion")
     left = f", first {_SHOWN} of {len(rows)}" if len(rows) > _SHOWN else ""
     return Table(title=f"What moves{left}", columns=named_columns(headings, rows[:_SHOWN]))
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...limits import k_gamma_verdict
+from ...limits import KGammaVerdict, k_gamma_verdict
 from ...results.dataset import largest
 from ...show.elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table, force_table, named_columns
 from ...show.errors_shown import error_tables
@@ -26,11 +26,8 @@ _UNDEFINED = "undefined"  # a share of forces that sum to nothing or less
 
 def tables(result: xr.Dataset) -> Sequence[Table]:
     """Coefficients [1] of every mesh by every definition, the train's in the last row; mesh forces [N]."""
-    return [
-        _coefficients(result, texts(result, "mesh"), texts(result, "definition"), "Load sharing"),
-        _forces(result),
-        *error_tables(result),
-    ]
+    coefficients = _coefficients(result, texts(result, "mesh"), texts(result, "definition"), "Load sharing")
+    return [coefficients, _forces(result), *error_tables(result)]
 
 
 def _forces(result: xr.Dataset) -> Table:
@@ -124,24 +121,27 @@ def findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
             text = f"Teeth stay in contact in all {which} at the operating point."
             found.append(Finding(tone="good", text=text, anchor="sharing"))
     if "mean-load" in texts(result, "definition"):
-        # of definitions that a result is without nothing is known
-        known = result.load_sharing.reindex(definition=["mean-load", "mean-load-turning"])
-        mean, turning = known.transpose("definition", "mesh").values
-        found += _k_gamma(result, mean, turning, company)
+        found += _k_gamma(result, company)
     return found
+
+
+def _verdict(result: xr.Dataset) -> tuple[KGammaVerdict | None, float]:
+    """K_gamma beside its limit, if any, and the largest coefficient while turning [1]; nan where it is not known."""
+    # of definitions that a result is without nothing is known
+    known = result.load_sharing.reindex(definition=["mean-load", "mean-load-turning"])
+    mean, turning = known.transpose("definition", "mesh").values
+    most = turning[np.isfinite(turning)].max(initial=-np.inf)
+    return k_gamma_verdict(result, "mesh", mean.tolist()), most if np.isfinite(most) else np.nan
 
 
 _CHANGE = "Linear forces do not hold there: relieve the resonance, or follow the motion with teeth that part."
 
 
-def _k_gamma(
-    result: xr.Dataset, mean: NDArray[np.float64], turning: NDArray[np.float64], company: Company
-) -> list[Finding]:
+def _k_gamma(result: xr.Dataset, company: Company) -> list[Finding]:
     """The mesh-load factor as drawn, against its limit where no tolerances tell what it is of nearly all trains."""
-    verdict = k_gamma_verdict(result, "mesh", mean.tolist())
+    verdict, most = _verdict(result)
     if verdict is None:
         return []
-    most = turning[np.isfinite(turning)].max(initial=-np.inf)
     turns = f", {most:.3f} while turning" if np.isfinite(most) else ""
     limit = f"; {verdict.text}" if "tolerance" not in company else ""
     if not verdict.value > 1 + _EQUAL:
@@ -165,16 +165,11 @@ def over_cases(whole: xr.Dataset, cases: Mapping[str, xr.Dataset]) -> list[Table
     """K_gamma of every case, in the mean and while turning, beside the limit that is nearest, and its mesh."""
     rows = []
     for name, result in cases.items():
-        known = result.load_sharing.reindex(definition=["mean-load", "mean-load-turning"])
-        mean, turning = known.transpose("definition", "mesh").values
-        verdict = k_gamma_verdict(result, "mesh", mean.tolist())
+        verdict, most = _verdict(result)
         if verdict is not None:
-            most = np.nanmax(turning) if np.isfinite(turning).any() else np.nan
             rows.append((name, verdict.value, most, verdict.limit, verdict.name))
-    headings = ("case", "K_gamma", "while turning", "limit", "mesh")
-    return (
-        [Table(title="K_gamma over the load cases", columns=named_columns(headings, rows), decimals=4)] if rows else []
-    )
+    columns = named_columns(("case", "K_gamma", "while turning", "limit", "mesh"), rows)
+    return [Table(title="K_gamma over the load cases", columns=columns, decimals=4)] if rows else []
 
 
 def _loaded(result: xr.Dataset) -> NDArray[np.bool_]:

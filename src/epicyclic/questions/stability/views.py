@@ -52,19 +52,13 @@ def _ranges(result: xr.Dataset) -> list[tuple[Any, ...]]:
     size, rate, taking = result.largest_multiplier.values, result.growth_rate.values, result.taking_part.values
     unstable = ~np.isin(kind, ("", "stable"))
     change = np.flatnonzero((kind[1:] != kind[:-1]) | (unstable[1:] != unstable[:-1])) + 1
-    runs = [run for run in np.split(np.arange(len(kind)), change) if len(run) and unstable[run[0]]]
-    return [
-        (
-            float(frequency[run[0]]),
-            float(frequency[run[-1]]),
-            len(run),
-            str(kind[run[0]]),
-            float(size[run].max()),
-            float(rate[run].max()),
-            ", ".join(dict.fromkeys(str(text) for text in taking[run] if text)),
-        )
-        for run in runs
-    ]
+    rows = []
+    for run in np.split(np.arange(len(kind)), change):
+        if len(run) and unstable[run[0]]:
+            words = ", ".join(dict.fromkeys(str(text) for text in taking[run] if text))
+            ends, most = frequency[run[[0, -1]]].tolist(), (float(size[run].max()), float(rate[run].max()))
+            rows.append((*ends, len(run), str(kind[run[0]]), *most, words))
+    return rows
 
 
 def _predicted(result: xr.Dataset) -> list[Table]:

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections import Counter
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -31,6 +32,7 @@ from ...show.elements import (
     Table,
     compared_rows,
     letters,
+    named_columns,
     number,
     percent,
     shown,
@@ -73,26 +75,16 @@ def key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
 
 def _table(result: xr.Dataset) -> Table:
     """The whole comparison as one table, and in its notes what is left out of it."""
-    signs, notes = letters(result), []
-    rows: list[list[str]] = []
-    if "difference" in result.sizes:
-        differing, left = _differences(result)
-        rows += differing
-        notes += left
+    signs = letters(result)
+    differing, notes = _differences(result) if "difference" in result.sizes else ([], [])
     effects, left = _effects(result)
-    rows += [_row(row) for row in effects]
-    columns: dict[str, Any] = {"": [row[0] for row in rows], "what": [row[1] for row in rows]}
-    count = len(signs)
-    for i, sign in enumerate(signs):
-        columns[sign] = [row[2 + i] for row in rows]
-    for i, sign in enumerate(signs[1:], start=1):
-        heading = "change" if count == 2 else f"{sign} to A"
-        columns[heading] = [row[2 + count + i] for row in rows]
+    changes = ["change"] if len(signs) == 2 else [f"{sign} to A" for sign in signs[1:]]
+    columns = named_columns(("", "what", *signs, *changes), [*differing, *map(_row, effects)])
     lead = "; ".join(f"{sign} = {name}" for sign, name in zip(signs, texts(result, "train"), strict=True))
     return Table(title="Beside each other", columns=columns, lead=lead, notes=(*notes, *left))
 
 
-def _differences(result: xr.Dataset) -> tuple[list[list[str]], list[str]]:
+def _differences(result: xr.Dataset) -> tuple[list[tuple[str, ...]], list[str]]:
     """Rows of the drawing, and a note of those left out."""
     paths, values = texts(result, "difference"), result["difference_text"].values
     blank = [""] * result.sizes["train"]
@@ -101,15 +93,12 @@ def _differences(result: xr.Dataset) -> tuple[list[list[str]], list[str]]:
         change = ComparedRow(group="drawing", name=path, unit="", value=tuple(map(float, numbers))).change
         # a dash where the file says nothing
         cells = [(one if len(one) <= 32 else f"{one[:29]}...") or "-" for one in map(str, row)]
-        rows.append(["drawing", path, *cells, *map(percent, change)])
+        rows.append(("drawing", path, *cells, *map(percent, change[1:])))
     if not paths:
-        return [["drawing", "no difference", *blank, *blank]], []
+        return [("drawing", "no difference", *blank, *blank[1:])], []
     if len(paths) <= _MOST:
         return rows, []
-    heads: dict[str, int] = {}
-    for path in paths[_MOST:]:
-        head = ".".join(path.split(".")[:2])
-        heads[head] = heads.get(head, 0) + 1
+    heads = Counter(".".join(path.split(".")[:2]) for path in paths[_MOST:])
     listed = ", ".join(f"{count} of {head}" for head, count in heads.items())
     return rows, [f"{len(paths) - _MOST} more differences of the drawings: {listed}; all with --json or -o"]
 
@@ -136,11 +125,11 @@ def _effects(result: xr.Dataset) -> tuple[list[ComparedRow], list[str]]:
     return shown_rows, notes
 
 
-def _row(row: ComparedRow) -> list[str]:
-    """Cells of one effect: value of every train, then its change."""
+def _row(row: ComparedRow) -> tuple[str, ...]:
+    """Cells of one effect: value of every train, then the changes from the first."""
     note = row.note or ("",) * len(row.value)
     cells = [f"{shown(value, row.unit)}{' ' if one else ''}{one}" for value, one in zip(row.value, note, strict=True)]
-    return [row.group, row.name, *cells, *map(percent, row.change)]
+    return row.group, row.name, *cells, *map(percent, row.change[1:])
 
 
 def track_tables(result: xr.Dataset) -> Sequence[Table]:
@@ -197,8 +186,8 @@ def sensitivity_tables(result: xr.Dataset) -> Sequence[Table]:
         f"derivative [{'Hz' if dim == 'mode' else 'N'} per unit]": [_span(row[chosen]) for row in derivative],
         f"most it moves, {dim}": [_most(row, result[dim].values) for row in relative],
     }
-    if any(str(text) != "ok" for text in result.status.values):
-        columns["status"] = list(map(str, result.status.values))
+    if set(texts(result, "status")) - {"ok"}:
+        columns["status"] = texts(result, "status")
     found = [Table(title=f"What moves {result.attrs['subject']}", columns=columns)]
     left = {p: why for p, why in json.loads(result.attrs.get("left_out", "{}")).items() if why != "moves nothing"}
     if left:
@@ -269,17 +258,15 @@ def detune_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
         text = f"No mesh order excites a mode within {band} of this speed: nothing is to be moved."
         return [Finding(tone="good", text=text, anchor="detune")]
     verdict = ResonanceVerdict(float(found["force_ratio"])) if "force_ratio" in found else None
-    force = "its force is not known without torque and damping"
-    if verdict is not None:
-        force = f"the mode's force is {verdict.text}"
+    unknown = "its force is not known without torque and damping"
+    force = unknown if verdict is None else f"the mode's force is {verdict.text}"
     text = f"{_resonance_text(result)}: {force}."
     change = "No number of the model moves it."
     if verdict is not None and verdict.tone == "good":
         change = "Nothing is to be done."
     elif result.sizes["change"] and texts(result, "status")[0] == "ok":
-        speed, away, left = (
-            float(result[name].values[0]) for name in ("moved_speed", "moved_away", "left_force_ratio")
-        )
+        names = ("moved_speed", "moved_away", "left_force_ratio")
+        speed, away, left = (float(result[name].values[0]) for name in names)
         only = "" if abs(away) >= options["band"] * (1 - 1e-9) else "At most: "
         rest = f"{number_of(100 * left, 2)} %" if math.isfinite(left) else "not known"
         change = f"{only}{texts(result, 'change')[0]} moves it to {number_of(100 * speed, 4)} %"

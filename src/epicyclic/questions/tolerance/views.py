@@ -134,9 +134,8 @@ def _k_gamma(result: xr.Dataset, p: float, value: float) -> Finding:
     shares = of_definition(result)[f"{kind}exceedance"]
     shares = shares.sel(pair=verdict.name) if apart else shares
     counted = np.flatnonzero(np.isclose(shares["limit"].values, verdict.limit))
-    above = "".join(
-        f", {engineering(100 * float(shares.values[at]), 2)} % of the trains are above it" for at in counted
-    )
+    counts = (engineering(100 * float(shares.values[at]), 2) for at in counted)
+    above = "".join(f", {count} % of the trains are above it" for count in counts)
     text = (
         f"With tolerances K_gamma{whose} stays below {verdict.value:.3f} in {percent(p)} of the trains"
         f"{_turning(result, p, verdict.name if apart else None)}; {verdict.text}{above}."
@@ -150,10 +149,8 @@ def _turning(result: xr.Dataset, probability: float, pair: str | None = None) ->
         return ""
     turning = of_definition(result, _TURNING).sel(probability=probability)
     of_pair = turning["system_k_gamma_quantile"] if pair is None else turning["k_gamma_quantile"].sel(pair=pair)
-    value = float(of_pair)
-    return (
-        f", the largest load of a mesh while turning below {value:.3f} of the equal one" if np.isfinite(value) else ""
-    )
+    words = f", the largest load of a mesh while turning below {float(of_pair):.3f} of the equal one"
+    return words if np.isfinite(of_pair) else ""
 
 
 def _left_out(result: xr.Dataset) -> str:
@@ -174,9 +171,7 @@ def _quantiles(result: xr.Dataset) -> Table:
             own = _with_bands(one.isel(pair=pair), "k_gamma_quantile")
             if definition == "mean-load" and own != rows[name]:
                 rows[f"  {label}"] = own
-    columns: dict[str, Any] = {"": list(rows)}
-    for place, p in enumerate(given):
-        columns[percent(p)] = [row[place] for row in rows.values()]
+    columns = named_columns(("", *map(percent, given)), [(name, *row) for name, row in rows.items()])
     count = f"{int(result.attrs.get('done', 0)):,} samples".replace(",", "\u2009")
     lead = f"{count}; in brackets the 95 % band of each quantile."
     return Table(title="Mesh-load factor not exceeded in ... of the trains", columns=columns, lead=lead)
@@ -211,39 +206,29 @@ def _nearest(result: xr.Dataset) -> tuple[Any, ...]:
 
 def _with_bands(one: xr.Dataset, name: str) -> list[str]:
     """Quantiles [1] with their bands; nothing of one that is not known."""
-    values = one[name].values
-    low, high = (one[f"{name}_{end}"].values if f"{name}_{end}" in one else values for end in ("low", "high"))
-    rows = zip(values, low, high, strict=True)
+    rows = zip(*_ends(one, name), strict=True)
     return [f"{v:.4f} [{a:.4f}, {b:.4f}]" if np.isfinite(v) else "" for v, a, b in rows]
 
 
 def _exceedance(result: xr.Dataset) -> Table:
     """Share of the trains above each limit by each definition, with a mesh that separates, whose contact opens [%]."""
     one = of_definition(result)
-    rows: dict[str, tuple[float, float, float]] = {}
+    rows: dict[str, Sequence[float]] = {}
     if "system_exceedance" in one:
         for i, limit in enumerate(one["limit"].values):
             for definition in texts(result, "definition"):
                 own = of_definition(result, definition).isel(limit=i)
                 name = _NAMES[_TURNING] if definition == _TURNING else "K_gamma"
-                rows[f"{name} above {limit:g}"] = _band(own, "system_exceedance")
+                rows[f"{name} above {limit:g}"] = _ends(own, "system_exceedance")
     if "system_separation_probability" in one:
-        rows["a mesh separates"] = _band(one, "system_separation_probability")
+        rows["a mesh separates"] = _ends(one, "system_separation_probability")
     done = max(int(result.attrs.get("done", 1)), 1)
     rows["contact opens or a link plays"] = (int(result.attrs.get("open", 0)) / done, np.nan, np.nan)
     if int(result.attrs.get("failed", 0)):
         rows["no state, or no load to share"] = (int(result.attrs["failed"]) / done, np.nan, np.nan)
-    percents = [[100 * value for value in row] for row in rows.values()]
-    columns: dict[str, Any] = {"event": list(rows)}
-    for place, heading in enumerate(("share of the trains [%]", "low [%]", "high [%]")):
-        columns[heading] = [row[place] for row in percents]
-    return Table(title="How often", columns=columns)
-
-
-def _band(one: xr.Dataset, name: str) -> tuple[float, float, float]:
-    value = float(one[name])
-    low, high = (float(one[f"{name}_{end}"]) if f"{name}_{end}" in one else np.nan for end in ("low", "high"))
-    return value, low, high
+    headings = ("event", "share of the trains [%]", "low [%]", "high [%]")
+    percents = [(name, *(100 * value for value in row)) for name, row in rows.items()]
+    return Table(title="How often", columns=named_columns(headings, percents))
 
 
 def _what_buys(result: xr.Dataset, names: Sequence[str]) -> Table:
@@ -263,7 +248,7 @@ def _what_buys(result: xr.Dataset, names: Sequence[str]) -> Table:
         f"a tenth less spread, {at}": [ranking.banded(i) for i in order],
         "alone [%]": [alone[i] for i in order],
         "with interactions [%]": [total[i] for i in order],
-        f"{at} per µm of standard deviation [1/µm]": [_digits(micron[i]) for i in order],
+        f"{at} per µm of standard deviation [1/µm]": [float(f"{micron[i]:.3g}") + 0.0 for i in order],
     }
     several = ""
     if len(names) > 1:
@@ -275,14 +260,9 @@ def _what_buys(result: xr.Dataset, names: Sequence[str]) -> Table:
     return Table(title="What buys what", columns=columns, lead=lead, digits=3)
 
 
-def _ends(one: xr.Dataset, name: str) -> list[list[float]]:
-    """An estimate and the ends of its band, of every entry."""
-    return [one[f"{name}{end}"].values.tolist() for end in ("", "_low", "_high")]
-
-
-def _digits(value: float) -> float:
-    """Three digits of a slope; estimated on few samples, it has no more."""
-    return float(f"{value:.3g}") + 0.0
+def _ends(one: xr.Dataset, name: str) -> list[Any]:
+    """An estimate and the ends of its band, of every entry; of one without a band itself."""
+    return [one[end if end in one else name].values.tolist() for end in (name, f"{name}_low", f"{name}_high")]
 
 
 def _worst(result: xr.Dataset) -> Table:
@@ -307,7 +287,11 @@ _PROOF = {
 
 def allocate_tables(result: xr.Dataset) -> Sequence[Table]:
     """Grade and price of every entry, its neighbours, the totals."""
-    names = texts(result, "tolerance")
+    return _allocated(result, texts(result, "tolerance"))
+
+
+def _allocated(result: xr.Dataset, names: Sequence[str]) -> list[Table]:
+    """The tables with the entries by these names."""
     return [_grades(result, names), _neighbours(result, names), _totals(result), *_load_cases(result)]
 
 
@@ -331,14 +315,8 @@ def allocate_sections(result: xr.Dataset, company: Company) -> Sequence[Section]
     from ...show.charts.sharing import grade_prices
 
     words = "Points: one entry changed by one grade. Steps: the cheapest grades for other targets."
-    names = short_entries(texts(result, "tolerance"))
-    parts: list[Part] = [
-        Drawing(anchor="grade-prices", figure=grade_prices(result), caption=words),
-        _grades(result, names),
-        _neighbours(result, names),
-        _totals(result),
-        *_load_cases(result),
-    ]
+    figure = Drawing(anchor="grade-prices", figure=grade_prices(result), caption=words)
+    parts: list[Part] = [figure, *_allocated(result, short_entries(texts(result, "tolerance")))]
     return [Section(anchor="allocation", title="Allocation of tolerances", parts=parts)]
 
 

@@ -33,7 +33,7 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
     at = result.mesh_force_peak_time.values if whole else time[force.argmax(axis=1)]
     # a result of an earlier version does not know that of every stage
     first = of_first_stage(result)
-    of = first if "mesh_tone" not in result.variables else " of its stage" if first else ""
+    of = first if "mesh_tone" not in result.variables else first and " of its stage"
     columns: dict[str, Any] = {
         "mesh": list(map(str, result.mesh.values)),
         "least [N]": list(least),

@@ -9,12 +9,11 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Hashable, Sequence
 
 import numpy as np
 import plotly.graph_objects as go
 import xarray as xr
-from numpy.typing import ArrayLike
 
 from ..elements import ComparedRow, compared_rows, letters, percent, shown
 from ..series import Array, engineering, numbers, readable, short_names, texts
@@ -28,7 +27,7 @@ _MOST_ROWS = 14
 _NOTABLE = 0.01
 
 
-def tornado(data: xr.Dataset, *, most: int = 20) -> go.Figure:
+def tornado(data: xr.Dataset) -> go.Figure:
     """Change of a frequency or force per 1 % more of each number [%], the strongest first, as bars about zero.
 
     A bar between two values is a repeated root that splits.
@@ -37,14 +36,14 @@ def tornado(data: xr.Dataset, *, most: int = 20) -> go.Figure:
     ----------
     data : Dataset of `sensitivity`: sensitivity (path, mode or mesh) [1], ranked_by (mode or mesh), parameter_value,
         parameter_unit (path).
-    most : bars at most; numbers below a thousandth of the strongest are left out.
+        Numbers below a thousandth of the strongest are left out, and those behind the first 20.
     """
     dim = "mode" if "mode" in data.sizes else "mesh"
     chosen = np.flatnonzero(data["ranked_by"].values.astype(bool))
     values = data["sensitivity"].transpose("path", dim).values[:, chosen]
     low, high = values.min(axis=1), values.max(axis=1)
     size = np.maximum(np.abs(low), np.abs(high))
-    strong: list[int] = np.flatnonzero(size > 1e-3 * float(np.nanmax(size, initial=0.0)))[:most].tolist()
+    strong: list[int] = np.flatnonzero(size > 1e-3 * float(np.nanmax(size, initial=0.0)))[:20].tolist()
     names = {i: _name(data, i) for i in strong}
     bars = []
     for colour, words, positive in ((_UP, "raises it", True), (_DOWN, "lowers it", False)):
@@ -73,14 +72,14 @@ def _name(data: xr.Dataset, place: int) -> str:
     return f"{short} = {value} {texts(data, 'parameter_unit')[place]}".rstrip()
 
 
-def compared(data: xr.Dataset, *, most: int = _MOST_ROWS) -> go.Figure:
+def compared(data: xr.Dataset) -> go.Figure:
     """Change of ratio, natural frequencies, load sharing and mesh forces from the first train [%], as bars about it.
 
     Parameters
     ----------
-    data : Dataset of `compare`.  most : quantities at most; those that do not change are left out.
+    data : Dataset of `compare`; quantities that do not change are left out.
     """
-    rows = _strongest(compared_rows(data), most)
+    rows = _strongest(compared_rows(data))
     names, signs = texts(data, "train"), letters(data)
     labels = [f"{row.name}<br>A = {shown(row.value[0], row.unit)}" for row in rows]
     title = "Nothing changes"
@@ -103,61 +102,34 @@ def compared(data: xr.Dataset, *, most: int = _MOST_ROWS) -> go.Figure:
     return level_bars(title, labels, panel, barmode="group", nothing="nothing changes", **layout)
 
 
-def _strongest(rows: list[ComparedRow], most: int) -> list[ComparedRow]:
+def _strongest(rows: list[ComparedRow]) -> list[ComparedRow]:
     """Rows that change, most at the top; of many frequencies or variables those with a notable part of the largest."""
     changed = sorted((row for row in rows if row.largest), key=lambda row: -row.largest)
     least = _NOTABLE * (changed[0].largest if changed else 0.0)
-    return [row for row in changed if row.group not in ("modes", "variable") or row.largest >= least][:most]
+    return [row for row in changed if row.group not in ("modes", "variable") or row.largest >= least][:_MOST_ROWS]
 
 
-def curves(
-    x: ArrayLike,
-    ys: Mapping[str, ArrayLike],
-    *,
-    title: str,
-    x_title: str,
-    y_title: str,
-    log_x: bool = False,
-    reference: float | None = None,
-) -> go.Figure:
-    """Curves over one parameter.
-
-    Parameters
-    ----------
-    x : (k,).  ys : label -> (k,).  x_title, y_title : with units.  log_x : logarithmic axis.
-    reference : a value of y that has a meaning (1 for equal load sharing), drawn as a line.
-    """
-    look: Trace = {"points": 6 if np.size(x) <= 60 else 0, "width": 2, "digits": (7, 6)}
-    layers: list[Layer] = [Curve(x, y, name=name, **cycled(i), **look) for i, (name, y) in enumerate(ys.items())]
-    layers += [] if reference is None else [Mark(y=reference, dash="dash")]
-    log = {"type": "log", "dtick": 1, "exponentformat": "power", "separatethousands": False} if log_x else {}
-    return chart(title, Panel(layers, y=y_title, x_axis=log), x=x_title, height=400, showlegend=True)
-
-
-def study(result: xr.Dataset, name: str | None = None) -> go.Figure:
-    """Curves of one variable over one parameter, and at most over names besides; unit and long name stand on the axes.
+def study(result: xr.Dataset) -> go.Figure:
+    """Curves of the first variable of numbers over one parameter, and at most over names besides, with units.
 
     Parameters
     ----------
     result : Dataset of any kind with a variable of numbers of one or two dims; attribute ``study`` is the title.
-    name : the variable, the first of numbers where not said.
     """
-    values = result[name or drawable(result)[0]]
+    values = result[drawable(result)[0]]
     along = next((dim for dim in values.dims if _abscissa(result, dim) is not None), values.dims[0])
     others = [dim for dim in values.dims if dim != along]
     table = values.transpose(*others, along).values.reshape(-1, values.sizes[along])
     x, x_title = _abscissa(result, along) or (np.arange(values.sizes[along], dtype=np.float64), str(along))
     ys = dict(zip(_labels(result, others), table, strict=True)) if others else {_quantity(values): table[0]}
-    drawn = curves(
-        x,
-        ys,
-        title=str(result.attrs.get("study", "")) or _quantity(values),
-        x_title=x_title,
-        y_title=_quantity(values, _definition(result, str(values.name))),
-        log_x=len(x) > 2 and bool((x > 0).all()) and float(x.max() / x.min()) >= 100,
-        reference=1.0 if "load_sharing" in str(values.name) else None,
-    )
-    return drawn.update_layout(showlegend=bool(others))
+    look: Trace = {"points": 6 if len(x) <= 60 else 0, "width": 2, "digits": (7, 6)}
+    layers: list[Layer] = [Curve(x, y, name=name, **cycled(i), **look) for i, (name, y) in enumerate(ys.items())]
+    layers += [Mark(y=1, dash="dash")] if "load_sharing" in str(values.name) else []  # equal load sharing
+    wide = len(x) > 2 and bool((x > 0).all()) and float(x.max() / x.min()) >= 100
+    log = {"type": "log", "dtick": 1, "exponentformat": "power", "separatethousands": False} if wide else {}
+    panel = Panel(layers, y=_quantity(values, _definition(result, str(values.name))), x_axis=log)
+    title = str(result.attrs.get("study", "")) or _quantity(values)
+    return chart(title, panel, x=x_title, height=400, showlegend=bool(others))
 
 
 def drawable(result: xr.Dataset) -> list[str]:

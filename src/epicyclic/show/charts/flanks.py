@@ -15,6 +15,7 @@ import plotly.graph_objects as go
 import xarray as xr
 
 from ..series import (
+    READ_IN,
     Array,
     by_pair_and_side,
     engineering,
@@ -172,12 +173,8 @@ def root_stress(result: xr.Dataset) -> go.Figure:
         title = f"{gears[j]}, {sides[i]}<br>up to {engineering(float(tension[i, j].max()))} MPa"
         words = "" if number else "place of the tooth [base pitches]"
         maps.append(Panel([heat], title=title, x="along the face [mm]", y=words))
-    largest = Panel(
-        curves,
-        title="largest over the face; dashed: compression below the far flank",
-        x="place of the tooth on the path of contact [base pitches]",
-        y="stress [MPa]",
-    )
+    title = "largest over the face; dashed: compression below the far flank"
+    largest = Panel(curves, title=title, x="place of the tooth on the path of contact [base pitches]", y="stress [MPa]")
     specs = [[{"colspan": len(panel)}, *[None] * (len(panel) - 1)], [{} for _ in panel]]
     layout: Trace = {"columns": len(panel), "gap": 0.05, "space": {"specs": specs, "vertical_spacing": 0.16}}
     return chart(f"Stress in the tooth roots, {result.attrs['mesh']}", largest, *maps, height=760, **layout)
@@ -221,10 +218,8 @@ def load_factors(result: xr.Dataset) -> go.Figure:
     sides = by_pair_and_side(texts(result, "mesh"))
     curves = [*result["branch_load_factor"].values.T, *(factor[:, meshes].max(axis=1) for meshes in sides.values())]
     names = [*between, *(f"{pair} {side}".strip() for pair, side in sides)]
-    layers = [
-        Curve(torque, curve, name=name, points=6, **cycled(i, 1))
-        for i, (name, curve) in enumerate(zip(names, curves, strict=True))
-    ]
+    named = enumerate(zip(names, curves, strict=True))
+    layers = [Curve(torque, curve, name=name, points=6, **cycled(i, 1)) for i, (name, curve) in named]
     axes: Trace = {"x": "torque per operating torque [1]", "y": "factor [1]", "x_axis": FROM_ZERO}
     return chart(
         "Load factors over the torque",
@@ -295,13 +290,17 @@ def mesh_losses(result: xr.Dataset) -> go.Figure:
 
 
 # what objectives are drawn in: factor from SI, unit
-_READ = {"m": (1e6, "µm"), "N/m": (1e-3, "N/mm"), "N": (1.0, "N")}
+_READ = {unit: (factor, words.replace("um", "µm")) for unit, (factor, words) in READ_IN.items()}
 _NAMES = {
     "lte": "peak to peak of the transmission error",
     "load": "largest load per length",
     "force_rms": "RMS of the dynamic mesh force",
     "force_peak": "largest mesh force",
 }
+_ERROR = "loaded transmission error less its mean, operating load"
+_HARRIS = "its peak to peak over the load (Harris map)"
+_ALONG = "largest load per length along the path of contact, operating load"
+_RMS = "RMS of the dynamic mesh force, largest of the meshes looked at"
 _CLOUD = 4000
 _BEFORE, _AFTER = PALE, PALETTE[1]
 
@@ -400,27 +399,14 @@ def relief_effect(result: xr.Dataset) -> go.Figure:
         harris += _states(load, result["relieved_peak_to_peak"].values[:, j] * 1e6, mesh, j)
         harris += [Mark(x=load[now], width=1, dash="dot")]
         along += _states(result["relieved_place"].values[j], result["relieved_load"].values[:, j] / 1e3, mesh, j)
-    rows = [
-        (errors, "loaded transmission error less its mean, operating load", "time [mesh cycles]", "error [µm]"),
-        (harris, "its peak to peak over the load (Harris map)", "mesh force of one helix [kN]", "error [µm]"),
-        (
-            along,
-            "largest load per length along the path of contact, operating load",
-            "path of contact from the pitch point [base pitches]",
-            "load per length [N/mm]",
-        ),
-    ]
+    shown = [Panel(errors, _ERROR, x="time [mesh cycles]", y="error [µm]")]
+    shown.append(Panel(harris, _HARRIS, x="mesh force of one helix [kN]", y="error [µm]", y_axis=FROM_ZERO))
+    x = "path of contact from the pitch point [base pitches]"
+    shown.append(Panel(along, _ALONG, x=x, y="load per length [N/mm]", y_axis=FROM_ZERO))
     if "mesh_force_rms" in result:
-        forces = list[Layer](_states(result["speed"].values, result["mesh_force_rms"].values, "", 0))
-        title, words = (
-            "RMS of the dynamic mesh force, largest of the meshes looked at",
-            "speed relative to the operating one [1]",
-        )
-        rows.append((forces, title, words, "force [N]"))
-    shown = [
-        Panel(layers, title=title, x=x, y=y, y_axis={} if layers is errors else FROM_ZERO)
-        for layers, title, x, y in rows
-    ]
+        forces = _states(result["speed"].values, result["mesh_force_rms"].values, "", 0)
+        x = "speed relative to the operating one [1]"
+        shown.append(Panel(forces, _RMS, x=x, y="force [N]", y_axis=FROM_ZERO))
     return chart("Before (grey) and after (orange) relief", *shown, height=330 * len(shown), gap=0.08)
 
 

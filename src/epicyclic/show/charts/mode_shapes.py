@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import plotly.graph_objects as go
@@ -27,8 +26,7 @@ _FRAME_TIME = 50  # [ms]
 _BYTES = 1_400_000  # of all frames, before they are compressed; one point takes about 13
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Sketch:
+class Sketch(NamedTuple):
     """One body as lines in one view: points about its centre [m], a gap (nan) after each stroke.
 
     body : its row in the displacements.  view : front (x, y) or side (z, y).
@@ -83,8 +81,7 @@ def mode_shapes(check: xr.Dataset, modes: xr.Dataset, *, most: int = 30) -> go.F
 def _shapes(modes: xr.Dataset, most: int) -> NDArray[Any]:
     values: NDArray[Any] = np.asarray(modes["full_shape"].transpose("body", "direction", "mode").values)[:, :, :most]
     # a shape that is real up to rounding swings, it does not whirl
-    real = not np.iscomplexobj(values) or float(np.abs(values.imag).max(initial=0.0)) < 1e-9
-    return np.asarray(values.real) if real else values
+    return values if float(np.abs(values.imag).max(initial=0.0)) >= 1e-9 else np.asarray(values.real)
 
 
 def _swing(shape: NDArray[Any], bodies: Sequence[str], found: Sequence[Part]) -> NDArray[Any]:
@@ -98,11 +95,10 @@ def _swing(shape: NDArray[Any], bodies: Sequence[str], found: Sequence[Part]) ->
     swing[:, 3:5] /= np.array([part.outer for part in found])[:, None]
     swing[:, 5] /= [part.reach for part in found]
     cos, sin = (function([part.angle for part in found]) for function in (np.cos, np.sin))
-    turned = swing.copy()
     for first, second in ((0, 1), (3, 4)):
-        turned[:, first] = cos * swing[:, first] - sin * swing[:, second]
-        turned[:, second] = sin * swing[:, first] + cos * swing[:, second]
-    return turned
+        x, y = swing[:, first].copy(), swing[:, second].copy()
+        swing[:, first], swing[:, second] = cos * x - sin * y, sin * x + cos * y
+    return swing
 
 
 def _axial(swings: Sequence[NDArray[Any]]) -> bool:
@@ -136,36 +132,20 @@ def _order(mode: int, turning: bool, swings: int) -> list[str]:
 
 
 def _sketches(found: Sequence[Part], *, axial: bool) -> list[Sketch]:
-    place = {part.name: row for row, part in enumerate(found)}
-    front = [
-        Sketch(
-            body=place[part.name],
-            kind=part.kind,
-            view="front",
-            at=complex(part.x + part.offset, part.y),
-            points=_front(part, found),
-            closed=part.form is None or not part.form.internal,
-        )
-        for part in one_per_place(found)
-    ]
+    place, sketches = {part.name: row for row, part in enumerate(found)}, list[Sketch]()
+    for part in one_per_place(found):
+        at, closed = complex(part.x + part.offset, part.y), part.form is None or not part.form.internal
+        sketches.append(Sketch(place[part.name], part.kind, "front", at, _front(part, found), closed))
     if not axial:
-        return front
+        return sketches
     right = max(part.offset + part.radius + part.outer for part in found)
     left = min(part.station - _half(part) for part in found)
     shift = right + 0.35 * max(part.radius + part.outer for part in found) - left
-    corners = [complex(_half(part), part.outer) for part in found]
-    side = [
-        Sketch(
-            body=place[part.name],
-            kind=part.kind,
-            view="side",
-            at=complex(part.station + shift, part.y),
-            points=_strokes([np.array([-corner, corner.conjugate(), corner, -corner.conjugate(), -corner])]),
-            closed=True,
-        )
-        for part, corner in zip(found, corners, strict=True)
-    ]
-    return [*front, *side]
+    for part in found:
+        at, corner = complex(part.station + shift, part.y), complex(_half(part), part.outer)
+        box = _strokes([np.array([-corner, corner.conjugate(), corner, -corner.conjugate(), -corner])])
+        sketches.append(Sketch(place[part.name], part.kind, "side", at, box, closed=True))
+    return sketches
 
 
 def _strokes(pieces: Sequence[NDArray[np.complex128]]) -> NDArray[np.complex128]:

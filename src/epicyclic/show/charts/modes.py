@@ -19,6 +19,7 @@ from ..series import (
     Box,
     ModeGroup,
     engineering,
+    grouped,
     has_room,
     kept_apart,
     mesh_tones,
@@ -64,10 +65,8 @@ def frequencies(modes: xr.Dataset, check: xr.Dataset | None = None) -> go.Figure
     top = max((one.frequency for one in found), default=1.0)
     last = found[-1].first if found else 1
     named = _named(found, last, top) if len(found) <= 36 else set()
-    stems: list[Layer] = [
-        _stems([one for one in found if one.kind == kind], kind, named)
-        for kind in dict.fromkeys(one.kind for one in found)
-    ]
+    kinds = grouped((one.kind for one in found), found)
+    stems: list[Layer] = [_stems(own, kind, named) for kind, own in kinds.items()]
     tones = mesh_tones(check)
     longest = max((len(f"{stage} mesh 0000 Hz") if len(tones) > 1 else 15 for stage in tones), default=15)
     panel = Panel(
@@ -149,10 +148,8 @@ def energy_shares(modes: xr.Dataset, *, most: int = 40) -> go.Figure:
     ticks: Trace = {"tickmode": "array", "tickvals": list(range(len(hertz))), "tickangle": -90, "showgrid": False}
     ticks["ticktext"] = [f"{mode}: {text}" for mode, text in enumerate(hertz, 1)]
     maps = list[Panel]()
-    for words, (names, shares) in (
-        ("strain energy of the connections", strain),
-        ("kinetic energy of the bodies", kinetic),
-    ):
+    energies = {"strain energy of the connections": strain, "kinetic energy of the bodies": kinetic}
+    for words, (names, shares) in energies.items():
         percent = np.round(100 * shares, 1)
         look: Trace = {"texttemplate": "%{text}", "textfont": {"size": 10}, "coloraxis": "coloraxis"}
         look |= {"xgap": 1, "ygap": 1, "customdata": [hertz] * len(names)}
@@ -178,18 +175,18 @@ class ResonanceCrossing(NamedTuple):
     mode: int
 
 
-def campbell(data: xr.Dataset, *, orders: int | None = None) -> go.Figure:
+def campbell(data: xr.Dataset) -> go.Figure:
     """Campbell diagram: natural frequencies [Hz] over speed [% of the operating speed], rays of mesh orders.
 
     Parameters
     ----------
     data : Dataset of `campbell`: whirl_frequency (relative_speed, mode) [Hz], mesh_frequency ([stage,] relative_speed).
-    orders : mesh orders drawn; where None as many as reach the highest natural frequency, but 3 to 8.
+        Mesh orders are drawn that reach the highest natural frequency, but 3 to 8.
     """
     speed, whirl, rays = _arrays(data)
     percent = 100 * speed
     highest, fastest = float(np.nanmax(whirl, initial=1.0)), max((float(ray.max()) for ray in rays.values()), default=0)
-    count = orders or int(np.clip(np.ceil(highest / fastest) if fastest > 0 else 3, 3, 8))
+    count = int(np.clip(np.ceil(highest / fastest) if fastest > 0 else 3, 3, 8))
     top = 1.05 * min(highest, 1.3 * count * fastest) if fastest > 0 else 1.05 * highest
     layers: list[Layer] = [OPERATING_BAND, Mark(x=100, width=1.5)] if percent[0] <= 100 <= percent[-1] else []
     kinds = texts(data, "mode_kind") if "mode_kind" in data.variables else [""] * whirl.shape[1]
@@ -254,9 +251,7 @@ def crossings(data: xr.Dataset, *, orders: int = 3) -> list[ResonanceCrossing]:
                     share = distance[at] / (distance[at] - distance[at + 1])
                     met = float(speed[at] + share * (speed[at + 1] - speed[at]))
                     hertz = float(whirl[at, mode] + share * (whirl[at + 1, mode] - whirl[at, mode]))
-                    found.append(
-                        ResonanceCrossing(relative_speed=met, frequency=hertz, order=order, stage=stage, mode=mode + 1)
-                    )
+                    found.append(ResonanceCrossing(met, hertz, order, stage, mode + 1))
     return found
 
 

@@ -125,11 +125,9 @@ def _operating_frequency(sweep: xr.Dataset, x: Array) -> float:
 def operating_mark(sweep: xr.Dataset, x: Array) -> list[Mark]:
     """The operating speed, where it lies within x (speed,) [Hz], as a line."""
     speed = numbers(sweep, "speed", "speed")
-    if not len(speed) or not speed.min() <= 1 <= speed.max():
-        return []
     rank = np.argsort(speed)
-    at = float(np.interp(1.0, speed[rank], x[rank]))
-    return [Mark(x=at, width=1.5, name="operating point", group="marks")]
+    at = float(np.interp(1.0, speed[rank], x[rank], np.nan, np.nan)) if len(speed) else np.nan
+    return [Mark(x=at, width=1.5, name="operating point", group="marks")] if np.isfinite(at) else []
 
 
 def _over_speed(
@@ -319,7 +317,7 @@ def _branches(sweep: xr.Dataset, x: Array, y: Array) -> list[Curve]:
     cut = np.flatnonzero((unstable[1:] != unstable[:-1]) | (np.abs(np.diff(part)) > 1))
     for run in np.split(np.arange(len(unstable)), cut + 1) if len(unstable) else ():
         first, last = int(run[0]), int(run[-1])
-        end = min(last + 1, len(x) - 1) if last + 1 < len(x) and part[last + 1] - part[last] in (0, 1) else last
+        end = last + 1 if last + 1 < len(x) and part[last + 1] - part[last] in (0, 1) else last
         look: Trace = {"name": "branch", "colour": PALE}
         if unstable[first]:
             look = {"name": "unstable branch", "colour": WARNING, "dash": "dash"}

@@ -216,11 +216,11 @@ def modulation(result: xr.Dataset) -> go.Figure:
     level, fault_free = (_level(result, name) for name in ("signal_amplitude", "fault_free_amplitude"))
     shown: list[int] = np.flatnonzero(level > -_DECIBELS).tolist()
     there = [i for i in shown if fault_free[i] > -_DECIBELS]
-    variable, title = "line_frequency", "frequency [Hz]"
+    hertz, title = numbers(result, "line_frequency"), "frequency [Hz]"
+    x = hertz
     if carrier > 0:
-        variable, title = "carrier_order", "frequency per speed of the carrier [1]"
-    x = np.asarray(result[variable].values, float)
-    label, cause, hertz = texts(result, "line"), texts(result, "causes"), result["line_frequency"].values
+        x, title = numbers(result, "carrier_order"), "frequency per speed of the carrier [1]"
+    label, cause = texts(result, "line"), texts(result, "causes")
     lines: list[Layer] = []
     for family, colour in _colours(result).items():
         own = [i for i in shown if str(result["family"].values[i]) == family]
@@ -229,9 +229,8 @@ def modulation(result: xr.Dataset) -> go.Figure:
         at, heads = [round(float(x[i]), 6) for i in own], [round(float(level[i]), 2) for i in own]
         lines += [Stems(at, heads, foot=-_DECIBELS, name=family, text=words, **look)] if own else []
     # rings at the level that each line has in the train as drawn
-    at, heads = [round(float(x[i]), 6) for i in there], [round(float(fault_free[i]), 2) for i in there]
     ring: Trace = {"symbol": "circle-open", "colour": PALE, "hover": None, "digits": (17, 17)}
-    lines.append(points(at, heads, 9, name="without deviations", **ring))
+    lines.append(points(np.round(x[there], 6), np.round(fault_free[there], 2), 9, name="without deviations", **ring))
     names = [
         "signal over one turn of the carrier: dotted, a planet under the sensor" if carrier > 0 else "signal",
         "lines: what is there without any fault in black, greys and pale blue; ○ the line without deviations",
@@ -269,10 +268,8 @@ def _colours(result: xr.Dataset) -> dict[str, str]:
 
 def _level(result: xr.Dataset, name: str) -> Array:
     """Decibels of the largest line of the signal; what is not there far below."""
-    size = np.abs(result[name].values)
     largest = float(np.abs(result["signal_amplitude"].values).max(initial=0.0)) or 1.0
-    level: Array = 20 * np.log10(np.maximum(size / largest, 1e-12))
-    return level
+    return np.asarray(20 * np.log10(np.maximum(np.abs(result[name].values) / largest, 1e-12)))
 
 
 def _signal(result: xr.Dataset, carrier: float, title: str) -> Panel:

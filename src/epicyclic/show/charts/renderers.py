@@ -87,13 +87,8 @@ class Curve(Layer):
     def marker(self) -> Trace:
         """Its points, as of plotly."""
         outline = {"line": {"width": self.outline}} if self.outline else {}
-        return {
-            "color": self.colour,
-            "size": self.points,
-            "symbol": self.symbol,
-            **outline,
-            **self.look.get("marker", {}),
-        }
+        look = {"color": self.colour, "size": self.points, "symbol": self.symbol}
+        return {**look, **outline, **self.look.get("marker", {})}
 
     def traces(self, units: tuple[str, str]) -> Iterator[Trace]:
         """One trace."""

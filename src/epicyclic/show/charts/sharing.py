@@ -176,14 +176,9 @@ def tolerance_shares(result: xr.Dataset) -> go.Figure:
         if band:
             low, high = (np.nan_to_num(np.abs(end - values))[order] for end in band)
             said = [banded(*row) for row in zip(values[order], *(end[order] for end in band), strict=True)]
-            whiskers = {
-                "type": "data",
-                "array": compact(high),
-                "arrayminus": compact(low),
-                "thickness": 1.2,
-                "width": 3,
-            }
-            look["look"] = {"error_x": {**whiskers, "color": INK}, "customdata": said, "textposition": "none"}
+            whiskers: Trace = {"type": "data", "array": compact(high), "arrayminus": compact(low), "color": INK}
+            whiskers |= {"thickness": 1.2, "width": 3}
+            look["look"] = {"error_x": whiskers, "customdata": said, "textposition": "none"}
         bars.append(Bars(names, compact(values[order]), level=True, text=text, hover=hover, **look))
     tops = " or ".join(every[i] for i in ranking.tied_first()[:2])
     return level_bars(
@@ -219,12 +214,11 @@ def k_gamma_histogram(result: xr.Dataset) -> go.Figure:
     title = f"Kγ stays below {words} of the trains" if words else "Mesh-load factor Kγ"
     counts = of_definition(result)["system_histogram"].values
     marked = [*quantiles.values(), *references.values()]
-    low, high = _range(result, counts, marked)
     turning = counts
     if _TURNING in texts(result, "definition"):
         turning = of_definition(result, _TURNING)["system_histogram"].values
-        also = _range(result, turning, marked)
-        low, high = min(low, also[0]), max(high, also[1])
+    lows, highs = zip(*(_range(result, one, marked) for one in (counts, turning)), strict=True)
+    low, high = min(lows), max(highs)
     limits = {f"limit {value:g}": value for value in numbers(result, "limit").tolist()}
     for name, value in limits.items():  # an axis that reached so far would squeeze the trains
         title += "" if low < value < high else f"; {name} lies {'above' if value >= high else 'below'}"
@@ -382,10 +376,9 @@ def grade_prices(result: xr.Dataset) -> go.Figure:
         look["look"] = {"customdata": [f"{grades[i]}: {sign}{engineering(float(costs[i]))}" for i in kept]}
         layers += [points(prices, values[kept], 9, name=words, colour=colour, **look)] if kept else []
         said += [(float(at), float(values[i]), names[i]) for at, i in zip(prices, kept, strict=True)]
-    paid = float(result["drawn_price"]) if "drawn_price" in result else np.nan
-    if np.isfinite(paid):
-        factor = float(result["drawn_k_gamma"])
-        layers.append(points([paid], [factor], 12, name="as drawn", symbol="x", colour=INK, digits=(9, 9)))
+    if "drawn_price" in result and np.isfinite(result["drawn_price"]):
+        paid, factor = ([float(result[f"drawn_{name}"])] for name in ("price", "k_gamma"))
+        layers.append(points(paid, factor, 12, name="as drawn", symbol="x", colour=INK, digits=(9, 9)))
     star: Trace = {"symbol": "star", "colour": PALETTE[1], "digits": (9, 9)}
     layers.append(points([price], [found], 18, name="the grades found", **star))
     where = {"x": 1, "xref": "paper", "xanchor": "right", "yanchor": "bottom", "font": {"color": WARNING}}

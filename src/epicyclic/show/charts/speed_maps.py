@@ -16,7 +16,18 @@ import plotly.graph_objects as go
 import xarray as xr
 from numpy.typing import NDArray
 
-from ..series import Array, compact, engineering, has_room, kept_apart, mode_groups, numbers, stability_verdict, texts
+from ..series import (
+    Array,
+    compact,
+    engineering,
+    has_room,
+    kept_apart,
+    mode_groups,
+    numbers,
+    own_tones,
+    stability_verdict,
+    texts,
+)
 from .over_speed import abscissa, kind_mark, operating_mark
 from .renderers import Curve, Heat, Layer, Mark, Panel, Trace, chart, points
 from .style import GRID, INK, PALE, PALETTE, WARNING, level_legend, note, translucent
@@ -70,9 +81,7 @@ def waterfall(sweep: xr.Dataset, modes: xr.Dataset | None = None, *, mesh: str |
     strong = sorted(every, key=lambda ray: -float(np.nanmax(ray.amplitude, initial=0.0)))[:_LINES]
     shown = [ray for ray in strong if float(np.nanmax(ray.amplitude, initial=0.0)) > _LEAST * top]
     # the axis ends above the natural frequencies, or what is strong
-    loud = [
-        float(np.max(ray.order * x[ray.amplitude > 0.03 * top], initial=0.0)) for ray in shown if len(ray.amplitude)
-    ]
+    loud = [float(np.max(ray.order * x[ray.amplitude > 0.03 * top], initial=0.0)) for ray in shown]
     groups = mode_groups(modes) if modes is not None else []
     reach, above = max([1.0, *loud]), 1.15 * max((one.frequency for one in groups), default=np.inf)
     highest = 1.08 * min(reach, above)
@@ -118,7 +127,7 @@ def _lines(sweep: xr.Dataset) -> Iterator[tuple[float, str, Array, NDArray[np.in
     """Order, label, amplitudes (k, P) and which meshes they are of (k,), line by line."""
     if "mesh_force_order" in sweep.variables:
         values = sweep["mesh_force_order"].transpose("order", "mesh", "speed").values
-        tones = numbers(sweep, "mesh_tone") if "mesh_tone" in sweep.variables else np.ones(sweep.sizes["mesh"])
+        tones = own_tones(sweep)
         stages = [name.split("/")[0] for name in texts(sweep, "mesh")]
         for tone in dict.fromkeys(tones.tolist()):
             own = np.flatnonzero(tones == tone)
@@ -149,9 +158,7 @@ def crests(shown: list[Ray], x: Array, modes: xr.Dataset | None = None, *, highe
         for place in rank[inner]:
             at, value = float(x[place]), float(ray.amplitude[place])
             if natural is None or np.any(np.abs(natural - ray.order * at) < 0.05 * natural):
-                found.append(
-                    Crest(x=at, y=ray.order * at, amplitude=value, label=ray.labels[place], mesh=ray.mesh[place])
-                )
+                found.append(Crest(at, ray.order * at, value, ray.labels[place], ray.mesh[place]))
     within = [one for one in found if highest is None or one.y <= highest]
     wide, tall = float(np.ptp(x)) if len(x) else 0.0, highest or max((one.y for one in within), default=0.0)
     kept: list[Crest] = []
@@ -217,16 +224,10 @@ def label_places(rings: list[tuple[float, float]], letters: list[int]) -> list[t
     for (right, up), count in zip(rings, letters, strict=True):
         wide, tall = count * _LETTER[0], _LETTER[1]
         reach = wide / 2 + _RING[0] / 2 + 0.01
-        ways = [
-            (side * reach, rise * tall * 1.2)
-            for rise in (-1, 1, -2, 2, -3, 3, -4, 4, -5, 5, -6, 6)
-            for side in (1, -1, 0)
-        ]
-        inside = [
-            (dx, dy)
-            for dx, dy in ways
-            if abs(right + dx - 0.5) <= (1 - wide) / 2 and abs(up + dy - 0.5) <= (1 - tall) / 2
-        ]
+        rises = [sign * step for step in range(1, 7) for sign in (-1, 1)]
+        ways = [(side * reach, rise * tall * 1.2) for rise in rises for side in (1, -1, 0)]
+        ends = ((1 - wide) / 2, (1 - tall) / 2)
+        inside = [way for way in ways if abs(right + way[0] - 0.5) <= ends[0] and abs(up + way[1] - 0.5) <= ends[1]]
         free = [(dx, dy) for dx, dy in inside if has_room((right + dx, up + dy, wide, tall), taken)]
         way = (free or inside or ways)[0]
         found.append(way)
@@ -273,10 +274,8 @@ def stability_over_speed(result: xr.Dataset) -> go.Figure:
     rank = np.argsort(x)
     kind, taking = (np.array(texts(result, name))[rank] for name in ("instability", "taking_part"))
     panels = []
-    for variable, words, limit in (
-        ("largest_multiplier", "largest |μ| [-]", 1.0),
-        ("growth_rate", "growth rate [1/s]", 0.0),
-    ):
+    limits = (("largest_multiplier", "largest |μ| [-]", 1.0), ("growth_rate", "growth rate [1/s]", 0.0))
+    for variable, words, limit in limits:
         values = numbers(result, variable)[rank]
         layers: list[Layer] = [Curve(x[rank], values, colour=PALE, width=1.6), Mark(y=limit, dash="dash")]
         for name, (colour, meaning) in _KINDS.items():
@@ -386,20 +385,12 @@ def _name_boundaries(drawn: go.Figure, result: xr.Dataset, y: Array) -> None:
 
 def _outline(low: Array, high: Array, y: Array) -> tuple[Array, Array]:
     """Up the lower and down the upper ends (values,) [Hz] of each run of values at which a range is open."""
-    open_ = np.isfinite(low)
-    xs: list[float] = []
-    ys: list[float] = []
-    runs = np.split(np.arange(len(y)), np.flatnonzero(open_[1:] != open_[:-1]) + 1)
-    for run in runs:
-        if not open_[run[0]]:
-            continue
-        # an edge of the map is no end of the range
-        first, last = run[0] == 0, run[-1] == len(y) - 1
-        down, up = (low[run], y[run]), (high[run], y[run])
-        if first and not last:
-            parts = (down, (up[0][::-1], up[1][::-1]))
-        else:
-            parts = ((down[0][::-1], down[1][::-1]), up)
-        xs += [*parts[0][0], *parts[1][0], np.nan]
-        ys += [*parts[0][1], *parts[1][1], np.nan]
-    return np.array(xs), np.array(ys)
+    open_, ends = np.isfinite(low), [np.zeros((2, 0))]
+    for run in np.split(np.arange(len(y)), np.flatnonzero(open_[1:] != open_[:-1]) + 1):
+        if open_[run[0]]:
+            # an edge of the map is no end of the range: the line begins and ends there
+            way = 1 if run[0] == 0 and run[-1] < len(y) - 1 else -1
+            down, up = (np.array([end[run], y[run]]) for end in (low, high))
+            ends += [down[:, ::way], up[:, ::-way], np.full((2, 1), np.nan)]
+    xs, ys = np.hstack(ends)
+    return xs, ys

@@ -10,15 +10,7 @@ import numpy as np
 import plotly.graph_objects as go
 import xarray as xr
 
-from ..series import (
-    Series,
-    by_panel,
-    engineering,
-    members_of,
-    merged,
-    numbers,
-    texts,
-)
+from ..series import Series, by_panel, engineering, members_of, merged, numbers, texts
 from .renderers import Bars, Panel, Stems, Trace, chart, level_bars, pair_panels
 from .style import INK, PALE, branch_colour, kind_colour, panels
 

@@ -33,6 +33,11 @@ class ToothForm:
     root_radius: float
     base_half_angle: float
 
+    @property
+    def inward(self) -> int:
+        """-1 of a ring, whose teeth point to the axis, else 1."""
+        return -1 if self.internal else 1
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Mating:
@@ -85,10 +90,8 @@ def half_angle(form: ToothForm, radius: Array | float) -> Array:
 
     Below the base circle there is no involute: the flank is drawn radial.
     """
-    cosine = np.minimum(form.base_radius / np.asarray(radius, dtype=np.float64), 1.0)
-    alpha = np.arccos(cosine)
-    turn = np.tan(alpha) - alpha
-    half = form.base_half_angle + turn if form.internal else form.base_half_angle - turn
+    alpha = np.arccos(np.minimum(form.base_radius / np.asarray(radius, dtype=np.float64), 1.0))
+    half = form.base_half_angle - form.inward * (np.tan(alpha) - alpha)
     return np.clip(half, 0.03 * math.pi / form.teeth, 0.97 * math.pi / form.teeth)
 
 
@@ -120,8 +123,8 @@ def rotations(forms: Mapping[str, ToothForm], matings: Sequence[Mating]) -> dict
             sigma = mating.flank * a.teeth / (2 * math.pi) * (placed[mating.a] - _turn_of_a(a, mating, 0.0))
             placed[mating.b] = _turn_of_b(b, mating, sigma)
         elif mating.a not in placed:
-            sign = mating.flank if b.internal else -mating.flank
-            sigma = sign * b.teeth / (2 * math.pi) * (placed[mating.b] - _turn_of_b(b, mating, 0.0))
+            turn = placed[mating.b] - _turn_of_b(b, mating, 0.0)
+            sigma = -b.inward * mating.flank * b.teeth / (2 * math.pi) * turn
             placed[mating.a] = _turn_of_a(a, mating, sigma)
     return {name: placed.get(name, 0.0) for name in forms}
 
@@ -131,8 +134,7 @@ def _involute(angle: float) -> float:
 
 
 def _pitch_half_angle(form: ToothForm, mating: Mating) -> float:
-    inward = -1 if form.internal else 1
-    return form.base_half_angle - inward * _involute(mating.pressure_angle)
+    return form.base_half_angle - form.inward * _involute(mating.pressure_angle)
 
 
 def _turn_of_a(form: ToothForm, mating: Mating, sigma: float) -> float:
@@ -142,9 +144,8 @@ def _turn_of_a(form: ToothForm, mating: Mating, sigma: float) -> float:
 
 def _turn_of_b(form: ToothForm, mating: Mating, sigma: float) -> float:
     half, turned = _pitch_half_angle(form, mating), 2 * math.pi * mating.flank * sigma / form.teeth
-    if form.internal:
-        return mating.direction + mating.flank * half + turned
-    return mating.direction + math.pi - mating.flank * half - turned
+    opposite = 0.0 if form.internal else math.pi
+    return mating.direction + opposite - form.inward * (mating.flank * half + turned)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -261,20 +262,12 @@ def matings(check: xr.Dataset) -> list[Mating]:
     """Every mesh of the train, with the place of its contact at time zero."""
     if "gear_a" not in check.variables:
         return []
-    columns = [numbers(check, name, "mesh") for name in ("mesh_direction", "working_pressure_angle", "flank")]
-    leads, senses = np.nan_to_num(numbers(check, "phase_lead", "mesh")), _senses(check)
+    columns = [numbers(check, name, "mesh").tolist() for name in ("mesh_direction", "working_pressure_angle", "flank")]
+    leads, senses = np.nan_to_num(numbers(check, "phase_lead", "mesh")).tolist(), _senses(check)
     names = (texts(check, name, "mesh") for name in ("mesh", "gear_a", "gear_b"))
     rows = zip(*names, *columns, leads, senses, strict=True)
     return [
-        Mating(
-            name=name,
-            a=a,
-            b=b,
-            direction=float(e),
-            pressure_angle=float(alpha),
-            flank=int(d),
-            sigma=float(sense * lead),
-        )
+        Mating(name=name, a=a, b=b, direction=e, pressure_angle=alpha, flank=int(d), sigma=sense * lead)
         for name, a, b, e, alpha, d, lead, sense in rows
     ]
 
@@ -287,21 +280,13 @@ def pitch_radius(part: Part, mating: Mating | None = None) -> float:
     return part.form.base_radius / math.cos(mating.pressure_angle) if mating and known else part.form.reference_radius
 
 
-def turns(meshes: Sequence[Mating], found: Sequence[Part]) -> dict[str, float]:
-    """Polar angle of one tooth centre of every gear at time zero."""
-    return rotations({part.name: part.form for part in found if part.form is not None}, meshes)
-
-
 def _senses(check: xr.Dataset) -> list[int]:
     """+1 where the first gear of a mesh drives in its frame, else -1; +1 without speeds."""
     speed = dict(zip(texts(check, "body"), numbers(check, "speed", "body"), strict=True))
     frames = zip(texts(check, "body_stage", "body"), texts(check, "kind", "body"), speed.values(), strict=True)
     carrier = {stage: value for stage, kind, value in frames if kind == "carrier"}
-    flanks = numbers(check, "flank", "mesh")
-    found = []
-    for a, stage, d in zip(texts(check, "gear_a"), texts(check, "mesh_stage", "mesh"), flanks, strict=True):
-        found.append(-1 if d * (speed.get(a, math.nan) - carrier.get(stage, 0.0)) < 0 else 1)
-    return found
+    ends = zip(texts(check, "gear_a"), texts(check, "mesh_stage", "mesh"), numbers(check, "flank", "mesh"), strict=True)
+    return [-1 if d * (speed.get(a, math.nan) - carrier.get(stage, 0.0)) < 0 else 1 for a, stage, d in ends]
 
 
 # Field of a part -> variable over the bodies.
@@ -323,8 +308,7 @@ def _bodies(check: xr.Dataset) -> list[Part]:
         columns[field] = numbers(check, name, "body").tolist()
     columns["branch"] = np.nan_to_num(columns["branch"]).astype(int).tolist()
     columns["member"] = [member or name for member, name in zip(columns["member"], columns["name"], strict=True)]
-    rows = (dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True))
-    bodies = [Part(**row) for row in rows]
+    bodies = [Part(**dict(zip(columns, row, strict=True))) for row in zip(*columns.values(), strict=True)]
     return [_toothed(body, gears[body.name]) if body.name in gears else body for body in bodies]
 
 
@@ -340,16 +324,9 @@ def _toothed(body: Part, row: Mapping[str, Any]) -> Part:
     def value(name: str, default: float = math.nan) -> float:
         return float(row[name]) if name in row else default
 
-    form = tooth_form(
-        teeth=int(row["teeth"]),
-        internal=bool(row["internal"]) if "internal" in row else False,
-        base_radius=value("base_radius"),
-        reference_radius=value("reference_radius"),
-        tip_radius=value("tip_radius"),
-        root_radius=value("root_radius"),
-        profile_shift=value("profile_shift", 0.0),
-        pressure_angle=value("pressure_angle"),
-    )
+    given = ("base_radius", "reference_radius", "tip_radius", "root_radius", "pressure_angle", "profile_shift")
+    internal = bool(row.get("internal", False))
+    form = tooth_form(teeth=int(row["teeth"]), internal=internal, **{name: value(name) for name in given})
     return replace(
         body,
         form=form,
@@ -357,7 +334,7 @@ def _toothed(body: Part, row: Mapping[str, Any]) -> Part:
         outer=_outer(form, body.outer),
         width=value("face_width"),
         gap=float(np.nan_to_num(value("gap", 0.0))),
-        herringbone=bool(row["herringbone"]) if "herringbone" in row else False,
+        herringbone=bool(row.get("herringbone", False)),
         helix_angle=float(np.nan_to_num(value("helix_angle", 0.0))),
         hand=int(np.nan_to_num(value("hand", 0.0))),
     )
@@ -385,7 +362,7 @@ def _fitted(found: list[Part], meshes: Sequence[Mating]) -> list[Part]:
         a, b = place.get(one.a), place.get(one.b)
         if a is None or b is None or a.form is None or b.form is None:
             continue
-        sign = -1 if b.form.internal else 1
+        sign = b.form.inward
         distance = math.hypot(a.x - b.x, a.y - b.y)
         if abs(abs(pitch_radius(a, one) + sign * pitch_radius(b, one)) - distance) > _APART * distance > 0:
             per_tooth = distance / abs(a.form.teeth + sign * b.form.teeth)
@@ -408,7 +385,7 @@ def _resolved(found: list[Part]) -> list[Part]:
     """Carriers get the pin radius as R and a size that holds their pins; widths not given a drawn one."""
     widths = [part.width for part in found if np.isfinite(part.width)]
     radii = [part.form.reference_radius for part in found if part.form is not None and not part.form.internal]
-    drawn = max(widths) if widths else 0.5 * min(radii, default=1.0)
+    drawn = max(widths, default=0.5 * min(radii, default=1.0))
     gears = [part.radius + part.outer for part in found if part.form is not None]
     largest = max(gears or [part.outer for part in found if np.isfinite(part.outer)], default=1.0)
     result = []
@@ -416,7 +393,7 @@ def _resolved(found: list[Part]) -> list[Part]:
         pins = [other for other in found if other.carried_by == part.name]
         reach = pins[0].radius if pins else part.reach
         sizes = [pin.radius + 0.35 * (pin.form.reference_radius if pin.form else 0.1 * pin.radius) for pin in pins]
-        outer = max(sizes) if sizes else part.outer
+        outer = max(sizes, default=part.outer)
         result.append(
             replace(
                 part,

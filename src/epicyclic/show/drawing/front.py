@@ -10,7 +10,7 @@ from typing import TypedDict
 import numpy as np
 
 from ..series import engineering
-from .bodies import DrawnTrain, Mating, Part, one_per_place, pitch_radius, stages, tooth_path, turns
+from .bodies import DrawnTrain, Mating, Part, one_per_place, pitch_radius, rotations, stages, tooth_path
 from .display import Area, Contour, DrawnShape, Stroke, Symbol, Text, circle, polygon
 
 _ORDER = {"carrier": 0, "ring": 1, "body": 2, "gear": 3, "planet": 4, "sun": 5}
@@ -38,7 +38,7 @@ def front_shapes(train: DrawnTrain, found: Sequence[Part]) -> list[DrawnShape]:
     ----------
     found : bodies that are drawn, as `front_parts` gives them.
     """
-    turned = turns(train.meshes, found)
+    turned = rotations({part.name: part.form for part in found if part.form is not None}, train.meshes)
     shapes = [shape for part in _back_to_front(found) for shape in _body(part, turned.get(part.name, 0.0), found)]
     carriers = [(part, pins) for part in found if (pins := _pins(part, found))]
     hidden = [Stroke(**_of(part, "hidden edge"), contours=(_arms(part, pins),)) for part, pins in carriers]
@@ -55,13 +55,12 @@ def front_centres(found: Sequence[Part], floating: Collection[str]) -> list[Draw
 
     Of several on one axis the front one; a ring that floats has its marks on its rim, where they hide no teeth.
     """
-    ring = [part for part in found if part.form and part.form.internal and part.name in floating]
     shapes: list[DrawnShape] = []
-    for part in ring:
-        assert part.form is not None
-        rim = 1e3 * (part.outer - part.form.root_radius)
-        places = (cmath.rect(1e3 * part.outer - rim / 2, angle) for angle in (-0.25 * math.pi, 0.75 * math.pi))
-        shapes += [Symbol(**_of(part, "floats on the rim", at=part.centre + place), room=rim) for place in places]
+    for part in found:
+        if part.form and part.form.internal and part.name in floating:
+            rim = 1e3 * (part.outer - part.form.root_radius)
+            places = (cmath.rect(1e3 * part.outer - rim / 2, angle) for angle in (-0.25 * math.pi, 0.75 * math.pi))
+            shapes += [Symbol(**_of(part, "floats on the rim", at=part.centre + place), room=rim) for place in places]
     within = {part.centre: part for part in _back_to_front(found) if part.form and not part.form.internal}
     for part in within.values():
         assert part.form is not None
@@ -236,13 +235,9 @@ def _names(train: DrawnTrain, found: Sequence[Part]) -> list[Text]:
 
 def _fitting(own: Sequence[Part], still: Collection[str], room: float) -> tuple[str, int]:
     """Name and teeth of the gears on one axis in the largest type that so many pixels hold, else the branch alone."""
-    tried = [
-        _name(own[0], still)
-        if len(own) == 1
-        else "<br>".join(_name(part, still).replace("<br>", ", ") for part in own),
-        "<br>".join(part.short for part in own),
-        str(own[0].branch or own[0].short),
-    ]
+    names = [_name(part, still) for part in own]
+    whole = names[0] if len(own) == 1 else "<br>".join(name.replace("<br>", ", ") for name in names)
+    tried = [whole, "<br>".join(part.short for part in own), str(own[0].branch or own[0].short)]
     for text in tried:
         wide = max(len(line) for line in text.split("<br>"))
         for size in (12, 11, 10, 9):

@@ -197,8 +197,8 @@ def _frame_front(drawn: go.Figure, found: Sequence[Part]) -> None:
 def _frame_section(drawn: go.Figure, layout: SectionLayout) -> None:
     """Axis, scale bar, and a range in which everything has room."""
     first, last = layout.columns[0], layout.columns[-1]
-    low = 1e3 * layout.beyond(first, "left", first.room_left + MARGIN)
-    high = 1e3 * layout.beyond(last, "right", last.room_right + MARGIN)
+    low = 1e3 * layout.beyond(first, "left", first.rooms["left"] + MARGIN)
+    high = 1e3 * layout.beyond(last, "right", last.rooms["right"] + MARGIN)
     pixel = 1e3 * layout.length(1)
     top = 1e3 * layout.top + 66 * pixel
     bottom = -top if layout.both else -44 * pixel

@@ -9,7 +9,7 @@ from itertools import pairwise, product
 
 import numpy as np
 
-from ..series import engineering, split_name
+from ..series import engineering, grouped, split_name
 from .bodies import DrawnTrain, Mating, Part, faces, pitch_radius
 from .display import Area, Contour, DrawnShape, Stroke, Symbol, Text, polygon
 from .section_layout import (
@@ -18,6 +18,7 @@ from .section_layout import (
     LANE,
     PLATE,
     SEGMENT,
+    SIDES,
     Column,
     Coupling,
     Ends,
@@ -110,7 +111,7 @@ def _shafts(seat: Seat) -> list[Area]:
         around = (group.first.radius - layout.length(LANE / 2), group.first.radius + layout.length(LANE / 2))
         stations = [link.station for link in layout.links if link.first in {part.name for part in group.bodies}]
         reach = [station + column.shift + way * layout.length(12) for station in stations for way in (-1, 1)]
-        reach += [seat.beyond(side, SEGMENT) for side in ("left", "right")]
+        reach += [seat.beyond(side, SEGMENT) for side in SIDES]
         found += _boxes(seat, (min(reach), max(reach)), around, "shaft", signs=(1,))
     for side in [] if column.lone else seat.sides:
         start = column.edge(side) if group.first.form else layout.cheek(column, side)[0]
@@ -182,8 +183,8 @@ def _carrier(seat: Seat) -> list[Area]:
     """A cheek on either side of the planets, down to its shaft where it has one there."""
     group, column, layout = seat
     shapes = []
-    for side in ("left", "right"):
-        stack = column.stack(side)
+    for side in SIDES:
+        stack = column.stacks[side]
         floor = layout.lane(column.passing + len(stack))[0] + layout.length(AIR)
         for sign in seat.signs:
             radii = [pin.first.radius for pin in seat.carried if pin.half == sign]
@@ -202,7 +203,7 @@ def _pins(column: Column, layout: SectionLayout) -> list[Area]:
     pins = [group for group in column.groups if group.first.branch]
     for radius, half, carrier in sorted({(pin.first.radius, pin.half, pin.first.carried_by) for pin in pins}):
         held = carrier in carriers
-        left, right = (layout.cheek(column, side)[0 if held else 1] for side in ("left", "right"))
+        left, right = (layout.cheek(column, side)[0 if held else 1] for side in SIDES)
         thick = layout.length(0.5 * LANE)
         radii = (half * radius - thick, half * radius + thick)
         if held:
@@ -217,10 +218,8 @@ def _meshes(meshes: Sequence[Mating], layout: SectionLayout) -> list[Stroke]:
     beside the plane, at the distance of their pitch point from the axis.
     """
     where = layout.seat_of
-    alike: dict[tuple[str, str, str], list[Mating]] = {}
-    for one in meshes:
-        stage, pair, _, side = split_name(one.name)
-        alike.setdefault((stage, pair, side), []).append(one)
+    parts = (split_name(one.name) for one in meshes)
+    alike = grouped(((stage, pair, side) for stage, pair, _, side in parts), meshes)
     shapes = []
     for (_, _, side), branches in alike.items():
         drawn = [one for one in branches if one.a in where and one.b in where]
@@ -263,7 +262,7 @@ def _couplings(layout: SectionLayout) -> list[DrawnShape]:
         before = layout.columns[layout.columns.index(right.column) - 1]
         start, stop = left.end("right"), right.end("left")
         lanes = [layout.lane(number) for number in _levels(one, left, right)]
-        passed = layout.beyond(before, "right", before.room_right)
+        passed = layout.beyond(before, "right", before.rooms["right"])
         bound = start if before is left.column else max(start, passed)
         middle, air, flange = (bound + stop) / 2, layout.length(3), layout.length(4)
         words = _spring(next(link for link in layout.links if link.name == one.name))
@@ -287,14 +286,8 @@ def _couplings(layout: SectionLayout) -> list[DrawnShape]:
 def _levels(one: Coupling, left: Seat, right: Seat) -> tuple[int, int, int]:
     """Lanes where a coupling begins, runs and ends; a lone body takes a shaft where it comes."""
     begin, end = left.lane("right"), right.lane("left")
-    if one.lane >= 0:
-        begin, end = (one.lane if left.column.lone else begin), (one.lane if right.column.lone else end)
-        return begin, one.lane, end
-    if left.column.lone and not right.column.lone:
-        begin = end
-    if right.column.lone:
-        end = begin
-    return begin, begin, end
+    run = one.lane if one.lane >= 0 else end if left.column.lone and not right.column.lone else begin
+    return run if left.column.lone else begin, run, run if right.column.lone else end
 
 
 def _supports(layout: SectionLayout) -> list[DrawnShape]:
@@ -324,7 +317,7 @@ def _supports(layout: SectionLayout) -> list[DrawnShape]:
                 marks.setdefault((round(z, 9), sign * r), []).append(link)
     for group, column, _ in layout.seats:  # pins of planets that no carrier holds stand in the housing
         if group.first.branch and not group.first.carried_by:
-            ends_of = [(round(layout.cheek(column, side)[1], 9), side) for side in ("left", "right")]
+            ends_of = [(round(layout.cheek(column, side)[1], 9), side) for side in SIDES]
             walls |= {(end, group.half * group.first.radius, side) for end, side in ends_of}
     return [
         *_strokes("stem", dict.fromkeys(stems)),
@@ -395,9 +388,7 @@ def section_names(layout: SectionLayout) -> list[Text]:
         found += [_name(seat) for seat in seats.values() if column.lone or not seat.group.internal]
         if not column.lone:
             found += _rings(f"<b>{column.place}</b>" if several else "", column, layout)
-            found += [
-                text for side in ("left", "right") for key in column.stack(side) for text in _port(seats[key], side)
-            ]
+            found += [one for side in SIDES for key in column.stacks[side] for one in _port(seats[key], side)]
     return found
 
 
@@ -461,7 +452,7 @@ def _name(seat: Seat) -> Text:
         if level_fits or upright_fits:
             at, upright = _mm(middle, level), not level_fits
             return Text(role="name", text=text, at=at, size=size, upright=upright, backing=group.kind)
-    discs = {side for side in ("left", "right") if _crowded(column, side)}
+    discs = {side for side in SIDES if _crowded(column, side)}
     side = "right" if "left" in discs and "right" not in discs else "left"
     beside = seat.beyond(side, (4.5 * PLATE if side in discs else 1.8 * PLATE) if group.first.branch else 4)
     anchor = ("right" if side == "left" else "left", "middle")
@@ -484,5 +475,5 @@ def _port(seat: Seat, side: str) -> list[Text]:
     towards, shift = ("left", 6) if side == "right" else ("right", -6)
     at = seat.end(side)
     # above where another shaft comes out of this one
-    level, up = (high, "bottom") if column.stack(side).index(group.key) else ((low + high) / 2, "middle")
+    level, up = (high, "bottom") if column.stacks[side].index(group.key) else ((low + high) / 2, "middle")
     return [Text(role="name", text=words, at=_mm(at, level), anchor=(towards, up), shift=(shift, 0), backing="white")]

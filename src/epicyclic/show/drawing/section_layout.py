@@ -9,13 +9,13 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
-from ..series import numbers, texts
+from ..series import grouped, numbers, texts
 from .bodies import DrawnTrain, Part, faces, pitch_radius
 
 WIDE = 800.0  # of the drawing in a figure of 900 px [px]
@@ -26,11 +26,13 @@ PLATE = 9.0  # thickness of a carrier's cheek, of the disc of a ring [px]
 BODY = 34.0  # width of a body without teeth [px]
 AIR = 8.0  # between things that do not touch [px]
 MARGIN = 26.0  # beside the drawing [px]
+SIDES = ("left", "right")
 Ends = tuple[float, float]
+Key = tuple[str, str, int]
+"""Place, member and branch of a group."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SectionLink:
+class SectionLink(NamedTuple):
     """A bearing, support, neck, shaft or coupling: bodies by name, axial place [m], stiffness (6,) [N/m, N m/rad]."""
 
     name: str
@@ -61,7 +63,7 @@ class Group:
     half : 1 drawn above the axis, -1 below it.  held : it does not turn.  power : into the train, of all bodies [W].
     """
 
-    key: tuple[str, str, int]
+    key: Key
     place: str
     bodies: tuple[Part, ...]
     low: float
@@ -97,8 +99,8 @@ class Coupling(NamedTuple):
     """Two groups in two columns that a link couples, the left one first; `lane` of a shaft that passes others."""
 
     name: str
-    left: tuple[str, str, int]
-    right: tuple[str, str, int]
+    left: Key
+    right: Key
     lane: int
 
 
@@ -107,8 +109,7 @@ class Column:
     """A stage, or a body without teeth that carries nothing.
 
     low, high : axial ends of its gears [m].  shift : added to z.  passing : shafts that go through under it.
-    left, right : groups whose shafts leave on that side, from the axis outwards.
-    room_left, room_right : beside the gears [px].
+    stacks : side -> groups whose shafts leave there, from the axis outwards.  rooms : side -> beside the gears [px].
     """
 
     place: str
@@ -117,21 +118,16 @@ class Column:
     high: float
     shift: float = 0.0
     passing: int = 0
-    left: tuple[tuple[str, str, int], ...] = ()
-    right: tuple[tuple[str, str, int], ...] = ()
-    room_left: float = 0.0
-    room_right: float = 0.0
+    stacks: Mapping[str, tuple[Key, ...]] = field(default_factory=dict)
+    rooms: Mapping[str, float] = field(default_factory=dict)
 
     def sides_of(self, group: Group) -> list[str]:
         """Sides on which the shaft of a group leaves."""
-        return [side for side in ("left", "right") if group.key in self.stack(side)]
+        return [side for side in SIDES if group.key in self.stacks[side]]
 
     def edge(self, side: str) -> float:
         """Axial end of its gears where it stands [m]."""
         return (self.low if side == "left" else self.high) + self.shift
-
-    def stack(self, side: str) -> tuple[tuple[str, str, int], ...]:
-        return self.left if side == "left" else self.right
 
     @property
     def middle(self) -> float:
@@ -210,7 +206,7 @@ class Seat(NamedTuple):
 
     def lane(self, side: str) -> int:
         """Lane of its shaft on a side; a lone body stands on the shafts that pass under it."""
-        stack, key = self.column.stack(side), self.group.key
+        stack, key = self.column.stacks[side], self.group.key
         return self.column.passing + (stack.index(key) if key in stack and not self.column.lone else 0)
 
     def shaft(self, side: str) -> Ends:
@@ -239,7 +235,7 @@ class Seat(NamedTuple):
 
     def end(self, side: str) -> float:
         """End of its shaft: the nearer the axis, the further out."""
-        stack = self.column.stack(side)
+        stack = self.column.stacks[side]
         out = BODY / 2 if self.column.lone else 4 * PLATE + SEGMENT * (len(stack) - stack.index(self.group.key))
         return self.beyond(side, out)
 
@@ -272,9 +268,7 @@ def layout_of(check: xr.Dataset, train: DrawnTrain) -> SectionLayout:
     for place, column in enumerate(columns):
         lanes = [one.lane for one in found if one.lane >= 0 and places[one.left[0]] < place < places[one.right[0]]]
         passing = max(lanes, default=-1) + 1
-        columns[place] = replace(
-            column, passing=passing, room_left=_room(column, "left"), room_right=_room(column, "right")
-        )
+        columns[place] = replace(column, passing=passing, rooms={side: _room(column, side) for side in SIDES})
     top = max(column.top for column in columns if not column.lone or len(columns) == 1)
     both = any(group.half < 0 for group in groups)
     scale = _scale(columns, top, both)
@@ -283,32 +277,25 @@ def layout_of(check: xr.Dataset, train: DrawnTrain) -> SectionLayout:
     )
 
 
+_KINDS = ("support", "bearing", "neck", "shaft")
+
+
 def _links(check: xr.Dataset) -> tuple[SectionLink, ...]:
     if "link" not in check.dims:
         return ()
-    stiffness = check["link_stiffness"].transpose("link", "direction").values
-    words = [texts(check, name, "link") for name in ("link", "link_kind", "link_first", "link_second")]
-    rows = zip(*words, numbers(check, "link_station", "link"), stiffness, strict=True)
-    return tuple(
-        SectionLink(
-            name=name,
-            # a result file that is older than the variable has the kind in the name alone
-            kind=kind
-            or next((word for word in ("support", "bearing", "neck", "shaft") if f"/{word}" in name), "coupling"),
-            first=first,
-            second=second,
-            station=float(station),
-            stiffness=tuple(map(float, k)),
-        )
-        for name, kind, first, second, station, k in rows
-    )
+    names, kinds, *ends = (texts(check, name, "link") for name in ("link", "link_kind", "link_first", "link_second"))
+    # a result file that is older than the variable has the kind in the name alone
+    kinds = [
+        kind or next((word for word in _KINDS if f"/{word}" in name), "coupling")
+        for name, kind in zip(names, kinds, strict=True)
+    ]
+    stiffness = map(tuple, check["link_stiffness"].transpose("link", "direction").values.tolist())
+    return tuple(map(SectionLink, names, kinds, *ends, numbers(check, "link_station", "link").tolist(), stiffness))
 
 
 def _groups(check: xr.Dataset, train: DrawnTrain) -> list[Group]:
-    members: dict[tuple[str, str, int], list[Part]] = {}
-    for part in train.parts:
-        if part.branch in (0, 1):
-            members.setdefault((part.place, part.member, part.branch), []).append(part)
+    shown = [part for part in train.parts if part.branch in (0, 1)]
+    members = grouped(((part.place, part.member, part.branch) for part in shown), shown)
     power = dict(zip(texts(check, "body"), np.nan_to_num(numbers(check, "power", "body")), strict=True))
     edges, halves = _edges(train), _halves(members)
     return [
@@ -325,9 +312,9 @@ def _groups(check: xr.Dataset, train: DrawnTrain) -> list[Group]:
     ]
 
 
-def _halves(members: Mapping[tuple[str, str, int], Sequence[Part]]) -> dict[tuple[str, str, int], int]:
+def _halves(members: Mapping[Key, Sequence[Part]]) -> dict[Key, int]:
     """Axes of branch 1 of a stage, the first above, the second below, ... : each plane holds one of them."""
-    found: dict[tuple[str, str, int], int] = {}
+    found: dict[Key, int] = {}
     axes: dict[str, list[tuple[float, float]]] = {}
     for key, own in members.items():
         if own[0].branch:
@@ -371,17 +358,17 @@ def _reach(own: Sequence[Part], edges: Mapping[str, Sequence[float]]) -> dict[st
     tip = first.form.tip_radius
     high = max((edge for edge in found if edge > first.radius), default=first.radius + tip)
     low = min((edge for edge in found if edge < first.radius), default=first.radius - tip)
-    return {"low": max(0.0, low if first.radius > 0 else 0.0), "high": high}
+    return {"low": max(0.0, low), "high": high}
 
 
 def _coupled(links: Iterable[SectionLink], ends: Mapping[str, Group]) -> list[tuple[str, Group, Group]]:
     """Links between members of different places that turn about the axis."""
-    found = []
-    for link in links:
-        one, other = ends.get(link.first), ends.get(link.second)
-        if one and other and one.place != other.place and not one.first.branch and not other.first.branch:
-            found.append((link.name, one, other))
-    return found
+    pairs = [(link.name, ends.get(link.first), ends.get(link.second)) for link in links]
+    return [
+        (name, one, other)
+        for name, one, other in pairs
+        if one and other and one.place != other.place and not one.first.branch and not other.first.branch
+    ]
 
 
 def _ordered(groups: Sequence[Group], coupled: Sequence[tuple[str, Group, Group]]) -> list[Column]:
@@ -413,7 +400,7 @@ def _span(order: Sequence[str], pairs: Iterable[tuple[str, str]]) -> int:
 def _sided(columns: Sequence[Column], coupled: Sequence[tuple[str, Group, Group]]) -> list[Column]:
     """Each shaft to the side of what it is coupled to; else the sun to its loaded end or left, a carrier opposite."""
     places = {column.place: number for number, column in enumerate(columns)}
-    towards: dict[tuple[str, str, int], set[str]] = {}
+    towards: dict[Key, set[str]] = {}
     for _, one, other in coupled:
         for group, far in ((one, other), (other, one)):
             side = "right" if places[far.place] > places[group.place] else "left"
@@ -424,9 +411,9 @@ def _sided(columns: Sequence[Column], coupled: Sequence[tuple[str, Group, Group]
 _RANK = {"sun": 0, "gear": 1, "body": 1, "carrier": 2, "ring": 3}
 
 
-def _sides_of(column: Column, towards: Mapping[tuple[str, str, int], set[str]]) -> Column:
+def _sides_of(column: Column, towards: Mapping[Key, set[str]]) -> Column:
     central = [group for group in column.groups if not group.first.branch and group.first.radius < 1e-9]
-    chosen: dict[tuple[str, str, int], set[str]] = {}
+    chosen: dict[Key, set[str]] = {}
     for group in sorted(central, key=lambda one: (_RANK.get(one.kind, 1), one.high)):
         own = towards.get(group.key)
         if own is None and not column.lone and not (group.internal and (group.held or not group.power)):
@@ -438,8 +425,7 @@ def _sides_of(column: Column, towards: Mapping[tuple[str, str, int], set[str]]) 
         if own:
             chosen[group.key] = own
     # sorted by rank: from the axis outwards
-    left, right = (tuple(key for key, sides in chosen.items() if side in sides) for side in ("left", "right"))
-    return replace(column, left=left, right=right)
+    return replace(column, stacks={at: tuple(key for key, sides in chosen.items() if at in sides) for at in SIDES})
 
 
 def _lanes(coupled: Sequence[tuple[str, Group, Group]], places: Mapping[str, int]) -> list[Coupling]:
@@ -463,20 +449,19 @@ def _room(column: Column, side: str) -> float:
     if column.lone:
         names = [f"{group.word}<br>{'9999 kW out' if group.power else ''}" for group in column.groups]
         return max(BODY, *map(text_width, names)) / 2 + AIR / 2
-    stack = column.stack(side)
+    stack = column.stacks[side]
     shafts = 4 * PLATE + SEGMENT * len(stack)
-    ports = [group for group in column.groups if group.key in stack and group.power]
-    words = max((text_width("9999 kW out") + AIR for _ in ports), default=0.0)
+    ports = any(group.key in stack and group.power for group in column.groups)
+    words = text_width("9999 kW out") + AIR if ports else 0.0
     central = [group for group in column.groups if not group.first.branch and not group.internal]
-    named = max((text_width(group.word) + 3 * PLATE + AIR for group in central), default=0.0)
-    named = named if side == "right" else 0.0
-    return max(shafts + words, named)
+    named = [text_width(group.word) + 3 * PLATE + AIR for group in central if side == "right"]
+    return max([shafts + words, *named])
 
 
 def _scale(columns: Sequence[Column], top: float, both: bool) -> float:
     """Pixels per metre such that the drawing fills the width, or its radii the height."""
     across = sum(column.high - column.low for column in columns)
-    spent = sum(column.room_left + column.room_right + AIR for column in columns) + 2 * MARGIN
+    spent = sum(sum(column.rooms.values()) + AIR for column in columns) + 2 * MARGIN
     tall = TALL / (2 if both else 1) / top
     least = 0.25 * WIDE / across if across > 0 else tall  # a crowded series is drawn wider than the page is
     return min(tall, max((WIDE - spent) / across, least)) if across > 0 else tall
@@ -487,7 +472,7 @@ def _shifted(columns: Sequence[Column], scale: float) -> list[Column]:
     result: list[Column] = []
     behind = -math.inf
     for column in columns:
-        shift = max(0.0, behind - (column.low - column.room_left / scale))
+        shift = max(0.0, behind - (column.low - column.rooms["left"] / scale))
         result.append(replace(column, shift=shift))
-        behind = column.high + shift + (column.room_right + AIR) / scale
+        behind = column.high + shift + (column.rooms["right"] + AIR) / scale
     return result

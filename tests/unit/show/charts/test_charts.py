@@ -11,7 +11,7 @@ import plotly.graph_objects as go
 import pytest
 import xarray as xr
 
-from epicyclic.show.charts.effects import curves, study
+from epicyclic.show.charts.effects import study
 from epicyclic.show.charts.mode_shapes import mode_shapes
 from epicyclic.show.charts.modes import campbell, crossings, energy_shares, frequencies
 from epicyclic.show.charts.over_speed import bearing_forces, speed_sweep
@@ -470,26 +470,16 @@ def test_sweep_marks_natural_frequencies_operating_point_and_failures(ren: Datas
     assert failed.x[0] == pytest.approx(float(ren["sweep"].mesh_frequency[120]))
 
 
-def test_curves_and_studies(synthetic: ModuleType) -> None:
-    stiffness = [1e8, 1e9, 1e10]
-    drawn = curves(
-        stiffness,
-        {"sun": [1.1, 1.2, 1.3], "carrier": [1.1, 1.3, 1.5]},
-        title="Float",
-        x_title="support stiffness [N/m]",
-        y_title="load sharing [-]",
-        log_x=True,
-        reference=1.0,
-    )
-    assert [trace.name for trace in drawn.data] == ["sun", "carrier"]
-    assert drawn.layout.xaxis.type == "log"
+def test_studies(synthetic: ModuleType) -> None:
     data = synthetic.dataset(
         {"load_sharing": (("mesh", "point"), np.ones((2, 3)))},
         coords={"mesh": ["m/a-b/1", "m/a-b/2"], "point": [0, 1, 2], "k": ("point", ["1e8 N/m", "1e9 N/m", "1e10 N/m"])},
         verb="vary",
     )
     again = study(data)
-    assert list(again.data[0].x) == stiffness
+    assert list(again.data[0].x) == [1e8, 1e9, 1e10]
+    assert again.layout.xaxis.type == "log"
+    assert [shape.y0 for shape in again.layout.shapes] == [1]
     assert again.layout.xaxis.title.text == "k [N/m]"
     assert [trace.name for trace in again.data] == ["a-b 1", "a-b 2"]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 from epicyclic import check
 from epicyclic.show.drawing.bodies import (
     Mating,
+    Part,
     ToothForm,
     half_angle,
     matings,
@@ -24,11 +26,15 @@ from epicyclic.show.drawing.bodies import (
     rotations,
     tooth_form,
     tooth_path,
-    turns,
 )
 from epicyclic.show.drawing.display import Area, lines_of
 
 Array = NDArray[np.float64]
+
+
+def turns(check: xr.Dataset, found: Sequence[Part]) -> dict[str, float]:
+    """Polar angle of one tooth centre of every gear of these bodies."""
+    return rotations({part.name: part.form for part in found if part.form is not None}, matings(check))
 
 
 def outline(form: ToothForm, turn: float, *, points: int = 4) -> tuple[Array, Array]:
@@ -87,7 +93,7 @@ def depth(points: tuple[Array, Array], form: ToothForm, turn: float) -> float:
 
 def worst(check: xr.Dataset) -> dict[tuple[str, str], float]:
     found = {part.name: part for part in one_per_place(parts(check))}
-    turned = turns(matings(check), list(found.values()))
+    turned = turns(check, list(found.values()))
     result = {}
     for mating in matings(check):
         a, b = found.get(mating.a), found.get(mating.b)
@@ -131,9 +137,9 @@ def test_a_gear_is_placed_alike_from_either_end_of_a_chain(start: float, flank: 
 def test_the_first_contact_moves_with_the_sense_of_driving(ren: dict[str, xr.Dataset]) -> None:
     check = ren["check"].copy(deep=True)
     check["phase_lead"][:] = 0.1
-    ahead = turns(matings(check), parts(check))["main/sun"]
+    ahead = turns(check, parts(check))["main/sun"]
     check["speed"] *= -1
-    behind = turns(matings(check), parts(check))["main/sun"]
+    behind = turns(check, parts(check))["main/sun"]
     # a lead of a tenth of a pitch, forward where the sun drives and back where it is driven; rounding
     assert ahead - behind == pytest.approx(2 * 0.1 * 2 * math.pi / 23, rel=1e-9)
 
