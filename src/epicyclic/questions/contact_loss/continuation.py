@@ -41,7 +41,7 @@ from scipy.linalg.lapack import dgetrf, dgetrs
 
 from ...engine.run_folder import KeptPart, RunFolder
 from ...system.system import Array, ComplexArray
-from ..response.balance import gmres_of_one
+from ..response.balance import gmres
 from .problem import Problem, State, balanced_forces, dynamic_size, evaluate, jacobian, speed_derivative, unknowns
 from .rows import contiguous
 
@@ -162,10 +162,10 @@ def newton_step(*, forcing: float = _FORCING, restarts: int = 2) -> NewtonStep:
         inverse, product, shape = kept.at(balance, at), jacobian(balance, at), right.shape
         start = inverse(right)
         size = float(np.linalg.norm(start))
-        x, _, calls = gmres_of_one(
-            lambda x: inverse(product(x.reshape(shape))).ravel(),
-            start.ravel(),
-            target=max(forcing * size, target),
+        x, _, calls = gmres(
+            lambda x: inverse(product(x.reshape(shape))).reshape(x.shape),
+            start.reshape(1, -1),
+            target=np.array([max(forcing * size, target)]),
             restarts=restarts,
         )
         kept.calls = calls
@@ -597,16 +597,14 @@ def _bordered(
     by_speed = (inverse(speed_derivative(balance, at)) * (unit.speed / unit.motion)).ravel()
 
     def apply(x: Array) -> Array:
-        """Product (2 J n + 1,) with the preconditioned bordered matrix."""
-        out = np.empty_like(x)
-        step, ds = x[:-1], float(x[-1])
-        np.add(inverse(product(step.reshape(shape))).ravel(), ds * by_speed, out=out[:-1])
-        out[-1] = border @ step + tangent.speed * ds
-        return out
+        """Product (1, 2 J n + 1) with the preconditioned bordered matrix."""
+        step, ds = x[0, :-1], float(x[0, -1])
+        out = inverse(product(step.reshape(shape))).ravel() + ds * by_speed
+        return np.append(out, border @ step + tangent.speed * ds)[None]
 
     whole = np.append(inverse(right).ravel(), last)
     wanted = max(_BORDERED_FORCING * float(np.linalg.norm(whole)), target)
-    x, _, calls = gmres_of_one(apply, whole, target=wanted, restarts=3)
+    (x,), _, calls = gmres(apply, whole[None], target=np.array([wanted]), restarts=3)
     kept.calls = calls
     return x[:-1].reshape(shape), float(x[-1]), calls
 
