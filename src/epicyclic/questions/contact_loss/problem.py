@@ -30,11 +30,11 @@ from ..modes.eigen import Modal
 from ..response.balance import diagonal_inverse, diagonal_product
 from ..response.lattice import kept_points
 from ..response.response import FrameSpeed, Response
+from ..response.spectra import PlacedLine, placed
 from .rows import (
     GapRows,
     Grid,
     GridLaws,
-    PlacedLine,
     WidthTangents,
     contiguous,
     edges,
@@ -218,19 +218,14 @@ def _excitation(
     ready: Response, points: Index, rows: GapRows, lines: Sequence[PlacedLine]
 ) -> tuple[Array, Array, Array]:
     """Errors of the rows (2 J, R) and of links (2 J, p) [m], external modal forces (3, 2, J, n) at points (J, D)."""
-    system, places = ready.system, {tuple(point): i for i, point in enumerate(points.tolist())}
-    error = np.zeros((len(points), len(rows.linear)), complex)
-    link_error = np.zeros((len(points), len(system.links.name)), complex)
-    force = np.zeros((3, len(points), system.force.size), complex)
-    force[0, 0] = system.force
-    for point, conjugate, line in lines:
-        at, gap, push = places[point], line_gaps(ready, rows, line), line.force
-        error[at] += gap.conj() if conjugate else gap
-        link_error[at] += line.link_gap.conj() if conjugate else line.link_gap
-        force[:, at] += push.conj() if conjugate else push
+    system = ready.system
+    (error,) = placed(points, [lines], rows.linear.shape, lambda line: line_gaps(ready, rows, line))
+    (link_error,) = placed(points, [lines], (len(system.links.name),), lambda line: line.link_gap)
+    (force,) = placed(points, [lines], (3, system.force.size), lambda line: line.force)
     error[0, : rows.count] += rows.flanks.opening
-    error[0], link_error[0], force[:, 0] = error[0].real, link_error[0].real, force[:, 0].real
-    modal_force = force @ ready.modal.forces.T
+    force[0, 0] += system.force
+    error[0], link_error[0], force[0] = error[0].real, link_error[0].real, force[0].real
+    modal_force = force.transpose(1, 0, 2) @ ready.modal.forces.T
     return (
         np.concatenate([error.real, error.imag]),
         np.concatenate([link_error.real, link_error.imag]),

@@ -51,12 +51,9 @@ from ...system.system import Array, ComplexArray, Line, System
 from ...warning_codes import CodedText, coded
 from ..response.lattice import Point, kept_points, leads
 from ..response.response import Response
-from ..response.spectra import lateral_pairs
+from ..response.spectra import PlacedLine, lateral_pairs
 
 Index = NDArray[np.int64]
-PlacedLine = tuple[Point, bool, Line]
-"""A line at a lattice point, and whether its conjugate counts there."""
-
 # Phases in one product with the lattice points: bounds the memory of a (phases, 2 J) matrix.
 _BATCH = 2048
 # Half the support of the spline B, in widths.

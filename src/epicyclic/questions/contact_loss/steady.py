@@ -31,7 +31,6 @@ from .shaft_orders import (
     superposed_lines,
     superposition_is_an_answer,
     superposition_is_exact,
-    torus_amplitudes,
     torus_outputs,
     unchanging_lines,
 )
@@ -177,7 +176,7 @@ def _labelled(
     opens = face.any(outputs.row_open > 0)
     # a superposed line pulls where teeth would part
     pulled = ((force < reach) & (reach > 0)).any(axis=0) & ~opens
-    past = past_the_end(system, point.problem.rows.flanks, outputs.flank)
+    past = past_the_end(system, point.problem.rows.flanks, outputs.measures.flank)
     if ready.lawful.groups:
         forces = gap_forces(point.problem, point.state)
         past += groups_past_the_end(ready.lawful, largest_link_forces(ready.lawful, point.problem.rows, forces))
@@ -189,13 +188,13 @@ def _labelled(
             "mesh_force": (("mesh", "mesh_phase"), _over_phase(force, counts, axis, np.mean)),
             "mesh_force_least": (("mesh", "mesh_phase"), _over_phase(force - reach, counts, axis, np.min)),
             "mesh_force_most": (("mesh", "mesh_phase"), _over_phase(force + reach, counts, axis, np.max)),
-            "mesh_force_rms": ("mesh", outputs.rms if rms is None else rms),
-            "mesh_force_bound": ("mesh", outputs.peak),
-            "mesh_force_minimum": ("mesh", outputs.minimum),
-            "open_share": ("mesh", outputs.open),
+            "mesh_force_rms": ("mesh", outputs.measures.rms if rms is None else rms),
+            "mesh_force_bound": ("mesh", outputs.measures.highest),
+            "mesh_force_minimum": ("mesh", outputs.measures.lowest),
+            "open_share": ("mesh", outputs.measures.open),
             "far_share": ("mesh", outputs.far),
             "contact_lost": ("mesh", opens | pulled),
-            "amplitude": ("dof", torus_amplitudes(torus, point, lines)),
+            "amplitude": ("dof", outputs.measures.amplitude),
             **along,
             **links,
             **combined,
@@ -279,7 +278,7 @@ def _link_variables(
     variables: dict[str, Any] = {
         "link_force": (("link_row", "mesh_phase"), _over_phase(outputs.link_force, counts, axis, np.mean))
     }
-    variables |= {name: (ROWS[name], values) for name, values in outputs.links.items() if values.size}
+    variables |= {name: (ROWS[name], values) for name, values in outputs.measures.links.items() if values.size}
     return variables, {**labels}
 
 

@@ -349,7 +349,7 @@ def _fill(ready: Response, reached: Reached, shaft: bool) -> tuple[_Values, Arra
         values |= {"motion": "integrated", "status": "ok" if finite else "not finite"}
         if shaft:
             unknown = "shaft orders are not known of a motion that is integrated"
-            return values | _of_shaft_response(ShaftResponse(measures=None, status=unknown)), None, None
+            return values | _of_shaft_response(ShaftResponse(status=unknown)), None, None
     else:
         values |= {"motion": motion.kind, "harmonics": motion.harmonics, "residual": motion.residual}
         values["stable"] = motion.stable

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from ...system.system import Array, Faces, faces
 from ..response.lattice import Point
 from ..response.response import Response
-from ..response.spectra import LineExcitation, Shaft
+from ..response.spectra import LineExcitation, PlacedLine, Shaft
 from .continuation import (
     TOLERANCE,
     WORK,
@@ -39,7 +39,7 @@ from .continuation import (
     truncation_residual,
 )
 from .problem import Problem, State, dynamic_size, embedded, evaluate, linearised_residual, problem
-from .rows import PlacedLine, Size, gap_rows_of, order_weight, placed_line, torus_points
+from .rows import Size, gap_rows_of, order_weight, placed_line, torus_points
 
 Index = NDArray[np.int64]
 
