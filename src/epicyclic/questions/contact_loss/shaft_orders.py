@@ -29,7 +29,7 @@ from ...system.system import Array, ComplexArray
 from ..response.measures import Range, held_pairs, link_statistics, mean_square
 from ..response.response import Block, Response, respond, unstable_speeds
 from ..response.spectra import Shaft, alias_free_samples, force_signal, lateral_pairs, peak, placed, whole_mesh_signal
-from .branch_set import Measures, mesh_force, row_force
+from .branch_set import Measures, mesh_force, row_force, touching_meshes
 from .continuation import linear_start, newton_step
 from .problem import (
     Problem,
@@ -254,14 +254,9 @@ class MeshOrders:
     stable: bool
 
     @property
-    def key(self) -> tuple[object, ...]:
-        """The same of equal motions, bit by bit."""
-        return self.speed, self.cycles, self.stable, self.y.tobytes()
-
-    @property
     def digest(self) -> str:
-        """The key in few letters."""
-        return hashlib.sha256(repr(self.key[:3]).encode() + self.y.tobytes()).hexdigest()
+        """The same of equal motions, bit by bit."""
+        return hashlib.sha256(repr((self.speed, self.cycles, self.stable)).encode() + self.y.tobytes()).hexdigest()
 
 
 def mesh_orders(at: Solution) -> MeshOrders:
@@ -363,10 +358,9 @@ def linear_motion(torus: Torus, speed: float) -> LinearMotion | None:
             converged=True,
             residual=max(float(block.mesh.residual[0]), state.norm / size),
             truncation=block.mesh.truncation_residual[0],
-            calls=block.mesh.calls,
         ),
         rms=np.sqrt(mean_square(whole_mesh_signal(force_signal(ready, block), torus.face))[:, 0]),
-        unchanging=state.unchanging and bool(np.all(state.touching == (balance.rows.sense > 0))),
+        unchanging=state.unchanging and bool(np.all(state.touching == (balance.rows.flanks.sense > 0))),
     )
 
 
@@ -535,12 +529,9 @@ def torus_outputs(torus: Torus, point: TorusPoint, lines: Sequence[SuperposedLin
     row_lines = [row_force(system, line.force) for line in lines]
     mesh_lines = [face.total(amplitude, axis=1) for amplitude in row_lines]
     counts, touching = balance.grid.counts, point.state.touching
-    loaded, far = touching[:, :rows], touching[:, rows:]
-    # the whole mesh of every flank: in which share of time a far one of it touches, and in which none at all
-    owner, far_share = face.row[balance.rows.flanks.mesh], np.zeros(len(face.name))
-    for mesh in np.unique(owner[rows:][far.any(axis=0)]):
-        far_share[mesh] = far[:, owner[rows:] == mesh].any(axis=1).mean()
-    apart = [1.0 - touching[:, owner == mesh].any(axis=1).mean() for mesh in range(len(face.name))]
+    far = touching.copy()
+    far[:, :rows] = False
+    far_share = touching_meshes(system, far).mean(axis=0)
     least = np.where(far_share == 0, np.minimum(force.min(axis=0), 0.0), -np.inf)
     tones = (*torus.ready.lines.tones, *torus.shaft_tones.tones)
     link_force, links = link_outputs(torus.ready, balance, point.state, tones, lines)
@@ -549,7 +540,7 @@ def torus_outputs(torus: Torus, point: TorusPoint, lines: Sequence[SuperposedLin
             rms=np.sqrt(_variance(torus, point, force, lines, mesh_lines)),
             highest=_with_lines(force, mesh_lines, counts),
             lowest=np.maximum(-_with_lines(-force, mesh_lines, counts), least),
-            open=np.array(apart),
+            open=1.0 - touching_meshes(system, touching).mean(axis=0),
             amplitude=torus_amplitudes(torus, point, lines),
             flank=_with_lines(flank, [line.force for line in lines], counts),
             links=links,
@@ -558,7 +549,7 @@ def torus_outputs(torus: Torus, point: TorusPoint, lines: Sequence[SuperposedLin
         row_force=of_rows,
         reach=_reach(mesh_lines, len(force)) if mesh_lines else np.zeros_like(force),
         row_peak=_with_lines(of_rows, row_lines, counts),
-        row_open=1.0 - loaded.mean(axis=0),
+        row_open=1.0 - touching[:, :rows].mean(axis=0),
         far=far_share,
         link_force=link_force,
     )

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import replace
-from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,10 +16,11 @@ from ...system.system import Array
 from ...warning_codes import CodedText, coded
 from ..response import SteadyOptions
 from ..response.response import require_stable_mean, response
+from ..response.spectra import combinations, link_labels
 from ..response.sweep_table import ROWS
 from .branch_set import branch_set
 from .problem import embedded, gap_forces
-from .rows import NO_TORQUE, gap_rows_of, largest_link_forces, law_warnings, link_labels
+from .rows import NO_TORQUE, gap_rows_of, largest_link_forces, law_warnings, reported_links
 from .shaft_orders import (
     NEGLIGIBLE,
     LinearMotion,
@@ -245,33 +245,30 @@ def _over_phase(
     return values
 
 
-def _combinations(torus: Torus, point: TorusPoint, force: Array) -> tuple[dict[str, Any], Array]:
+def _combinations(torus: Torus, point: TorusPoint, force: Array) -> tuple[dict[str, Any], NDArray[np.object_]]:
     """Complex amplitude (w, J) at every lattice point [N] of mesh forces (N, w), and the names (J,) of these.
 
     A mesh tone is named after its stage, a shaft tone after the path in the file of the first line on it.
     """
     grid, ready, D = point.problem.grid, torus.ready, torus.mesh_tones
-    J, points = len(grid.points), grid.points.tolist()
-    rows = grid.rows(force)
+    J, rows = len(grid.points), grid.rows(force)
     tones = (*ready.lines.tones, *torus.shaft_tones.tones)
-    axes, stages = ready.lines.axis.tolist(), ready.system.meshes.stage
-    names = [stages[axes.index(axis)] for axis in range(D)]
+    names = ready.lines.stages(ready.system)
     for tone in range(len(torus.shaft_tones.tones)):
         causes = [line.causes for place, _, line in torus.shaft_tones.lines if place[D + tone] and line.causes]
         names.append(causes[0][0] if causes else f"slow tone {tone + 1}")
-    label = [" ".join(f"{a:+d} {name}" for a, name in zip(p, names, strict=False) if a) or "mean" for p in points]
-    exact = [sum((a * f for a, f in zip(p, tones, strict=False)), Fraction(0)) for p in points]
+    labels, frequency = combinations(grid.points, names, tones, point.state.speed)
     return {
         "combination_force": (("mesh", "combination"), (rows[:J] + 1j * rows[J:]).T),
-        "combination_frequency": ("combination", point.state.speed * np.array([float(f) for f in exact])),
-    }, np.array(label, dtype=object)
+        "combination_frequency": ("combination", frequency),
+    }, labels
 
 
 def _link_variables(
     torus: Torus, outputs: TorusOutputs, counts: tuple[int, ...]
 ) -> tuple[dict[str, Any], dict[Hashable, Any]]:
     """Variables and coordinates of links: forces over the phase of the first mesh, and measures over all phases."""
-    labels = link_labels(torus.ready)
+    labels = link_labels(reported_links(torus.ready)[0])
     if not labels:
         return {}, {}
     axis = np.zeros(len(labels["link_row"]), dtype=np.int64)

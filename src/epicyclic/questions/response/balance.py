@@ -28,8 +28,8 @@ Derived here.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import NamedTuple
+from dataclasses import dataclass, fields, replace
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 import scipy.linalg
@@ -37,7 +37,7 @@ from numpy.typing import NDArray
 
 from ...system.system import Array, ComplexArray, System
 from ..modes.eigen import Modal
-from .lattice import Kernel, product, to_real, truncated_product
+from .lattice import Kernel, product, stiffness_series, to_real, truncated_product
 
 _TINY = 1e-300
 # Least |D| of the preconditioner, per omega_r^2.  At a resonance of the mean system without damping D is 0 although the
@@ -241,7 +241,7 @@ class HarmonicSolution:
     y : (P, 2, J, n) energy-weighted modal.  gap : (m, P, 2 J) B^T q - e [m].  frequency : (P, J) [rad/s].
     residual : (P,) of the harmonics kept.  truncation_residual : (P, D + 1) of the truncated ones, by their kind.
     Both are relative to the dynamic part, whose size is scale (P,).  calls : of the operator.
-    uncertainty : (P,) bound of the relative error of y near a resonance of light damping, 0 elsewhere; empty: not made.
+    uncertainty : (P,) bound of the relative error of y near a resonance of light damping, 0 elsewhere.
     truncated_force : (m, P, 2 T) of the meshes on the truncated harmonics [N]; None: not made.
     """
 
@@ -252,8 +252,23 @@ class HarmonicSolution:
     truncation_residual: Array
     scale: Array
     calls: int
-    uncertainty: Array = field(default_factory=lambda: np.zeros(0))
+    uncertainty: Array
     truncated_force: Array | None = None
+
+
+Record = TypeVar("Record", Batch, HarmonicSolution)
+
+
+def at_points(record: Record, points: NDArray[np.bool_] | list[int]) -> Record:
+    """Some of the P points of a batch or of its solution; arrays of meshes have these in front."""
+    values: dict[str, Any] = {one.name: getattr(record, one.name) for one in fields(record)}
+    of_meshes = ("error", "gap", "truncated_force")
+    some: dict[str, Any] = {
+        name: value[:, points] if name in of_meshes else value[points]
+        for name, value in values.items()
+        if isinstance(value, np.ndarray)
+    }
+    return replace(record, **some)
 
 
 class Guess(NamedTuple):
@@ -279,17 +294,9 @@ class _Balance(NamedTuple):
     right: Array
     tolerance: float
 
-    def of(self, points: Index | list[int]) -> _Balance:
+    def of(self, points: list[int]) -> _Balance:
         """Some of the points."""
-        batch = self.batch
-        some = Batch(
-            frequency=batch.frequency[points],
-            truncated_frequency=batch.truncated_frequency[points],
-            frame=batch.frame[points],
-            error=batch.error[:, points],
-            force=batch.force[points],
-        )
-        return self._replace(batch=some, right=self.right[points])
+        return self._replace(batch=at_points(self.batch, points), right=self.right[points])
 
     def preconditioned(self) -> tuple[Array, Callable[..., Array]]:
         """Rows preconditioned by P, D or its floor: P^-1 right (P, 2 J n) and P^-1 (D + coupling)."""
@@ -569,8 +576,8 @@ def resonant_block(system: System, modal: Modal, kernel: Kernel, frequency: Arra
 
 def _waves(system: System, modal: Modal, meshes: Index) -> ComplexArray:
     """Couplings of coordinates by each harmonic -L .. L of the stiffness of `meshes` (m_j,), (2 L + 1, n, n)."""
-    half = system.meshes.stiffness[meshes, None] * system.meshes.variation[meshes] / 2
-    series = np.concatenate([half[:, ::-1].conj(), np.zeros((len(meshes), 1)), half], axis=1)
+    L = system.meshes.variation.shape[1]
+    series = stiffness_series(system, meshes, L, reach=L)
     pulls, gaps = modal.pulls[meshes], modal.gaps[meshes]
     waves: ComplexArray = np.array([(pulls.T * wave) @ gaps for wave in series.T])
     return waves

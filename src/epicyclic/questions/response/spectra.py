@@ -7,7 +7,7 @@ Spectra of mesh forces, link forces and displacements of a solved block, and the
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -355,8 +355,7 @@ def _link_spectrum(ready: Response, block: Block, *, shifted: bool) -> Spectrum:
 def _solution(block: Block, *, shifted: bool) -> HarmonicSolution:
     """Solution of the mesh orders, or of the shaft orders (`shifted`)."""
     solved = block.shaft if shifted else block.mesh
-    if solved is None:
-        raise ValueError("no shaft lines were solved")
+    assert solved is not None
     return solved
 
 
@@ -478,26 +477,12 @@ def _box(
     box: Values = np.zeros((*amplitude.shape[:3], *(high - low + 1)), complex)
     box[(..., *(points - low).T)] = amplitude
     for axis in range(len(phases) - 1, -1, -1):
-        shape, count = box.shape, phases[axis].size
-        rows = box.reshape(int(np.prod(shape[: 3 + axis])), shape[3 + axis], -1)
-        box = _along(rows, np.arange(low[axis], high[axis] + 1), phases[axis], real=real and axis == 0)
-        box = box.reshape(*shape[: 3 + axis], count, *shape[4 + axis :])
+        orders, last = np.arange(low[axis], high[axis] + 1), real and axis == 0
+        box = np.moveaxis(_wave(np.moveaxis(box, 3 + axis, -1), orders, phases[axis], real=last), -1, 3 + axis)
         # the multiples of this tone stand where the orders of the tones still to be summed are 0
         alone = box[(slice(None),) * 3 + tuple(-low[:axis])]
-        alone += own[axis].reshape(*shape[:3], count, *(1,) * (len(phases) - 1 - axis))
+        alone += own[axis].reshape(*own[axis].shape, *(1,) * (len(phases) - 1 - axis))
     return box
-
-
-def _along(rows: ComplexArray, orders: Index, theta: Array, *, real: bool) -> Values:
-    """sum_a rows_a exp(2 pi i a theta) over the middle axis, (R, K, L) to (R, Nt, L), its real part where `real`."""
-    if rows.shape[2] == 1:
-        return _wave(rows[:, :, 0], orders, theta, real=real)[:, :, None]
-    angle = 2 * np.pi * np.outer(theta, orders)
-    if not real:
-        whole: Values = np.exp(1j * angle) @ rows
-        return whole
-    real_part: Values = np.hstack([np.cos(angle), -np.sin(angle)]) @ np.concatenate([rows.real, rows.imag], axis=1)
-    return real_part
 
 
 def envelopes(spectrum: Spectrum, axis: int, theta: Array) -> Envelopes:
@@ -520,6 +505,19 @@ def envelopes(spectrum: Spectrum, axis: int, theta: Array) -> Envelopes:
         shaft=np.repeat(np.full(1, -1) if spectrum.mirrored else np.arange(S), R),
         values=values.reshape(*values.shape[:2], S * R, theta.size),
     )
+
+
+def combinations(
+    points: Index, names: Sequence[str], tones: Sequence[Fraction], speed: float
+) -> tuple[NDArray[np.object_], Array]:
+    """Names (J,) and frequencies (J,) [Hz] of lattice points (J, D): ``+1 sun mesh -2 ring mesh``, ``mean``.
+
+    names, tones : of D phases or more.  speed : relative.
+    """
+    every = points.tolist()
+    labels = [" ".join(f"{a:+d} {name}" for a, name in zip(p, names, strict=False) if a) or "mean" for p in every]
+    exact = [sum((a * f for a, f in zip(p, tones, strict=False)), Fraction(0)) for p in every]
+    return np.array(labels, dtype=object), speed * np.array([float(f) for f in exact])
 
 
 def alias_free_samples(ready: Response, harmonics: int) -> int:
@@ -560,3 +558,11 @@ def lateral_pairs(system: System) -> Index:
         if f"{link}/{first}" in row and f"{link}/{second}" in row
     ]
     return np.array(pairs, dtype=np.int64).reshape(-1, 2)
+
+
+def link_labels(system: System) -> dict[Hashable, list[str]]:
+    """Names of the link rows and of bearings, links of two lateral rows, as results hold them; no empty ones."""
+    links = system.links
+    labels: dict[Hashable, list[str]] = {"link_row": list(links.name)}
+    labels["bearing"] = [links.link[x] for x in lateral_pairs(system)[:, 0]]
+    return {dim: names for dim, names in labels.items() if names}
