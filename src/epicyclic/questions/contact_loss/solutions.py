@@ -31,7 +31,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,9 +56,6 @@ from ..stability.floquet import (
 from .continuation import NewtonResult, linear_start, solve
 from .problem import Problem, State, dynamic_size, evaluate, gap_rows, lift_idle, mesh_problem, prolonged
 from .rows import GapRows
-
-if TYPE_CHECKING:
-    from ..response.response import Response
 
 # Steps of a mesh cycle in which contact changes; so many times as many, as often, while the circle is within the error.
 _STEPS, _TIMES, _FINER = 48, 3, 3
