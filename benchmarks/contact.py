@@ -19,7 +19,7 @@ from epicyclic.questions.contact_loss.continuation import (
     Stepping,
     arclength_unit,
     branch,
-    folds,
+    folds_of_speed,
     linear_start,
     peak_of,
     solve,
@@ -89,9 +89,9 @@ def _branches(system: System, quick: bool) -> list[table.Row]:
     free = [_branch(system, refinement, length, unit, guarded=False) for length, unit in settings]
     each = [1e3 * took / len(points) for points, took in guarded]
     kept, lost = (sum(_kept(system, points) for points, _ in some) for some in (guarded, free))
-    without = sum(not folds(points) for points, _ in free)
+    without = sum(not folds_of_speed([point.state.speed for point in points]) for points, _ in free)
     peaks = [_level(system)(points[_top(system, points)].state, points[0].path.balance) for points, _ in guarded]
-    turns = np.array([[1e3 * points[i].state.speed for i in folds(points)][:2] for points, _ in guarded])
+    turns = np.array([folds_of_speed([1e3 * point.state.speed for point in points])[:2] for points, _ in guarded])
     middle, count = statistics.median(each), len(settings)
     say = f"{turns[:, 0].min():.2f}..{turns[:, 0].max():.2f} and {turns[:, 1].min():.2f}..{turns[:, 1].max():.2f} Hz"
     return [
@@ -134,7 +134,7 @@ def _top(system: System, points: list[PathPoint]) -> int:
 
 def _kept(system: System, points: list[PathPoint]) -> bool:
     """Whether the branch gets through with both folds within 0.2 Hz and the peak within 0.2 %."""
-    turns = [1e3 * points[i].state.speed for i in folds(points)]
+    turns = folds_of_speed([1e3 * point.state.speed for point in points])
     top = points[_top(system, points)]
     near = len(turns) == 2 and all(abs(a - b) < 0.2 for a, b in zip(turns, FOLDS, strict=True))
     return near and points[-1].state.speed > 2.4 and abs(_level(system)(top.state, top.path.balance) / PEAK - 1) < 2e-3

@@ -125,7 +125,7 @@ def _error(given: Torus, point: TorusPoint, cycles: int, steps: int = 256) -> tu
     force = mesh_force(moving, times[:-1], states[:-1])
     rms = np.sqrt(force.var(axis=1))
     change = float(np.abs(states[-1] - states[0]).max() / np.abs(states).max())
-    return float(np.abs(torus_outputs(given, point).rms - rms).max() / rms.max()), change
+    return float(np.abs(torus_outputs(given, point).measures.rms - rms).max() / rms.max()), change
 
 
 def _slices() -> list[table.Row]:

@@ -146,7 +146,7 @@ def _closed(refinement: Refinement, y: Array, speed: float, kept: Truncation, re
     state = evaluate(balance, y, speed)
     if not balance.rows.parametric:
         return _closed_by_law(refinement, balance, y, speed, harmonics)
-    if not np.all(state.touching == (balance.rows.sense > 0)):
+    if not np.all(state.touching == (balance.rows.flanks.sense > 0)):
         return None
     residual = max(residual, state.norm / dynamic_size(y))
     return Solution(balance=balance, harmonics=harmonics, state=state, residual=residual)
@@ -161,7 +161,7 @@ def _closed_by_law(refinement: Refinement, balance: Problem, y: Array, speed: fl
     H = harmonics_for(max(_LEAST_OF_CLOSED_TEETH, harmonics))
     finer = refinement.problem(H)
     at = solution(refinement, prolonged(balance, finer, y), speed, balance=finer, harmonics=H)
-    if at is None or not np.all(at.state.touching == (at.balance.rows.sense > 0)):
+    if at is None or not np.all(at.state.touching == (at.balance.rows.flanks.sense > 0)):
         return None
     linear = prolonged(balance, at.balance, y)
     moved = float(np.linalg.norm((at.state.y - linear)[:, 1:]))
@@ -171,7 +171,7 @@ def _closed_by_law(refinement: Refinement, balance: Problem, y: Array, speed: fl
 def _pressed(refinement: Refinement, speed: float, harmonics: int) -> NDArray[np.bool_] | None:
     """Flanks (R,) that press in the mean of a linear motion with these alone, None where they are those loaded."""
     balance = refinement.problem(harmonics_for(max(_LEAST_OF_CLOSED_TEETH, harmonics)))
-    loaded = pressed = balance.rows.sense > 0
+    loaded = pressed = balance.rows.flanks.sense > 0
     for _ in range(_ROUNDS):
         motion, F = linear_start(balance, speed, pressed)[0, 0], balance.rows.count
         mean = (balance.rows.gaps @ motion - balance.error[0])[:F]
@@ -507,6 +507,14 @@ def mesh_force(system: System, force: NDArray[Number]) -> NDArray[Number]:
     return total
 
 
+def touching_meshes(system: System, touching: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Whole meshes (N, w) of which any of the flanks (N, R) touches."""
+    m, far = len(system.meshes.name), system.far_flanks.mesh
+    rows = touching[:, :m].copy()
+    rows[:, far[: touching.shape[1] - m]] |= touching[:, m:]
+    return np.asarray(faces(system.meshes).total(rows.astype(float), axis=1) > 0)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Measures:
     """Measures of a motion.
@@ -549,13 +557,7 @@ def _measures(system: System, force: Array, touching: np.ndarray, motion: Array,
 
     smooth : whether extremes are refined by parabolas through the samples.
     """
-    face, net = faces(system.meshes), mesh_force(system, force)
-    m = len(system.meshes.name)
-    any_row = touching[:, :m].copy()
-    for column, mesh in enumerate(system.far_flanks.mesh[: force.shape[1] - m].tolist()):
-        any_row[:, mesh] |= touching[:, m + column]
-    closed = face.total(any_row.astype(float), axis=1) > 0
-    q = motion.T
+    net, q = mesh_force(system, force), motion.T
     highest, lowest = net.max(axis=0), net.min(axis=0)
     if smooth:
         # a force of exactly 0 is a flank apart: no parabola goes below it
@@ -565,7 +567,7 @@ def _measures(system: System, force: Array, touching: np.ndarray, motion: Array,
         rms=net.std(axis=0),
         highest=highest,
         lowest=lowest,
-        open=1 - closed.mean(axis=0),
+        open=1 - touching_meshes(system, touching).mean(axis=0),
         amplitude=system.dofs.radius * reach,
         flank=force.max(axis=0),
     )

@@ -41,7 +41,7 @@ from scipy.linalg.lapack import dgetrf, dgetrs
 
 from ...engine.run_folder import KeptPart, RunFolder
 from ...system.system import Array, ComplexArray
-from ..response.balance import gmres_of_one
+from ..response.balance import gmres
 from .problem import Problem, State, balanced_forces, dynamic_size, evaluate, jacobian, speed_derivative, unknowns
 from .rows import contiguous
 
@@ -81,13 +81,12 @@ _ROUNDING = 1e-9
 class NewtonResult:
     """Where Newton's method ended.
 
-    state : the last motion.  converged : whether |R| <= tolerance of the dynamic part.  steps : Newton steps.
+    state : the last motion.  converged : whether |R| <= tolerance of the dynamic part.
     calls : Jacobian-vector products.
     """
 
     state: State
     converged: bool
-    steps: int
     calls: int
 
 
@@ -115,7 +114,7 @@ def solve(
             break
         size = dynamic_size(state.y)
         if state.norm <= tolerance * size:
-            return NewtonResult(state=state, converged=True, steps=count, calls=calls)
+            return NewtonResult(state=state, converged=True, calls=calls)
         if count == steps or calls > work:
             break
         move, used = advance(balance, state, state.residual, _TARGET * tolerance * size)
@@ -124,7 +123,7 @@ def solve(
         if lower is None:
             break
         state = lower
-    return NewtonResult(state=state, converged=False, steps=count, calls=calls)
+    return NewtonResult(state=state, converged=False, calls=calls)
 
 
 def _line_search(balance: Problem, state: State, move: Array) -> State | None:
@@ -145,7 +144,7 @@ def linear_start(balance: Problem, speed: float, touching: NDArray[np.bool_] | N
     ----------
     touching : (F,) the flanks that touch; None: every loaded flank and no far flank.
     """
-    pattern = balance.rows.sense > 0 if touching is None else touching
+    pattern = balance.rows.flanks.sense > 0 if touching is None else touching
     state = evaluate(balance, np.zeros(unknowns(balance)), speed, touching=pattern)
     return -newton_step(forcing=_MESH_FORCING, restarts=3)(balance, state, state.residual, 0.0)[0]
 
@@ -162,14 +161,13 @@ def newton_step(*, forcing: float = _FORCING, restarts: int = 2) -> NewtonStep:
         inverse, product, shape = kept.at(balance, at), jacobian(balance, at), right.shape
         start = inverse(right)
         size = float(np.linalg.norm(start))
-        x, _, calls = gmres_of_one(
-            lambda x: inverse(product(x.reshape(shape))).ravel(),
-            start.ravel(),
-            target=max(forcing * size, target),
+        x, _, kept.calls = gmres(
+            lambda x: inverse(product(x.reshape(shape))).reshape(x.shape),
+            start.reshape(1, -1),
+            target=np.array([max(forcing * size, target)]),
             restarts=restarts,
         )
-        kept.calls = calls
-        return x.reshape(shape), calls
+        return x.reshape(shape), kept.calls
 
     return step
 
@@ -458,8 +456,7 @@ class Tangent(NamedTuple):
 class PathPoint:
     """A point of a branch of solutions.
 
-    state : the motion.  length : of the path up to here.
-    steps, calls : Newton steps and Jacobian-vector products it took.
+    state : the motion.  length : of the path up to here.  steps : Newton steps it took.
     """
 
     path: Path
@@ -467,7 +464,6 @@ class PathPoint:
     tangent: Tangent
     length: float
     steps: int
-    calls: int
 
 
 def arclength_unit(low: float, high: float, motion: Array) -> ArclengthUnit:
@@ -479,11 +475,11 @@ def arclength_unit(low: float, high: float, motion: Array) -> ArclengthUnit:
     return ArclengthUnit(motion=size / 5, speed=float(np.sqrt(low * high)) / 16)
 
 
-def start_of_path(balance: Problem, state: State, unit: ArclengthUnit, *, upward: bool = True) -> PathPoint:
-    """The first point of a path: a solved state and its tangent, up or down in speed."""
+def start_of_path(balance: Problem, state: State, unit: ArclengthUnit) -> PathPoint:
+    """The first point of a path: a solved state and its tangent, up in speed."""
     path = Path(balance, unit, KeptPreconditioner())
-    tangent, calls = _tangent(path, state, Tangent(np.zeros_like(state.y), 1.0 if upward else -1.0))
-    return PathPoint(path=path, state=state, tangent=tangent, length=0.0, steps=0, calls=calls)
+    tangent = _tangent(path, state, Tangent(np.zeros_like(state.y), 1.0))
+    return PathPoint(path=path, state=state, tangent=tangent, length=0.0, steps=0)
 
 
 def follow(
@@ -504,7 +500,7 @@ def follow(
         else:
             after, size = _advance(at, size, stepping)
             if after is not None:
-                own = {name: getattr(after, name) for name in ("tangent", "length", "steps", "calls")}
+                own = {name: getattr(after, name) for name in ("tangent", "length", "steps")}
                 kept.add(number, (after.state.y, after.state.speed, own, size))
         if after is None:
             return
@@ -537,19 +533,18 @@ def step_from(at: PathPoint, size: float, *, guarded: bool = True) -> tuple[Path
     solved = _corrected(at.path, y, speed, at.tangent, far=most)
     if solved is None:
         return None
-    state, steps, calls = solved
+    state, steps = solved
     moved = float(np.hypot(np.linalg.norm(state.y - y) / unit.motion, (state.speed - speed) / unit.speed))
     if guarded and moved > most:
         return None
-    tangent, used = _tangent(at.path, state, at.tangent)
+    tangent = _tangent(at.path, state, at.tangent)
     turned = float(np.vdot(tangent.motion, at.tangent.motion)) + tangent.speed * at.tangent.speed
     if guarded and turned < _TURN:
         return None
-    length = at.length + size
-    return PathPoint(path=at.path, state=state, tangent=tangent, length=length, steps=steps, calls=calls + used), moved
+    return PathPoint(path=at.path, state=state, tangent=tangent, length=at.length + size, steps=steps), moved
 
 
-def _corrected(path: Path, y: Array, speed: float, tangent: Tangent, *, far: float) -> tuple[State, int, int] | None:
+def _corrected(path: Path, y: Array, speed: float, tangent: Tangent, *, far: float) -> tuple[State, int] | None:
     """The solution on the plane through (y, s) normal to a tangent, by Newton's method.
 
     Parameters
@@ -558,38 +553,36 @@ def _corrected(path: Path, y: Array, speed: float, tangent: Tangent, *, far: flo
 
     Returns
     -------
-    (state, Newton steps, Jacobian-vector products), None where Newton's method fails.
+    (state, Newton steps), None where Newton's method fails.
     """
     balance, unit = path.balance, path.unit
-    state, moved_y, moved_s, calls = evaluate(balance, y, speed), np.zeros_like(y), 0.0, 0
+    state, moved_y, moved_s = evaluate(balance, y, speed), np.zeros_like(y), 0.0
     for count in range(_NEWTON + 1):
         if not np.isfinite(state.norm):
             return None
         size = dynamic_size(state.y)
         if state.norm <= TOLERANCE * size:
-            return state, count, calls
+            return state, count
         target = _TARGET * TOLERANCE * size / unit.motion
-        step, ds, used = _bordered(path, state, tangent, state.residual / unit.motion, 0.0, target)
-        moved_y, moved_s, calls = moved_y + step, moved_s + ds, calls + used
+        step, ds = _bordered(path, state, tangent, state.residual / unit.motion, 0.0, target)
+        moved_y, moved_s = moved_y + step, moved_s + ds
         if np.hypot(np.linalg.norm(moved_y), moved_s) > 2 * far or speed - moved_s * unit.speed <= 0:
             return None
         state = evaluate(balance, y - unit.motion * moved_y, speed - moved_s * unit.speed)
     return None
 
 
-def _tangent(path: Path, state: State, side: Tangent) -> tuple[Tangent, int]:
-    """Unit tangent of the branch at a solved state, on the side of another one, and the products it took."""
-    step, ds, calls = _bordered(path, state, side, np.zeros_like(state.y), 1.0, 0.0)
+def _tangent(path: Path, state: State, side: Tangent) -> Tangent:
+    """Unit tangent of the branch at a solved state, on the side of another one."""
+    step, ds = _bordered(path, state, side, np.zeros_like(state.y), 1.0, 0.0)
     size = float(np.hypot(np.linalg.norm(step), ds))
-    return Tangent(step / size, ds / size), calls
+    return Tangent(step / size, ds / size)
 
 
-def _bordered(
-    path: Path, at: State, tangent: Tangent, right: Array, last: float, target: float
-) -> tuple[Array, float, int]:
+def _bordered(path: Path, at: State, tangent: Tangent, right: Array, last: float, target: float) -> tuple[Array, float]:
     """Solve [R_y R_s; tangent] (y, s) = (right, last) in scaled unknowns, to 1e-3 of the right side.
 
-    right : (2, J, n).  target : norm of the residual that is enough.  Returns (y (2, J, n), s, products).
+    right : (2, J, n).  target : norm of the residual that is enough.  Returns (y (2, J, n), s).
     """
     balance, unit, kept = path.balance, path.unit, path.kept
     shape, border = at.y.shape, tangent.motion.ravel()
@@ -597,18 +590,15 @@ def _bordered(
     by_speed = (inverse(speed_derivative(balance, at)) * (unit.speed / unit.motion)).ravel()
 
     def apply(x: Array) -> Array:
-        """Product (2 J n + 1,) with the preconditioned bordered matrix."""
-        out = np.empty_like(x)
-        step, ds = x[:-1], float(x[-1])
-        np.add(inverse(product(step.reshape(shape))).ravel(), ds * by_speed, out=out[:-1])
-        out[-1] = border @ step + tangent.speed * ds
-        return out
+        """Product (1, 2 J n + 1) with the preconditioned bordered matrix."""
+        step, ds = x[0, :-1], float(x[0, -1])
+        out = inverse(product(step.reshape(shape))).ravel() + ds * by_speed
+        return np.append(out, border @ step + tangent.speed * ds)[None]
 
     whole = np.append(inverse(right).ravel(), last)
     wanted = max(_BORDERED_FORCING * float(np.linalg.norm(whole)), target)
-    x, _, calls = gmres_of_one(apply, whole, target=wanted, restarts=3)
-    kept.calls = calls
-    return x[:-1].reshape(shape), float(x[-1]), calls
+    (x,), _, kept.calls = gmres(apply, whole[None], target=np.array([wanted]), restarts=3)
+    return x[:-1].reshape(shape), float(x[-1])
 
 
 def branch(
@@ -636,13 +626,6 @@ def branch(
         if stop is not None and stop(point):
             break
     return _with_peak(_with_folds(points), score)
-
-
-def folds(points: list[PathPoint]) -> list[int]:
-    """Places of folds among points: of a pair whose tangents differ in direction of speed the flatter one."""
-    slope = np.array([point.tangent.speed for point in points])
-    places = np.flatnonzero(np.sign(slope[1:]) != np.sign(slope[:-1]))
-    return [int(i if abs(slope[i]) <= abs(slope[i + 1]) else i + 1) for i in places]
 
 
 def folds_of_speed(speeds: list[float]) -> list[float]:

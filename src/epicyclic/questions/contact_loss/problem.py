@@ -19,7 +19,7 @@ real and imaginary parts, the mean first, in roots of energy; rows of a gap or a
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -30,11 +30,11 @@ from ..modes.eigen import Modal
 from ..response.balance import diagonal_inverse, diagonal_product
 from ..response.lattice import kept_points
 from ..response.response import FrameSpeed, Response
+from ..response.spectra import PlacedLine, placed
 from .rows import (
     GapRows,
     Grid,
     GridLaws,
-    PlacedLine,
     WidthTangents,
     contiguous,
     edges,
@@ -218,19 +218,14 @@ def _excitation(
     ready: Response, points: Index, rows: GapRows, lines: Sequence[PlacedLine]
 ) -> tuple[Array, Array, Array]:
     """Errors of the rows (2 J, R) and of links (2 J, p) [m], external modal forces (3, 2, J, n) at points (J, D)."""
-    system, places = ready.system, {tuple(point): i for i, point in enumerate(points.tolist())}
-    error = np.zeros((len(points), len(rows.linear)), complex)
-    link_error = np.zeros((len(points), len(system.links.name)), complex)
-    force = np.zeros((3, len(points), system.force.size), complex)
-    force[0, 0] = system.force
-    for point, conjugate, line in lines:
-        at, gap, push = places[point], line_gaps(ready, rows, line), line.force
-        error[at] += gap.conj() if conjugate else gap
-        link_error[at] += line.link_gap.conj() if conjugate else line.link_gap
-        force[:, at] += push.conj() if conjugate else push
+    system = ready.system
+    (error,) = placed(points, [lines], rows.linear.shape, lambda line: line_gaps(ready, rows, line))
+    (link_error,) = placed(points, [lines], (len(system.links.name),), lambda line: line.link_gap)
+    (force,) = placed(points, [lines], (3, system.force.size), lambda line: line.force)
     error[0, : rows.count] += rows.flanks.opening
-    error[0], link_error[0], force[:, 0] = error[0].real, link_error[0].real, force[:, 0].real
-    modal_force = force @ ready.modal.forces.T
+    force[0, 0] += system.force
+    error[0], link_error[0], force[0] = error[0].real, link_error[0].real, force[0].real
+    modal_force = force.transpose(1, 0, 2) @ ready.modal.forces.T
     return (
         np.concatenate([error.real, error.imag]),
         np.concatenate([link_error.real, link_error.imag]),
@@ -278,7 +273,7 @@ def jacobian(balance: Problem, at: State) -> Callable[[Array], Array]:
         tangent[:, : rows.count] += rows.damping * at.edge
         drag = np.zeros_like(tangent)
         drag[:, : rows.count] = rows.damping * at.acting - rows.drag
-    live = _columns(tangent.any(axis=0) if drag is None else tangent.any(axis=0) | drag.any(axis=0))
+    live = contiguous(tangent.any(axis=0) if drag is None else tangent.any(axis=0) | drag.any(axis=0))
     pulls, lag = rows.pulls[live], rows.lag[live]
     tangent, drag = np.ascontiguousarray(tangent[:, live]), None if drag is None else drag[:, live]
     # one product takes a step to its gaps and to the couplings of modes
@@ -292,7 +287,8 @@ def jacobian(balance: Problem, at: State) -> Callable[[Array], Array]:
         # of every row its place among the live ones
         places = np.full(len(rows.linear), -1)
         places[live] = np.arange(R)
-        width = at.width.of_rows(places)
+        sample, row = at.width.at
+        width = replace(at.width, at=(sample, places[row]))
     column = w[:, None]
 
     def apply(step: Array) -> Array:
@@ -488,7 +484,7 @@ def _assumed(balance: Problem, opened: Array, speed: float, pattern: NDArray[np.
     F, N = rows.count, len(balance.tangent)
     tangent = balance.tangent.copy()
     tangent[:, :F] = np.where(pattern, balance.tangent[:, :F], 0.0)
-    live = _columns(tangent.any(axis=0))
+    live = contiguous(tangent.any(axis=0))
     force = np.zeros_like(tangent)
     force[:, live] = tangent[:, live] * balance.grid.values(opened[:, live])
     touching = np.broadcast_to(pattern, (N, F)).copy()
@@ -508,7 +504,7 @@ def _assumed(balance: Problem, opened: Array, speed: float, pattern: NDArray[np.
 
 def _excess_rows(balance: Problem, force: Array, gap: Array, opened: Array, w: Array) -> Array:
     """Rows (2 J, R) [N] of forces (N, R) less what the mean system holds, of rows (2 J, R) of B^T q and delta [m]."""
-    rows, live = balance.rows, _columns(force.any(axis=0))
+    rows, live = balance.rows, contiguous(force.any(axis=0))
     back = np.zeros_like(gap)
     back[:, live] = balance.grid.rows(force[:, live])
     F = rows.count
@@ -535,11 +531,6 @@ def _link_excess(balance: Problem, back: Array, opened: Array) -> Array:
 def _lagged(rows: Array, lag: Array, w: Array) -> Array:
     """(1 + lag d/dt) of rows (2 J, c) at frequencies w (J,) [rad/s]; lag : (c,) [s]."""
     return rows + rate_rows(lag * rows, w) if lag.any() else rows
-
-
-def _columns(chosen: NDArray[np.bool_] | np.bool_) -> slice | Index:
-    """Places of chosen columns (R,), as of `contiguous`."""
-    return contiguous(np.flatnonzero(chosen))
 
 
 def rate_rows(rows: Array, w: Array) -> Array:
@@ -581,11 +572,11 @@ def _coupling(balance: Problem, speed: float) -> tuple[Array | None, Array | Non
     """Matrices (n, n) that couple modes at a relative speed: by their amplitudes, and by their rates; None: nothing."""
     frame = speed if balance.frame_speed == "kinematic" else 1.0
     factors = {"G": frame, "C": 1.0, "Kg": frame**2, "Cskew": frame}
-    still, turning = None, None
-    for name, matrix in balance.modal.coupling.items():
-        part = factors[name] * matrix
-        if name in ("G", "C"):
-            turning = part if turning is None else turning + part
-        else:
-            still = part if still is None else still + part
-    return still, turning
+    matrices = balance.modal.coupling
+
+    def together(*names: str) -> Array | None:
+        parts = [factors[name] * matrices[name] for name in names if name in matrices]
+        total: Array | None = np.sum(parts, axis=0) if parts else None
+        return total
+
+    return together("Kg", "Cskew"), together("G", "C")

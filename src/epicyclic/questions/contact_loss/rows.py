@@ -33,7 +33,7 @@ Friction with a memory sticks in small vibration and stays in the mean system.
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import product
@@ -51,12 +51,9 @@ from ...system.system import Array, ComplexArray, Line, System
 from ...warning_codes import CodedText, coded
 from ..response.lattice import Point, kept_points, leads
 from ..response.response import Response
-from ..response.spectra import lateral_pairs
+from ..response.spectra import PlacedLine
 
 Index = NDArray[np.int64]
-PlacedLine = tuple[Point, bool, Line]
-"""A line at a lattice point, and whether its conjugate counts there."""
-
 # Phases in one product with the lattice points: bounds the memory of a (phases, 2 J) matrix.
 _BATCH = 2048
 # Half the support of the spline B, in widths.
@@ -195,8 +192,9 @@ def phases_of(counts: tuple[int, ...]) -> Array:
     return phases
 
 
-def contiguous(places: Index) -> slice | Index:
-    """Rising places (k,): a slice, of which numpy makes no copy, where they stand together."""
+def contiguous(chosen: NDArray[Any] | np.bool_) -> slice | Index:
+    """Places chosen, or rising places (k,): a slice, of which numpy makes no copy, where they stand together."""
+    places: Index = np.flatnonzero(chosen) if chosen.dtype == bool else np.asarray(chosen)
     whole = places.size > 0 and places[-1] - places[0] + 1 == places.size
     return slice(int(places[0]), int(places[-1]) + 1) if whole else places
 
@@ -214,10 +212,6 @@ class WidthTangents:
     at: tuple[Index, Index]
     samples: Index
     tangent: Array
-
-    def of_rows(self, place: Index) -> WidthTangents:
-        """The same for rows that stand at other places (R,)."""
-        return replace(self, at=(self.at[0], place[self.at[1]]))
 
     def forces(self, gap: Array) -> Array:
         """Changes of the forces at the edges (E,) [N] with gaps (N, R) [m]."""
@@ -384,11 +378,6 @@ class GapRows:
         return int(self.flanks.mesh.size)
 
     @property
-    def sense(self) -> Array:
-        """+1 of a loaded, -1 of a far flank, (F,)."""
-        return self.flanks.sense
-
-    @property
     def parametric(self) -> bool:
         """Whether a motion that keeps its contact is that of a linear system with parametric stiffness."""
         return self.links is None and self.flanks.parametric
@@ -493,14 +482,6 @@ def reported_links(ready: Response) -> tuple[System, Index]:
     return replace(system, links=replace(system.links, name=tuple(names))), np.array(follows, dtype=np.int64)
 
 
-def link_labels(ready: Response) -> dict[Hashable, list[str]]:
-    """Names of the link rows and of bearings, links of two lateral rows, as results hold them; no empty ones."""
-    system, _ = reported_links(ready)
-    links, pairs = system.links, lateral_pairs(system)
-    labels: dict[Hashable, list[str]] = {"link_row": list(links.name), "bearing": [links.link[x] for x in pairs[:, 0]]}
-    return {dim: names for dim, names in labels.items() if names}
-
-
 def line_gaps(ready: Response, rows: GapRows, line: Line) -> ComplexArray:
     """Errors (R,) [m] of a line in every row, without the opening of far flanks."""
     of_flanks = ready.system.flank_gaps(line)
@@ -574,7 +555,7 @@ def grid_laws(rows: GapRows, counts: tuple[int, ...], *, cycles: int) -> GridLaw
     """Laws of the flanks at the samples of a grid; cycles : mesh cycles in a period of its phases."""
     parts = []
     for axis in np.unique(rows.axis).tolist():
-        columns = contiguous(np.flatnonzero(rows.axis == axis))
+        columns = contiguous(rows.axis == axis)
         phases = np.zeros((counts[axis], len(counts)))
         phases[:, axis] = cycles * np.arange(counts[axis]) / counts[axis]
         parts.append((rows.at(phases).rows(columns), columns, axis))

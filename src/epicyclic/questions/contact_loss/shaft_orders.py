@@ -28,8 +28,8 @@ from numpy.typing import NDArray
 from ...system.system import Array, ComplexArray
 from ..response.measures import Range, held_pairs, link_statistics, mean_square
 from ..response.response import Block, Response, respond, unstable_speeds
-from ..response.spectra import Shaft, alias_free_samples, force_signal, lateral_pairs, whole_mesh_signal
-from .branch_set import Measures, mesh_force, row_force
+from ..response.spectra import Shaft, alias_free_samples, force_signal, lateral_pairs, peak, placed, whole_mesh_signal
+from .branch_set import Measures, mesh_force, row_force, touching_meshes
 from .continuation import linear_start, newton_step
 from .problem import (
     Problem,
@@ -46,7 +46,6 @@ from .problem import (
     rate_rows,
 )
 from .rows import (
-    PlacedLine,
     Size,
     half_lattice,
     line_gaps,
@@ -232,8 +231,8 @@ class ShaftResponse:
     harmonics : of the mesh tones.  residual : of the rows kept.
     """
 
-    measures: Measures | None
     status: str
+    measures: Measures | None = None
     truncation_residual: float = np.nan
     superposed_error: float = 0.0
     harmonics: int = 0
@@ -255,14 +254,9 @@ class MeshOrders:
     stable: bool
 
     @property
-    def key(self) -> tuple[object, ...]:
-        """The same of equal motions, bit by bit."""
-        return self.speed, self.cycles, self.stable, self.y.tobytes()
-
-    @property
     def digest(self) -> str:
-        """The key in few letters."""
-        return hashlib.sha256(repr(self.key[:3]).encode() + self.y.tobytes()).hexdigest()
+        """The same of equal motions, bit by bit."""
+        return hashlib.sha256(repr((self.speed, self.cycles, self.stable)).encode() + self.y.tobytes()).hexdigest()
 
 
 def mesh_orders(at: Solution) -> MeshOrders:
@@ -279,47 +273,35 @@ def mesh_orders(at: Solution) -> MeshOrders:
 def shaft_response(torus: Torus, at: MeshOrders) -> ShaftResponse:
     """A motion with shaft orders next to one of mesh orders; where there is none, why."""
     if at.cycles > 1:
-        return ShaftResponse(measures=None, status="shaft orders are not known of a motion of two mesh cycles")
+        return ShaftResponse(status="shaft orders are not known of a motion of two mesh cycles")
     if not at.stable:
-        return ShaftResponse(measures=None, status="shaft orders are not known of a motion that is not stable")
+        return ShaftResponse(status="shaft orders are not known of a motion that is not stable")
     mesh_point = respond_torus(torus.mesh_orders_only, at.speed, start=(at.points, at.y))
     y = embedded(at.points, at.y, mesh_point.problem, cycles=at.cycles)
     if not mesh_point.converged or float(np.linalg.norm(mesh_point.state.y - y)) / dynamic_size(at.y) > _NEAR:
-        return ShaftResponse(measures=None, status="the torus left the motion of mesh orders")
+        return ShaftResponse(status="the torus left the motion of mesh orders")
     lines = superposed_lines(torus.mesh_orders_only, mesh_point)
     if superposition_is_exact(mesh_point, lines):
         return _torus_response(torus.mesh_orders_only, mesh_point, lines)
     needed, large = memory(torus, at.speed)
     if large:
-        return ShaftResponse(measures=None, status=f"the torus of shaft orders would take {needed / 1e9:.0f} GB")
+        return ShaftResponse(status=f"the torus of shaft orders would take {needed / 1e9:.0f} GB")
     point = respond_torus(torus, at.speed, start=(mesh_point.problem.grid.points, mesh_point.state.y))
     if not point.converged:
         status = f"the torus of shaft orders: {point.status}"
-        return ShaftResponse(measures=None, status=status, residual=point.residual)
+        return ShaftResponse(status=status, residual=point.residual)
     lines = superposed_lines(torus, point)
     if not superposition_is_an_answer(point, lines):
-        return ShaftResponse(
-            measures=None,
-            status="the torus of shaft orders has no tone left for lines that move links through their play",
-            residual=point.residual,
-        )
+        status = "the torus of shaft orders has no tone left for lines that move links through their play"
+        return ShaftResponse(status=status, residual=point.residual)
     return _torus_response(torus, point, lines)
 
 
 def _torus_response(torus: Torus, point: TorusPoint, lines: list[SuperposedLine]) -> ShaftResponse:
     """Measures of a point of the torus and of the lines superposed on it."""
-    outputs = torus_outputs(torus, point, lines)
     error = max((line.error for line in lines), default=0.0)
     return ShaftResponse(
-        measures=Measures(
-            rms=outputs.rms,
-            highest=outputs.peak,
-            lowest=outputs.minimum,
-            open=outputs.open,
-            amplitude=torus_amplitudes(torus, point, lines),
-            flank=outputs.flank,
-            links=outputs.links,
-        ),
+        measures=torus_outputs(torus, point, lines).measures,
         status=point.status,
         truncation_residual=point.truncation_residual,
         superposed_error=error if error > NEGLIGIBLE else 0.0,
@@ -360,7 +342,9 @@ def linear_motion(torus: Torus, speed: float) -> LinearMotion | None:
     if samples is None:
         return None
     points = ready.kernel(block.truncation, shifted=False).lattice.points
-    balance = problem(ready, points, ready.omega, (samples,) * len(ready.lines.tones), _mesh_lines(ready))
+    balance = problem(
+        ready, points, ready.omega, (samples,) * len(ready.lines.tones), *ready.lines.solved_together(shifted=False)
+    )
     if not balance.rows.parametric:
         return None
     y, size = block.mesh.y[0], dynamic_size(block.mesh.y[0])
@@ -374,10 +358,9 @@ def linear_motion(torus: Torus, speed: float) -> LinearMotion | None:
             converged=True,
             residual=max(float(block.mesh.residual[0]), state.norm / size),
             truncation=block.mesh.truncation_residual[0],
-            calls=block.mesh.calls,
         ),
         rms=np.sqrt(mean_square(whole_mesh_signal(force_signal(ready, block), torus.face))[:, 0]),
-        unchanging=state.unchanging and bool(np.all(state.touching == (balance.rows.sense > 0))),
+        unchanging=state.unchanging and bool(np.all(state.touching == (balance.rows.flanks.sense > 0))),
     )
 
 
@@ -399,21 +382,11 @@ def linear_error(torus: Torus, linear: LinearMotion, size: Size, counts: Sequenc
     counts : (D,) samples of the mesh phases with which the rows were solved.
     """
     exact, ready = linear.point, torus.ready
-    mesh = size._replace(orders=())
-    balance = problem(ready, mesh_points(mesh), ready.omega, tuple(counts), _mesh_lines(ready))
+    balance = problem(ready, mesh_points(size), ready.omega, tuple(counts), *ready.lines.solved_together(shifted=False))
     state = evaluate(balance, linear_start(balance, exact.state.speed), exact.state.speed)
-    coarse = TorusPoint(
-        problem=balance,
-        state=state,
-        size=mesh,
-        converged=True,
-        residual=state.norm / dynamic_size(state.y),
-        truncation=np.zeros(1),
-        calls=0,
-    )
-    outputs = [torus_outputs(torus.mesh_orders_only, point) for point in (exact, coarse)]
-    largest = [np.maximum(each.peak, -each.minimum) for each in outputs]
-    return _relative(outputs[0].rms, outputs[1].rms), _relative(largest[0], largest[1])
+    coarse = replace(exact, problem=balance, state=state)
+    both = [torus_outputs(torus.mesh_orders_only, point).measures for point in (exact, coarse)]
+    return _relative(*(one.rms for one in both)), _relative(*(np.maximum(one.highest, -one.lowest) for one in both))
 
 
 def _relative(exact: Array, other: Array) -> float:
@@ -432,11 +405,6 @@ def _samples(ready: Response, block: Block) -> int | None:
     return None if most < least else min(most, max(_WANTED.get(D, 0), least))
 
 
-def _mesh_lines(ready: Response) -> list[PlacedLine]:
-    """Mesh lines as `problem` takes them."""
-    return [(point, False, line) for point, line in ready.lines.mesh]
-
-
 def _line(ready: Response, linear: LinearMotion, place: int, shaft: Shaft) -> SuperposedLine:
     """Response to one group of shaft lines over the grid of mesh phases, of flanks that keep their contact."""
     solved, point = linear.block.shaft, linear.point
@@ -451,12 +419,9 @@ def _line(ready: Response, linear: LinearMotion, place: int, shaft: Shaft) -> Su
     turning = (
         ready.frame_factor(np.array([point.state.speed]))[0] * link_stretch @ links.skew.T if links.skew.size else 0
     )
-    at = {tuple(order): i for i, order in enumerate(orders.tolist())}
-    for order, conjugate, line in shaft.members:
-        here = at[tuple(-a for a in order) if conjugate else order]
-        error, link_error = line_gaps(ready, rows, line)[:F], line.link_gap
-        stretch[here] -= error.conj() if conjugate else error
-        link_stretch[here] -= link_error.conj() if conjugate else link_error
+    lines = ready.lines.solved_together(shifted=True)[place : place + 1]
+    stretch -= placed(orders, lines, (F,), lambda line: line_gaps(ready, rows, line)[:F])[0]
+    link_stretch -= placed(orders, lines, (len(links.name),), lambda line: line.link_gap)[0]
     frequency = solved.frequency[place][:, None]
     counts = balance.grid.counts
     delta = _over_phases(stretch, orders, counts)
@@ -517,20 +482,14 @@ def super_period_phases(tones: tuple[Fraction, ...], samples: int) -> Array | No
 
 def grid_maximum(values: Array) -> Array:
     """Largest value over a grid of phases (N_1, .., N_D, c) -> (c,), with a parabola along every axis."""
-    columns = values.shape[-1]
-    flat = values.reshape(prod(values.shape[:-1]), columns)
-    place = np.unravel_index(flat.argmax(axis=0), values.shape[:-1])
+    *counts, columns = values.shape
+    flat = values.reshape(prod(counts), columns)
+    place = np.unravel_index(flat.argmax(axis=0), counts)
     top: Array = flat.max(axis=0)
-    total, every = top.copy(), np.arange(columns)
-    for axis, count in enumerate(values.shape[:-1]):
-        sides = []
-        for step in (-1, 1):
-            moved = list(place)
-            moved[axis] = (moved[axis] + step) % count
-            sides.append(values[(*moved, every)])
-        bend = 2 * top - sides[0] - sides[1]
-        with np.errstate(all="ignore"):
-            total += np.where(bend > 0, (sides[1] - sides[0]) ** 2 / (8 * bend), 0.0)
+    total = top
+    for axis in range(len(counts)):
+        others = (*place[:axis], *place[axis + 1 :], np.arange(columns))
+        total = total + peak(np.moveaxis(values, axis, 0)[:, *others].T) - top
     return total
 
 
@@ -538,30 +497,23 @@ def grid_maximum(values: Array) -> Array:
 class TorusOutputs:
     """Forces of whole meshes (w,) and of their rows (m,), slices where a mesh is cut; on the loaded flank positive.
 
+    measures : over all time and all relative phases, slices and both flanks of a mesh together.
     force : (N, w), row_force : (N, m) over the phases of the grid, mean over the lines that are superposed [N].
     reach : (N, w) by how much these change it at most [N].
-    rms : (w,) of the part that varies, over all time [N].
-    peak, minimum : (w,), row_peak : (m,) largest and least over all relative phases [N].
-    open : (w,) share of time in which no flank of the mesh touches, loaded or far, of any slice.
-    row_open : (m,) in which the loaded flank of a row does not.
+    row_peak : (m,) largest over all relative phases [N].
+    row_open : (m,) share of time in which the loaded flank of a row does not touch.
     far : (w,) share of time in which a far flank touches.
-    flank : (F,) largest force of every flank [N].
-    link_force : (N, p) of link rows over the phases of the grid [N, N m].  links : their measures, as of `Measures`.
+    link_force : (N, p) of link rows over the phases of the grid [N, N m].
     """
 
+    measures: Measures
     force: Array
     row_force: Array
     reach: Array
-    rms: Array
-    peak: Array
-    minimum: Array
     row_peak: Array
-    open: Array
     row_open: Array
     far: Array
-    flank: Array
     link_force: Array
-    links: dict[str, Array]
 
 
 def torus_outputs(torus: Torus, point: TorusPoint, lines: Sequence[SuperposedLine] = ()) -> TorusOutputs:
@@ -577,29 +529,29 @@ def torus_outputs(torus: Torus, point: TorusPoint, lines: Sequence[SuperposedLin
     row_lines = [row_force(system, line.force) for line in lines]
     mesh_lines = [face.total(amplitude, axis=1) for amplitude in row_lines]
     counts, touching = balance.grid.counts, point.state.touching
-    loaded, far = touching[:, :rows], touching[:, rows:]
-    # the whole mesh of every flank: in which share of time a far one of it touches, and in which none at all
-    owner, far_share = face.row[balance.rows.flanks.mesh], np.zeros(len(face.name))
-    for mesh in np.unique(owner[rows:][far.any(axis=0)]):
-        far_share[mesh] = far[:, owner[rows:] == mesh].any(axis=1).mean()
-    apart = [1.0 - touching[:, owner == mesh].any(axis=1).mean() for mesh in range(len(face.name))]
+    far = touching.copy()
+    far[:, :rows] = False
+    far_share = touching_meshes(system, far).mean(axis=0)
     least = np.where(far_share == 0, np.minimum(force.min(axis=0), 0.0), -np.inf)
     tones = (*torus.ready.lines.tones, *torus.shaft_tones.tones)
     link_force, links = link_outputs(torus.ready, balance, point.state, tones, lines)
     return TorusOutputs(
+        measures=Measures(
+            rms=np.sqrt(_variance(torus, point, force, lines, mesh_lines)),
+            highest=_with_lines(force, mesh_lines, counts),
+            lowest=np.maximum(-_with_lines(-force, mesh_lines, counts), least),
+            open=1.0 - touching_meshes(system, touching).mean(axis=0),
+            amplitude=torus_amplitudes(torus, point, lines),
+            flank=_with_lines(flank, [line.force for line in lines], counts),
+            links=links,
+        ),
         force=force,
         row_force=of_rows,
         reach=_reach(mesh_lines, len(force)) if mesh_lines else np.zeros_like(force),
-        rms=np.sqrt(_variance(torus, point, force, lines, mesh_lines)),
-        peak=_with_lines(force, mesh_lines, counts),
-        minimum=np.maximum(-_with_lines(-force, mesh_lines, counts), least),
         row_peak=_with_lines(of_rows, row_lines, counts),
-        open=np.array(apart),
-        row_open=1.0 - loaded.mean(axis=0),
+        row_open=1.0 - touching[:, :rows].mean(axis=0),
         far=far_share,
-        flank=_with_lines(flank, [line.force for line in lines], counts),
         link_force=link_force,
-        links=links,
     )
 
 

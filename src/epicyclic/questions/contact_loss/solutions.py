@@ -31,7 +31,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,9 +55,7 @@ from ..stability.floquet import (
 )
 from .continuation import NewtonResult, linear_start, solve
 from .problem import Problem, State, dynamic_size, evaluate, gap_rows, lift_idle, mesh_problem, prolonged
-
-if TYPE_CHECKING:
-    from ..response.response import Response
+from .rows import GapRows
 
 # Steps of a mesh cycle in which contact changes; so many times as many, as often, while the circle is within the error.
 _STEPS, _TIMES, _FINER = 48, 3, 3
@@ -178,44 +176,62 @@ def floquet_multipliers(refinement: Refinement, at: Solution, *, steps: int | No
 
 
 def floquet_vector(refinement: Refinement, at: Solution) -> tuple[Array, Array]:
-    """The most unstable disturbance of a motion at the first instant: position y and rate y' (n,), of unit energy.
-
-    Raises
-    ------
-    ValueError : the multipliers came without vectors.
-    """
+    """The most unstable disturbance of a motion at the first instant: position y and rate y' (n,), of unit energy."""
     solved = _floquet(refinement, at, _steps(at.balance, at.state), vectors=True)
-    if solved.position is None or solved.rate is None:
-        raise ValueError("no vectors were asked for")
+    assert solved.position is not None
+    assert solved.rate is not None
     return solved.position[:, 0].real, solved.rate[:, 0].real
 
 
-def contact_tangents(refinement: Refinement, at: Solution, steps: int) -> tuple[Array, Array | None, Array]:
-    """Changes of stiffness and damping of rows over a period (r, steps) [N/m, N s/m], and their gaps (r, n).
+class Tangents(NamedTuple):
+    """Changes of stiffness [N/m] and damping [N s/m] of rows at steps (R, S), damping None where it stays."""
 
-    Each is the mean of its step.  A link row with the tangent k and the lag a of its damper has the force
-    (1 + a d/dt) k x: the stiffness k + a k' and the damper a k.  Rows that never change their contact or stiffness are
-    left out, and the damping altogether where it stays.
-    """
+    stiffness: Array
+    damping: Array | None
+
+    @property
+    def changing(self) -> NDArray[np.bool_]:
+        """Rows (R,) with any change."""
+        damping = np.zeros(1) if self.damping is None else self.damping
+        return np.asarray(np.any((self.stiffness != 0) | (damping != 0), axis=1))
+
+    def of(self, rows: NDArray[np.bool_]) -> Tangents:
+        """The same of some rows (R,)."""
+        return Tangents(self.stiffness[rows], None if self.damping is None else self.damping[rows])
+
+
+def contact_tangents(refinement: Refinement, at: Solution, steps: int) -> Tangents:
+    """Changes of all rows over a period, each the mean of its step, from the balance on finer samples."""
     balance, state = at.balance, at.state
     if state.unchanging:
         return _unchanged(balance, state, steps)
     fine = refinement.problem(at.harmonics, cycles=balance.cycles, samples=_SAMPLES * steps // balance.cycles)
     seen = evaluate(fine, prolonged(balance, fine, state.y), state.speed)
-    rows = fine.rows
-    stiffness = seen.tangent - rows.linear
-    if (seen.acting is None or seen.edge is None) and not rows.lag.any():
-        used = np.any(stiffness != 0, axis=0)
-        return _means(stiffness, steps)[used], None, rows.gaps[used]
-    damping = rows.lag * stiffness
-    change = np.roll(damping, -1, axis=0) - damping
-    stiffness = stiffness + change * (len(change) / _period(balance, state))
-    if seen.acting is not None and seen.edge is not None:
+    change = seen.tangent - fine.rows.linear
+    time = _period(balance, state) / len(change)
+    return _step_means(fine.rows, np.append(change, change[:1], axis=0), seen.acting, seen.edge, time, steps)
+
+
+def _step_means(
+    rows: GapRows, change: Array, acting: Array | None, edge: Array | None, time: float, steps: int
+) -> Tangents:
+    """Means over steps of changes of the stiffness (T + 1, R) [N/m] at samples `time` [s] apart, the last one the end.
+
+    A link row with the tangent k and the lag a of its damper has the force (1 + a d/dt) k x: the stiffness k + a k' and
+    the damper a k.
+
+    acting, edge : (T, F) as of `State`, None without dampers.
+    """
+    if acting is None and not rows.lag.any():
+        return Tangents(_means(change[:-1], steps), None)
+    damping = rows.lag * change
+    stiffness = change[:-1] + np.diff(damping, axis=0) / time
+    damping = damping[:-1]
+    if acting is not None and edge is not None:
         # teeth that meet sooner meet their damper sooner: a stiffness for the moment of the meeting
-        stiffness[:, : rows.count] += rows.damping * seen.edge
-        damping[:, : rows.count] += rows.damping * seen.acting - rows.drag
-    used = np.any((stiffness != 0) | (damping != 0), axis=0)
-    return _means(stiffness, steps)[used], _means(damping, steps)[used], rows.gaps[used]
+        stiffness[:, : rows.count] += rows.damping * edge
+        damping[:, : rows.count] += rows.damping * acting - rows.drag
+    return Tangents(_means(stiffness, steps), _means(damping, steps))
 
 
 def _means(values: Array, steps: int) -> Array:
@@ -224,7 +240,7 @@ def _means(values: Array, steps: int) -> Array:
     return average
 
 
-def _unchanged(balance: Problem, state: State, steps: int) -> tuple[Array, Array, Array]:
+def _unchanged(balance: Problem, state: State, steps: int) -> Tangents:
     """`contact_tangents` (rows, steps) where contact does not change: a linear system without corners."""
     rows, F = balance.rows, balance.rows.count
     phases = np.zeros((steps, len(balance.grid.counts)))
@@ -239,24 +255,23 @@ def _unchanged(balance: Problem, state: State, steps: int) -> tuple[Array, Array
     change[:F] -= rows.linear[:F, None]
     damping = rows.lag * (state.tangent[0] - rows.linear)
     damping[:F] += np.where(touching, rows.damping, 0.0) - rows.drag
-    used = np.any(change != 0, axis=1) | (damping != 0)
-    return change[used], np.repeat(damping[used][:, None], steps, axis=1), rows.gaps[used]
+    return Tangents(change, np.repeat(damping[:, None], steps, axis=1))
 
 
 def _floquet(refinement: Refinement, at: Solution, steps: int, *, vectors: bool = False) -> Floquet:
     """Multipliers of a motion with so many steps of its period."""
     balance, state = at.balance, at.state
-    stiffness, damping, gaps = contact_tangents(refinement, at, steps)
-    if not len(stiffness):
-        stiffness, gaps = np.zeros((1, steps)), np.zeros((1, balance.modal.squared.size))
-        damping = None
+    tangents = contact_tangents(refinement, at, steps)
+    used = tangents.changing
+    used[0] |= not used.any()
+    changes = tangents.of(used)
     return floquet(
         balance.modal,
-        stiffness,
+        changes.stiffness,
         period=_period(balance, state),
         frame=state.speed if balance.frame_speed == "kinematic" else 1.0,
-        damping=damping,
-        gaps=gaps,
+        damping=changes.damping,
+        gaps=balance.rows.gaps[used],
         vectors=vectors,
     )
 
@@ -289,30 +304,7 @@ def _largest(solved: Floquet) -> complex:
 # --- two mesh tones ---------------------------------------------------------------------------------------------------
 
 
-class Growth(NamedTuple):
-    """Growth of the worst disturbance a cycle of the first tone [1].
-
-    error : of it, as the windows show.  steps : of a cycle.  cycles : run.
-    """
-
-    rate: float
-    error: float
-    steps: int
-    cycles: int
-
-
-class Tangents(NamedTuple):
-    """Changes of stiffness [N/m] and damping [N s/m] of rows at steps (R, S), damping None where it stays."""
-
-    stiffness: Array
-    damping: Array | None
-
-    def of(self, rows: NDArray[np.bool_]) -> Tangents:
-        """The same of some rows (R,)."""
-        return Tangents(self.stiffness[rows], None if self.damping is None else self.damping[rows])
-
-
-def quasi_periodic_growth(balance: Problem, state: State, tones: tuple[Fraction, ...]) -> Growth:
+def quasi_periodic_growth(balance: Problem, state: State, tones: tuple[Fraction, ...]) -> Stability:
     """Largest growth of a disturbance of a motion a cycle of the first tone, free motions apart.
 
     Parameters
@@ -336,9 +328,7 @@ def quasi_periodic_growth(balance: Problem, state: State, tones: tuple[Fraction,
     turns = float(tones[1] / tones[0])
     first = tangents_along(balance, state, 0.0, min(size, window), steps, turns)
     # rows that change later do so somewhere on the grid
-    used = np.any(first.stiffness != 0, axis=1) | np.any(state.tangent != balance.rows.linear, axis=0)
-    if first.damping is not None:
-        used |= np.any(first.damping != 0, axis=1)
+    used = first.changing | np.any(state.tangent != balance.rows.linear, axis=0)
     kept = first.of(used)
     flow = variational_flow(
         balance.modal,
@@ -370,7 +360,8 @@ def quasi_periodic_growth(balance: Problem, state: State, tones: tuple[Fraction,
             or len(rates) == _WINDOWS
             or (len(rates) > 1 and (error < least or abs(rate - 1) > _NEAR_UNIT_GROWTH + error))
         ):
-            return Growth(rate=rate, error=error, steps=steps, cycles=len(rates) * window)
+            kind = GROWTH if rate > 1 + CIRCLE else ""
+            return Stability(multiplier=complex(rate), kind=kind, steps=steps, error=error)
         block = np.linalg.qr(after)[0]
 
 
@@ -402,7 +393,7 @@ def _rate(flow: VariationalFlow, block: Array, after: Array, cycles: int) -> tup
     """Largest growth a cycle by the Ritz values of a block (N, k) and what a window makes of it, and its error."""
     mu, vectors = np.linalg.eig(block.T @ after)
     bound = np.ones(mu.size, bool)
-    bound[np.argsort(np.abs(mu - 1), kind="stable")[: flow.conserved]] = False
+    bound[np.argsort(np.abs(mu - 1), kind="stable")[: flow.mean.conserved]] = False
     if not bound.any():
         return 0.0, 0.0
     largest = int(np.flatnonzero(bound)[np.argmax(np.abs(mu[bound]))])
@@ -415,7 +406,7 @@ def _rate(flow: VariationalFlow, block: Array, after: Array, cycles: int) -> tup
 
 
 def tangents_along(balance: Problem, state: State, start: float, cycles: int, steps: int, turns: float) -> Tangents:
-    """`floquet.contact_tangents` (R, cycles steps) from the laws at the phases of both tones, of all R rows.
+    """`contact_tangents` (R, cycles steps) from the laws at the phases of both tones, of all R rows.
 
     A sample in which contact opens or closes counts for the part in which it is closed, the gap continued linearly.
 
@@ -434,16 +425,10 @@ def tangents_along(balance: Problem, state: State, start: float, cycles: int, st
     stiffness[:, :F] = tangent
     if rows.links is not None:
         stiffness[:, F:] = rows.links.evaluate(delta[:, F : F + rows.links.rows.size])[1]
-    stiffness -= rows.linear
-    if not (rows.lag.any() or rows.damping.any()):
-        return Tangents(_means(stiffness[:-1], cycles * steps), None)
-    damping = rows.lag * stiffness
-    whole = stiffness[:-1] + np.diff(damping, axis=0) / time
-    damping = damping[:-1]
-    # teeth that meet sooner meet their damper sooner: a stiffness for the moment of the meeting
-    whole[:, :F] += rows.damping * edge[:-1]
-    damping[:, :F] += rows.damping * acting[:-1] - rows.drag
-    return Tangents(_means(whole, cycles * steps), _means(damping, cycles * steps))
+    damped, change = bool(rows.damping.any()), stiffness - rows.linear
+    return _step_means(
+        rows, change, acting[:-1] if damped else None, edge[:-1] if damped else None, time, cycles * steps
+    )
 
 
 def _flanks(balance: Problem, phases: Array, delta: Array, time: float) -> tuple[Array, Array, Array]:
@@ -598,13 +583,10 @@ def with_stability(refinement: Refinement, at: Solution) -> Solution:
     if at.stability is not None:
         return at
     key, tones = (at.state, at.backward), refinement.ready.lines.tones
-    if key not in refinement.stability and len(tones) == 1:
-        refinement.stability[key] = floquet_stability(refinement, at)
-    elif key not in refinement.stability:
-        growth = quasi_periodic_growth(at.balance, at.state, tones)
-        kind = GROWTH if growth.rate > 1 + CIRCLE else ""
-        refinement.stability[key] = Stability(
-            multiplier=complex(growth.rate), kind=kind, steps=growth.steps, error=growth.error
+    if key not in refinement.stability:
+        one_tone = len(tones) == 1
+        refinement.stability[key] = (
+            floquet_stability(refinement, at) if one_tone else quasi_periodic_growth(at.balance, at.state, tones)
         )
     return replace(at, stability=refinement.stability[key])
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import replace
-from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,10 +16,11 @@ from ...system.system import Array
 from ...warning_codes import CodedText, coded
 from ..response import SteadyOptions
 from ..response.response import require_stable_mean, response
+from ..response.spectra import combinations, link_labels
 from ..response.sweep_table import ROWS
 from .branch_set import branch_set
 from .problem import embedded, gap_forces
-from .rows import NO_TORQUE, gap_rows_of, largest_link_forces, law_warnings, link_labels
+from .rows import NO_TORQUE, gap_rows_of, largest_link_forces, law_warnings, reported_links
 from .shaft_orders import (
     NEGLIGIBLE,
     LinearMotion,
@@ -31,7 +31,6 @@ from .shaft_orders import (
     superposed_lines,
     superposition_is_an_answer,
     superposition_is_exact,
-    torus_amplitudes,
     torus_outputs,
     unchanging_lines,
 )
@@ -177,7 +176,7 @@ def _labelled(
     opens = face.any(outputs.row_open > 0)
     # a superposed line pulls where teeth would part
     pulled = ((force < reach) & (reach > 0)).any(axis=0) & ~opens
-    past = past_the_end(system, point.problem.rows.flanks, outputs.flank)
+    past = past_the_end(system, point.problem.rows.flanks, outputs.measures.flank)
     if ready.lawful.groups:
         forces = gap_forces(point.problem, point.state)
         past += groups_past_the_end(ready.lawful, largest_link_forces(ready.lawful, point.problem.rows, forces))
@@ -189,13 +188,13 @@ def _labelled(
             "mesh_force": (("mesh", "mesh_phase"), _over_phase(force, counts, axis, np.mean)),
             "mesh_force_least": (("mesh", "mesh_phase"), _over_phase(force - reach, counts, axis, np.min)),
             "mesh_force_most": (("mesh", "mesh_phase"), _over_phase(force + reach, counts, axis, np.max)),
-            "mesh_force_rms": ("mesh", outputs.rms if rms is None else rms),
-            "mesh_force_bound": ("mesh", outputs.peak),
-            "mesh_force_minimum": ("mesh", outputs.minimum),
-            "open_share": ("mesh", outputs.open),
+            "mesh_force_rms": ("mesh", outputs.measures.rms if rms is None else rms),
+            "mesh_force_bound": ("mesh", outputs.measures.highest),
+            "mesh_force_minimum": ("mesh", outputs.measures.lowest),
+            "open_share": ("mesh", outputs.measures.open),
             "far_share": ("mesh", outputs.far),
             "contact_lost": ("mesh", opens | pulled),
-            "amplitude": ("dof", torus_amplitudes(torus, point, lines)),
+            "amplitude": ("dof", outputs.measures.amplitude),
             **along,
             **links,
             **combined,
@@ -246,40 +245,37 @@ def _over_phase(
     return values
 
 
-def _combinations(torus: Torus, point: TorusPoint, force: Array) -> tuple[dict[str, Any], Array]:
+def _combinations(torus: Torus, point: TorusPoint, force: Array) -> tuple[dict[str, Any], NDArray[np.object_]]:
     """Complex amplitude (w, J) at every lattice point [N] of mesh forces (N, w), and the names (J,) of these.
 
     A mesh tone is named after its stage, a shaft tone after the path in the file of the first line on it.
     """
     grid, ready, D = point.problem.grid, torus.ready, torus.mesh_tones
-    J, points = len(grid.points), grid.points.tolist()
-    rows = grid.rows(force)
+    J, rows = len(grid.points), grid.rows(force)
     tones = (*ready.lines.tones, *torus.shaft_tones.tones)
-    axes, stages = ready.lines.axis.tolist(), ready.system.meshes.stage
-    names = [stages[axes.index(axis)] for axis in range(D)]
+    names = ready.lines.stages(ready.system)
     for tone in range(len(torus.shaft_tones.tones)):
         causes = [line.causes for place, _, line in torus.shaft_tones.lines if place[D + tone] and line.causes]
         names.append(causes[0][0] if causes else f"slow tone {tone + 1}")
-    label = [" ".join(f"{a:+d} {name}" for a, name in zip(p, names, strict=False) if a) or "mean" for p in points]
-    exact = [sum((a * f for a, f in zip(p, tones, strict=False)), Fraction(0)) for p in points]
+    labels, frequency = combinations(grid.points, names, tones, point.state.speed)
     return {
         "combination_force": (("mesh", "combination"), (rows[:J] + 1j * rows[J:]).T),
-        "combination_frequency": ("combination", point.state.speed * np.array([float(f) for f in exact])),
-    }, np.array(label, dtype=object)
+        "combination_frequency": ("combination", frequency),
+    }, labels
 
 
 def _link_variables(
     torus: Torus, outputs: TorusOutputs, counts: tuple[int, ...]
 ) -> tuple[dict[str, Any], dict[Hashable, Any]]:
     """Variables and coordinates of links: forces over the phase of the first mesh, and measures over all phases."""
-    labels = link_labels(torus.ready)
+    labels = link_labels(reported_links(torus.ready)[0])
     if not labels:
         return {}, {}
     axis = np.zeros(len(labels["link_row"]), dtype=np.int64)
     variables: dict[str, Any] = {
         "link_force": (("link_row", "mesh_phase"), _over_phase(outputs.link_force, counts, axis, np.mean))
     }
-    variables |= {name: (ROWS[name], values) for name, values in outputs.links.items() if values.size}
+    variables |= {name: (ROWS[name], values) for name, values in outputs.measures.links.items() if values.size}
     return variables, {**labels}
 
 

@@ -18,11 +18,12 @@ from ...system.gaps import past_the_end
 from ...system.system import Array, System, faces
 from ...warning_codes import CodedText, coded
 from ..response import SweepOptions, Unstable
-from ..response.response import MEAN_UNSTABLE, Response, instability_warnings, response, unstable_speeds
+from ..response.response import MEAN_UNSTABLE, NO_SPEED, Response, instability_warnings, response, unstable_speeds
+from ..response.spectra import link_labels
 from ..response.sweep_table import ROWS, speeds_of
 from .branch_set import BranchSet, Crossing, Measures, branch_set, force_level, periodic_measures
 from .continuation import folds_of_speed
-from .rows import gap_rows_of, law_warnings, link_labels
+from .rows import gap_rows_of, law_warnings, reported_links
 from .shaft_orders import MeshOrders, ShaftResponse, link_outputs, mesh_orders, shaft_response
 from .solutions import Refinement, Solution, Stability, distinct, require_fast_enough, with_stability
 from .sweep_direction import (
@@ -39,9 +40,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _DIRECTIONS = ("up", "down")
-_NO_SPEED = "speed is not a number above zero"
 # States of a point that holds numbers, or had lost them before shaft orders came.
-_KNOWN = ("ok", "coarse", "not converged", _NO_SPEED)
+_KNOWN = ("ok", "coarse", "not converged", NO_SPEED)
 
 _Values = dict[str, Any]
 """Values at one speed of a direction by the names of their variables: arrays (w,) or (n,), numbers, texts."""
@@ -102,7 +102,8 @@ def contact_sweep(
     branches = BranchSet(speeds=rising, segments=[], crossings=[], ended=[])
     largest: list[Array] = []
     if rising.size:
-        branches = _branch_set(refinement, rising, harmonics, kept)
+        kept.refer, kept.restore = refinement.size_of, lambda size: refinement.lattice(*size)
+        branches = kept.made("branches", partial(branch_set, refinement, rising, harmonics=harmonics, kept=kept))
         if unstable != "ignore":
             _judge(refinement, branches, kept)
         largest = _fill_directions(refinement, branches, points, unstable, shaft, progress, kept)
@@ -141,7 +142,7 @@ def contact_sweep(
             "direction": list(_DIRECTIONS),
             "mesh": list(faces(ready.system.meshes).name),
             "dof": list(ready.system.dofs.names),
-            **link_labels(ready),
+            **link_labels(reported_links(ready)[0]),
             "speed": speed,
             "mesh_frequency": ("speed", speed * float(ready.lines.tone)),
         },
@@ -154,12 +155,6 @@ def contact_sweep(
 
 
 # --- the branch set, and what both directions reach -------------------------------------------------------------------
-
-
-def _branch_set(refinement: Refinement, rising: Array, harmonics: int | None, kept: RunFolder) -> BranchSet:
-    """The branch set of rising speeds (P,), kept as it is followed and once it is whole."""
-    kept.refer, kept.restore = refinement.size_of, lambda size: refinement.lattice(*size)
-    return kept.made("branches", partial(branch_set, refinement, rising, harmonics=harmonics, kept=kept))
 
 
 def _judge(refinement: Refinement, branches: BranchSet, kept: RunFolder) -> None:
@@ -188,15 +183,15 @@ def _stability(refinement: Refinement, solutions: list[Solution], index: int) ->
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Point:
-    """What is reached at one speed: its index, the values of all curves, and forces (F,) as of `Measures`.
+    """What is reached at one speed: its index, the values of all curves, and forces (F,) as of `Measures`, if known.
 
     motion : on which shaft orders are still to come, else None.  begin : from where a direction can go on, else None.
     """
 
     index: int
     values: _Values
-    flank: Array | None
-    motion: MeshOrders | None
+    flank: Array | None = None
+    motion: MeshOrders | None = None
     begin: Begin | None = None
 
 
@@ -215,7 +210,7 @@ def _fill_directions(
     """
     steps = 1 if shaft is None else 2
     total, done, largest = steps * 2 * len(branches.crossings), 0, list[Array]()
-    waiting = dict[tuple[object, ...], tuple[MeshOrders, list[tuple[int, int]]]]()
+    waiting = dict[str, tuple[MeshOrders, list[tuple[int, int]]]]()
 
     def step(count: int) -> None:
         nonlocal done
@@ -228,7 +223,7 @@ def _fill_directions(
         points[direction][point.index] = point.values
         largest.extend([] if point.flank is None else [point.flank])
         if point.motion is not None:
-            waiting.setdefault(point.motion.key, (point.motion, []))[1].append((direction, point.index))
+            waiting.setdefault(point.motion.digest, (point.motion, []))[1].append((direction, point.index))
         step(steps if point.motion is None else 1)
 
     def enter_shaft_orders(number: int, solved: ShaftResponse) -> None:
@@ -262,7 +257,7 @@ def _fill_directions(
     runs(work, left, arrived=enter_new, long=long, kept=kept)
     motions, reached = [motion for motion, _ in waiting.values()], [indices for _, indices in waiting.values()]
     if shaft is not None:
-        part = kept.part("shaft orders", [motion.digest for motion in motions])
+        part = kept.part("shaft orders", list(waiting))
         each(partial(shaft_response, shaft), motions, arrived=enter_shaft_orders, kept=part)
     return largest
 
@@ -293,9 +288,8 @@ def _direction(
     upward = left.direction == 0
     before = None if left.begin is None else resumed(refinement, left.begin)
     for index, reached in sweep_direction(refinement, branches, left.indices, before, upward=upward, unstable=unstable):
-        values, flank, motion = _fill(refinement.ready, reached, shaft)
-        begin = begin_of(refinement, index, reached)
-        yield _Point(index=index, values=values, flank=flank, motion=motion, begin=begin)
+        point = _filled(refinement.ready, index, reached, shaft)
+        yield replace(point, begin=begin_of(refinement, index, reached))
 
 
 # --- curves -----------------------------------------------------------------------------------------------------------
@@ -304,15 +298,13 @@ def _direction(
 def _nothing(ready: Response, shaft: bool) -> _Values:
     """Values at a speed before anything is reached; shaft : whether shaft orders come on top."""
     system = ready.system
-    m, n, labels = len(faces(system.meshes).name), system.force.size, link_labels(ready)
+    m, n, labels = len(faces(system.meshes).name), system.force.size, link_labels(reported_links(ready)[0])
     return {
-        "mesh_force_rms": np.full(m, np.nan),
-        "mesh_force_peak": np.full(m, np.nan),
-        "mesh_force_minimum": np.full(m, np.nan),
+        **{name: np.full(m, np.nan) for name in ("mesh_force_rms", "mesh_force_peak", "mesh_force_minimum")},
         "contact_open": np.full(m, np.nan),
         "amplitude": np.full(n, np.nan),
         **{name: np.full(len(labels[dims[0]]), np.nan) for name, dims in ROWS.items() if dims and dims[0] in labels},
-        "status": _NO_SPEED,
+        "status": NO_SPEED,
         "motion": "",
         "branch_instability": "",
         "stable": False,
@@ -334,22 +326,19 @@ def _stacked(points: list[list[_Values]]) -> _Curves:
     return curves
 
 
-def _fill(ready: Response, reached: Reached, shaft: bool) -> tuple[_Values, Array | None, MeshOrders | None]:
-    """Values of what is reached at one speed.
-
-    With them the largest forces (F,) [N] where they are known, and the motion where shaft orders are still to come.
-    """
+def _filled(ready: Response, index: int, reached: Reached, shaft: bool) -> _Point:
+    """The values of what is reached at one speed."""
     motion, values = reached.motion, _nothing(ready, shaft)
     values |= {"branch_instability": reached.instability, "jumped": reached.jumped, "status": "ok"}
     if motion is None:
-        return values | {"status": "not converged"}, None, None
+        return _Point(index=index, values=values | {"status": "not converged"})
     if isinstance(motion, IntegratedMotion):
         measures = motion.measures
         finite = bool(np.isfinite(measures.rms).all())
         values |= {"motion": "integrated", "status": "ok" if finite else "not finite"}
         if shaft:
             unknown = "shaft orders are not known of a motion that is integrated"
-            return values | _of_shaft_response(ShaftResponse(measures=None, status=unknown)), None, None
+            return _Point(index=index, values=values | _of_shaft_response(ShaftResponse(status=unknown)))
     else:
         values |= {"motion": motion.kind, "harmonics": motion.harmonics, "residual": motion.residual}
         values["stable"] = motion.stable
@@ -357,10 +346,10 @@ def _fill(ready: Response, reached: Reached, shaft: bool) -> tuple[_Values, Arra
             values["largest_multiplier"] = abs(motion.stability.multiplier)
             values["multiplier_error"] = motion.stability.error
         if shaft:
-            return values, None, mesh_orders(motion)
+            return _Point(index=index, values=values, motion=mesh_orders(motion))
         links = link_outputs(ready, motion.balance, motion.state, ready.lines.tones)[1]
         measures = replace(periodic_measures(ready.system, motion.balance, motion.state), links=links)
-    return values | _of_measures(measures), measures.flank, None
+    return _Point(index=index, values=values | _of_measures(measures), flank=measures.flank)
 
 
 def _of_shaft_response(solved: ShaftResponse) -> _Values:

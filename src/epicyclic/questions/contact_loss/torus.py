@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from ...system.system import Array, Faces, faces
 from ..response.lattice import Point
 from ..response.response import Response
-from ..response.spectra import LineExcitation, Shaft
+from ..response.spectra import LineExcitation, PlacedLine, Shaft
 from .continuation import (
     TOLERANCE,
     WORK,
@@ -39,7 +39,7 @@ from .continuation import (
     truncation_residual,
 )
 from .problem import Problem, State, dynamic_size, embedded, evaluate, linearised_residual, problem
-from .rows import PlacedLine, Size, gap_rows_of, order_weight, placed_line, torus_points
+from .rows import Size, gap_rows_of, order_weight, placed_line, torus_points
 
 Index = NDArray[np.int64]
 
@@ -272,7 +272,7 @@ class TorusPoint:
 
     state : the motion, of `problem`.  size : rows kept.  converged : whether Newton's method did.
     residual : of the rows kept.  truncation : (kinds,) of the rows dropped, by each mesh tone, combinations of mesh
-        tones and each shaft tone.  Both are relative to the dynamic part.  calls : Jacobian-vector products.
+        tones and each shaft tone.  Both are relative to the dynamic part.
     """
 
     problem: Problem
@@ -281,7 +281,6 @@ class TorusPoint:
     converged: bool
     residual: float
     truncation: Array
-    calls: int
 
     @property
     def truncation_residual(self) -> float:
@@ -357,7 +356,6 @@ def respond_torus(
             if larger == point.size or _values(torus, larger) > _VALUES:
                 break
             finer = _solve_size(torus, larger, speed, point.problem.grid.points, point.state.y, rough)
-            finer = replace(finer, calls=finer.calls + point.calls)
             if not finer.converged:
                 break  # the coarser solution stands, and says what it dropped
             point = finer
@@ -366,18 +364,16 @@ def respond_torus(
 
 def _continued_in_speed(torus: Torus, lost: TorusPoint, speed: float, tolerance: float) -> TorusPoint:
     """The motion continued from a speed nearby, from above and then from below; the lost point where neither is."""
-    calls = lost.calls
     for side in (1.0, -1.0):
         points, y = _mesh_orders(torus, lost.size, speed * (1 + side * _NEARBY[0]), tolerance)
         for part in _NEARBY:
             point = _solve_size(torus, lost.size, speed * (1 + side * part), points, y, tolerance, rescue=False)
-            calls += point.calls
             if not point.converged:
                 break
             points, y = point.problem.grid.points, point.state.y
         if point.converged:
-            return replace(point, calls=calls)
-    return replace(lost, calls=calls)
+            return point
+    return lost
 
 
 def _mesh_orders(torus: Torus, size: Size, speed: float, tolerance: float) -> tuple[Index, Array]:
@@ -409,7 +405,6 @@ def _solve_size(
     if points.shape[1] == torus.mesh_tones and size.orders:
         start = _with_shaft_response(torus, prepared.coarse, start, speed)
     solved = solve(prepared.coarse, start, speed, tolerance=tolerance, steps=_STEPS, step=newton_step())
-    calls = solved.calls
     if not solved.converged and size.orders and rescue:
         # with a part of the shaft lines, then more and more of them
         of_shafts = prepared.coarse.grid.points[:, torus.mesh_tones :].any(axis=1)
@@ -422,7 +417,7 @@ def _solve_size(
             y, used = solved.state.y, used + solved.calls
             if not solved.converged:
                 break
-        solved, calls = replace(solved, converged=solved.converged and final), calls + used
+        solved = replace(solved, converged=solved.converged and final)
     dynamic = dynamic_size(solved.state.y)
     dropped = truncation_residual(prepared.coarse, solved.state, prepared.truncated_orders)
     return TorusPoint(
@@ -432,7 +427,6 @@ def _solve_size(
         converged=_accepted(torus, solved),
         residual=solved.state.norm / dynamic,
         truncation=dropped / dynamic,
-        calls=calls,
     )
 
 
@@ -445,7 +439,7 @@ def _accepted(torus: Torus, solved: NewtonResult) -> bool:
 def _corrected_on_fine_grid(torus: Torus, point: TorusPoint, tolerance: float) -> TorusPoint:
     """The residual of many samples corrected with the Jacobian of few, or where that fails with its own."""
     prepared, y, speed = torus.prepared(point.size), point.state.y, point.state.speed
-    exact, calls = newton_step(), point.calls
+    exact = newton_step()
 
     def cheap(_: Problem, at: State, right: Array, target: float) -> tuple[Array, int]:
         """A Newton step (2, J, n) with the Jacobian of few samples."""
@@ -454,7 +448,6 @@ def _corrected_on_fine_grid(torus: Torus, point: TorusPoint, tolerance: float) -
     attempt = partial(solve, prepared.fine, y, speed, tolerance=tolerance, steps=_CORRECTIONS, work=_CORRECTION_WORK)
     for step in (cheap, exact) if prepared.fine is not prepared.coarse else (exact,):
         solved = attempt(step=step)
-        calls += solved.calls
         if solved.converged:
             break
     return replace(
@@ -463,7 +456,6 @@ def _corrected_on_fine_grid(torus: Torus, point: TorusPoint, tolerance: float) -
         state=solved.state,
         converged=_accepted(torus, solved),
         residual=solved.state.norm / dynamic_size(solved.state.y),
-        calls=calls,
     )
 
 

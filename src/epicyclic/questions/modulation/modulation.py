@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -204,16 +204,13 @@ def _is_profile(path: str) -> bool:
 # --- the signal ------------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Settings:
-    """Checked options."""
+class _Sensor(NamedTuple):
+    """What the sensor sees through, and the options."""
 
     position: SensorPosition
     window: Window
     transfer: Transfer | None
-    direction: str
-    radius: float | None
-    mean_load: bool
+    options: ModulationOptions
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -243,79 +240,53 @@ def modulation(system: System, options: ModulationOptions) -> xr.Dataset:
     ModelError : as of `sensor_position`, `named_window` and `steady`; numbers out of range.
     ConvergenceError : as of `steady`.
     """
-    window, transfer, width = options.window, options.transfer, options.width
-    relative_speed, floor, turns = options.relative_speed, options.floor, options.turns
+    window, transfer, relative_speed = options.window, options.transfer, options.relative_speed
     assert not isinstance(window, Path)
     assert not isinstance(transfer, str | Path)
     position = sensor_position(
         system, stage=options.stage, body=options.body, angle=options.sensor, through_planet=options.through_planet
     )
-    settings = _Settings(
-        position=position,
-        window=named_window(window, planets=len(position.branches), width=width) if isinstance(window, str) else window,
-        transfer=transfer,
-        direction=options.direction,
-        radius=options.radius,
-        mean_load=options.mean_load,
-    )
-    _check(settings, floor=floor)
+    if isinstance(window, str):
+        window = named_window(window, planets=len(position.branches), width=options.width)
+    sensor = _Sensor(position, window, transfer, options)
+    if options.radius is not None and not (math.isfinite(options.radius) and options.radius > 0):
+        raise ModelError("out of range", path="radius", given=options.radius, allowed="above zero")
+    if not 0 <= options.floor < 1:
+        raise ModelError("out of range", path="floor", given=options.floor, allowed="0 or more, below 1")
     ready, block = solve_speed(system, relative_speed, TOLERANCE)
-    at_sensor = _sensor_signal(ready, block, settings)
-    healthy = _fault_free(system, relative_speed, settings)
-    listed = _listed(at_sensor, floor)
-    duration = _duration(system, position, turns) / relative_speed
+    at_sensor = _sensor_signal(ready, block, sensor)
+    healthy = _fault_free(system, sensor)
+    listed = _listed(at_sensor, options.floor)
+    duration = _duration(system, position, options.turns) / relative_speed
     count = _samples(at_sensor.frequency[listed], duration, options.samples)
     signal = synthesised_signal(at_sensor.frequency[listed], at_sensor.signal[listed], duration, count)
-    return _labelled(
-        ready,
-        block,
-        settings,
-        at_sensor,
-        listed=listed,
-        healthy=healthy,
-        signal=(duration, signal),
-        options={
-            "relative_speed": relative_speed,
-            "stage": position.stage,
-            "body": _where(system, position),
-            "sensor": options.sensor,
-            "direction": options.direction,
-            "window": settings.window.name,
-            "width": width,
-            "transfer": "none" if transfer is None else transfer.unit,
-            "through_planet": options.through_planet,
-            "mean_load": options.mean_load,
-            "floor": floor,
-            "turns": turns,
-        },
-    )
+    return _labelled(ready, block, sensor, at_sensor, listed=listed, healthy=healthy, signal=(duration, signal))
 
 
-def _check(settings: _Settings, *, floor: float) -> None:
-    """Refuse options out of range.
-
-    Raises
-    ------
-    ModelError : radius or floor.
-    """
-    if settings.radius is not None and not (math.isfinite(settings.radius) and settings.radius > 0):
-        raise ModelError("out of range", path="radius", given=settings.radius, allowed="above zero")
-    if not 0 <= floor < 1:
-        raise ModelError("out of range", path="floor", given=floor, allowed="0 or more, below 1")
+def _recorded(system: System, sensor: _Sensor) -> dict[str, Any]:
+    """Options as the result has them, what they stand for in place of names and of what was not given."""
+    names = "relative_speed stage body sensor direction window width transfer through_planet mean_load floor turns"
+    return {name: getattr(sensor.options, name) for name in names.split()} | {
+        "stage": sensor.position.stage,
+        "body": _where(system, sensor.position),
+        "window": sensor.window.name,
+        "transfer": "none" if sensor.transfer is None else sensor.transfer.unit,
+    }
 
 
-def _sensor_signal(ready: Response, block: Block, settings: _Settings) -> _SensorSignal:
+def _sensor_signal(ready: Response, block: Block, sensor: _Sensor) -> _SensorSignal:
     """Lines at the sensor of a solved block (P = 1)."""
-    spectrum = stage_spectrum(ready, block, settings.position)
-    if not settings.mean_load:
+    (position, window, transfer, options), speed = sensor, float(block.speed[0])
+    spectrum = stage_spectrum(ready, block, position)
+    if not options.mean_load:
         spectrum = replace(spectrum, force=np.where(spectrum.step == 0, 0.0, spectrum.force))
-    radius = _radius(ready.system, settings.position) if settings.radius is None else settings.radius
-    motion = sensor_motion(spectrum, settings.position, settings.direction, radius)
-    lines = merged_lines(spectrum, windowed_forces(spectrum, settings.position, settings.window), motion)
-    frequency = float(block.speed[0]) * np.array([float(exact) for exact in lines.frequency])
+    radius = _radius(ready.system, position) if options.radius is None else options.radius
+    motion = sensor_motion(spectrum, position, options.direction, radius)
+    lines = merged_lines(spectrum, windowed_forces(spectrum, position, window), motion)
+    frequency = speed * np.array([float(exact) for exact in lines.frequency])
     acceleration = -((2 * np.pi * frequency) ** 2) * lines.motion
-    signal = lines.force if settings.transfer is None else lines.force * settings.transfer.at(frequency)
-    if settings.transfer is not None and settings.transfer.unit == ACCELERATION:
+    signal = lines.force if transfer is None else lines.force * transfer.at(frequency)
+    if transfer is not None and transfer.unit == ACCELERATION:
         signal = signal + acceleration
     return _SensorSignal(spectrum=spectrum, lines=lines, frequency=frequency, signal=signal, acceleration=acceleration)
 
@@ -327,11 +298,11 @@ def _radius(system: System, position: SensorPosition) -> float:
     return next((float(R) for body, direction, R in spectrum if body in names and direction == "rz"), 0.0)
 
 
-def _fault_free(system: System, relative_speed: float, settings: _Settings) -> dict[Fraction, complex]:
+def _fault_free(system: System, sensor: _Sensor) -> dict[Fraction, complex]:
     """Signal of the same train without manufacturing deviations, by exact frequency [Hz at s = 1]."""
     lines = tuple(_drawn_part(line) for line in system.lines if is_fault_free(line.causes))
-    ready, block = solve_speed(replace(system, lines=lines), relative_speed, TOLERANCE)
-    at_sensor = _sensor_signal(ready, block, settings)
+    ready, block = solve_speed(replace(system, lines=lines), sensor.options.relative_speed, TOLERANCE)
+    at_sensor = _sensor_signal(ready, block, sensor)
     return dict(zip(at_sensor.lines.frequency, at_sensor.signal.tolist(), strict=True))
 
 
@@ -393,25 +364,24 @@ def _where(system: System, position: SensorPosition) -> str:
 def _labelled(
     ready: Response,
     block: Block,
-    settings: _Settings,
+    sensor: _Sensor,
     at_sensor: _SensorSignal,
     *,
     listed: NDArray[np.int64],
     healthy: dict[Fraction, complex],
     signal: tuple[float, Array],
-    options: dict[str, Any],
 ) -> xr.Dataset:
-    """Dataset of the listed lines (indices `listed`), the signal (duration [s], samples) and the settings."""
+    """Dataset of the listed lines (indices `listed`), and the signal (duration [s], samples)."""
     from ...results.dataset import dataset
 
-    position, system, speed = settings.position, ready.system, float(block.speed[0])
+    position, system, speed = sensor.position, ready.system, float(block.speed[0])
     labels = LineLabels(system=system, lines=ready.lines, position=position)
     origins = [[labels.origin(at_sensor.spectrum, part) for part in at_sensor.lines.parts[i]] for i in listed]
     frequency = [at_sensor.lines.frequency[i] for i in listed]
     without = np.array([healthy.get(exact, 0j) for exact in frequency])
     faulty = np.abs(at_sensor.signal[listed] - without) > _REPORTED * np.abs(at_sensor.signal[listed])
     duration, values = signal
-    unit = "N" if settings.transfer is None or settings.transfer.unit != ACCELERATION else "m/s2"
+    unit = "N" if sensor.transfer is None or sensor.transfer.unit != ACCELERATION else "m/s2"
     angle = np.linspace(-np.pi, np.pi, 721)
     causes = [labels.causes(sources, faulty=bad) for sources, bad in zip(origins, faulty, strict=True)]
     family = [labels.family(sources[0], faulty=bad) for sources, bad in zip(origins, faulty, strict=True)]
@@ -428,7 +398,7 @@ def _labelled(
             "causes": ("line", _texts(causes)),
             "signal": ("sample_time", values),
             "passage": ("planet", _passages(position, speed)),
-            "window_gain": ("window_angle", settings.window.at(angle)),
+            "window_gain": ("window_angle", sensor.window.at(angle)),
         },
         {
             "line": _texts([labels.label(sources[0]) for sources in origins]),
@@ -437,9 +407,9 @@ def _labelled(
             "window_angle": angle,
         },
         verb="modulation",
-        options={**options, "samples": values.size, "harmonics": block.harmonics},
+        options={**_recorded(system, sensor), "samples": values.size, "harmonics": block.harmonics},
         provenance=system.provenance,
-        warnings=[*system.warnings, *_warnings(ready, block, settings, at_sensor)],
+        warnings=[*system.warnings, *_warnings(ready, block, sensor, at_sensor)],
         units={name: unit for name in ("signal", "signal_amplitude", "fault_free_amplitude")},
     )
     result.attrs.update(
@@ -481,14 +451,14 @@ def _passages(position: SensorPosition, speed: float) -> Array:
     return result
 
 
-def _warnings(ready: Response, block: Block, settings: _Settings, at_sensor: _SensorSignal) -> list[CodedText]:
+def _warnings(ready: Response, block: Block, sensor: _Sensor, at_sensor: _SensorSignal) -> list[CodedText]:
     """Warnings: teeth that pull, a window cut short, lines outside the transfer function."""
     system, rows = ready.system, force_signal(ready, block)
     every = whole_mesh_signal(rows, faces(system.meshes))
     most = force_extremes(every, axis=mesh_axis(ready))[1]
     factor = dynamic_factor(most, mean(every), parallel_meshes(system.meshes), rounding_of(system))
     notes = tension_warnings(system, force_extremes(rows, axis=ready.lines.axis)[0], factor)
-    window, transfer = settings.window, settings.transfer
+    window, transfer = sensor.window, sensor.transfer
     if window.remainder > 1e-2:
         last = len(window.coefficients) - 1
         text = f"the window is cut at {last} harmonics: {window.remainder:.1%} of it left out"

@@ -16,7 +16,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -432,42 +432,32 @@ def stage_spectrum(ready: Response, block: Block, position: SensorPosition) -> S
     """Spectrum of a solved block (P = 1): mesh orders, then shaft orders."""
     kinds = (False,) if block.shaft is None else (False, True)
     parts = [_part(ready, block, position, shifted=shifted) for shifted in kinds]
-    units = [unit for _, unit, *_ in parts]
-    unit = math.lcm(*units, position.turn.denominator)
-    return StageSpectrum(
-        unit=unit,
-        carrier=int(position.turn * unit),
-        step=np.concatenate([part[0].ravel() * (unit // part[1]) for part in parts]),
-        shaft=np.concatenate([part[2] for part in parts]),
-        point=np.concatenate([part[3] for part in parts]),
-        force=np.concatenate([part[4] for part in parts], axis=1),
-        motion=np.concatenate([part[5] for part in parts], axis=1),
-    )
+    joined = {name: np.concatenate([part[name] for part in parts], axis=-1) for name in parts[0]}
+    own = ready.exact_frequencies(block.truncation, shifted=False)[1]  # the unit of both kinds
+    unit = math.lcm(own, position.turn.denominator)
+    joined |= {"step": joined["step"] * (unit // own), "point": joined["point"].T}
+    return StageSpectrum(unit=unit, carrier=int(position.turn * unit), **joined)
 
 
-def _part(
-    ready: Response, block: Block, position: SensorPosition, *, shifted: bool
-) -> tuple[NDArray[np.object_], int, Index, Index, ComplexArray, ComplexArray]:
-    """Steps (S, K), their unit, shaft indices (S K,), points (S K, D), forces (p, S K) [N] and motion (6, S K) [m,
-    rad].
+def _part(ready: Response, block: Block, position: SensorPosition, *, shifted: bool) -> dict[str, NDArray[Any]]:
+    """Fields of `StageSpectrum`, steps in the unit of `Response.exact_frequencies`, points (D, R).
 
     shifted : of the shaft orders.
     """
-    steps, unit = ready.exact_frequencies(block.truncation, shifted=shifted)
+    steps, _ = ready.exact_frequencies(block.truncation, shifted=shifted)
     force = force_spectrum(ready, block, shifted=shifted)
     total = faces(ready.system.meshes).total(force.amplitude)
     motion = motion_spectrum(ready, block, shifted=shifted)
     lines, points = steps.shape[0], force.points
     moved = np.zeros((6, lines, len(points)), complex)
     moved[:, :, : len(motion.points)] = _body_motion(ready.system, motion, position)
-    return (
-        steps,
-        unit,
-        np.repeat(np.arange(lines) if shifted else np.full(1, -1), len(points)),
-        np.tile(points, (lines, 1)),
-        total[position.meshes, 0].reshape(len(position.meshes), -1),
-        moved.reshape(6, -1),
-    )
+    return {
+        "step": steps.ravel(),
+        "shaft": np.repeat(np.arange(lines) if shifted else np.full(1, -1), len(points)),
+        "point": np.tile(points, (lines, 1)).T,
+        "force": total[position.meshes, 0].reshape(len(position.meshes), -1),
+        "motion": moved.reshape(6, -1),
+    }
 
 
 def _body_motion(system: System, motion: Spectrum, position: SensorPosition) -> ComplexArray:

@@ -17,8 +17,7 @@ mesh frequencies hundreds of combinations lie near some natural frequency, each 
 tone; D^-1 alone then leaves GMRES hundreds of outlying eigenvalues.  The block holds these coordinates with their
 couplings by the varying mesh stiffness, factorised; all others keep D^-1.  Derived here.
 
-Many linear systems are solved at once: one array, one operator call an iteration.  One system alone has a form of its
-own: its arrays are so small that calls of NumPy are what it costs.
+Many linear systems are solved at once: one array, one operator call an iteration.
 
 A residual r of the balance A y = b is an error A^-1 r, which a sharp resonance amplifies.  The amplification is found
 by solving for a unit force on the coordinates that are near resonance.  Besides r, double precision itself perturbs A:
@@ -29,9 +28,8 @@ Derived here.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from math import hypot
-from typing import NamedTuple
+from dataclasses import dataclass, fields, replace
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 import scipy.linalg
@@ -39,7 +37,7 @@ from numpy.typing import NDArray
 
 from ...system.system import Array, ComplexArray, System
 from ..modes.eigen import Modal
-from .lattice import Kernel, product, to_real, truncated_product
+from .lattice import Kernel, product, stiffness_series, to_real, truncated_product
 
 _TINY = 1e-300
 # Least |D| of the preconditioner, per omega_r^2.  At a resonance of the mean system without damping D is 0 although the
@@ -98,117 +96,29 @@ def _cycle(
 ) -> tuple[Array, int]:
     """One Arnoldi cycle with classical Gram-Schmidt from a residual (P, N) of given norm (P,).
 
-    The rotations are kept as one small orthogonal matrix a system.  Returns (step (P, N), vectors used).
+    Of the vector n with n H = 0, n_1 = 1, the least residual is norm / |n| (derived here).  Returns (step (P, N),
+    vectors used).
     """
     P, N = residual.shape
     V = np.empty((basis + 1, P, N), residual.dtype)
     V[0] = residual / np.maximum(norm, _TINY)[:, None]
-    R = np.zeros((P, basis, basis))
-    Q = np.broadcast_to(np.eye(basis + 1), (P, basis + 1, basis + 1)).copy()
-    g = np.zeros((P, basis + 1))
-    g[:, 0] = norm
-    k = 0
-    while k < basis:
-        known, w = V[: k + 1].transpose(1, 0, 2), apply(V[k])
-        along = np.matmul(known, w[:, :, None])[:, :, 0]
-        w = w - np.matmul(along[:, None, :], known)[:, 0]
-        left = _norm(w)
-        V[k + 1] = w / np.maximum(left, _TINY)[:, None]
-        rotated = np.matmul(Q[:, : k + 1, : k + 1], along[:, :, None])[:, :, 0]
-        R[:, :k, k] = rotated[:, :k]
-        R[:, k, k] = _rotate(Q, g, k, rotated[:, k], left)
-        k += 1
-        if not np.any(np.abs(g[:, k]) > 0.5 * target):
-            break
-    return _combine(V[:k], R[:, :k, :k], g[:, :k]), k
-
-
-def gmres_of_one(
-    apply: Callable[[Array], Array], right: Array, *, target: float, basis: int = 60, restarts: int = 6
-) -> tuple[Array, float, int]:
-    """Solve A x = b (N,), from x = 0, until |b - A x| <= target: `gmres` for one system.
-
-    Parameters
-    ----------
-    apply : (N,) -> (N,).  right, target, basis, restarts : as of `gmres`.
-
-    Returns
-    -------
-    (x (N,), true residual norm, operator calls); not finite where the numbers of the system are not.
-    """
-    x, residual, norm, calls = np.zeros_like(right), right, _length(right), 0
-    for _ in range(restarts):
-        if not norm > target:
-            break
-        step, used = _cycle_of_one(apply, residual, norm, target=target, basis=basis)
-        trial = x + step
-        left = right - apply(trial)
-        calls += used + 1
-        last, new = norm, _length(left)
-        if not new >= last:
-            x, residual, norm = trial, left, new
-        if not target < norm < 0.9 * last:
-            break
-    return x, norm, calls
-
-
-def _cycle_of_one(
-    apply: Callable[[Array], Array], residual: Array, norm: float, *, target: float, basis: int
-) -> tuple[Array, int]:
-    """One Arnoldi cycle with classical Gram-Schmidt from a residual (N,): step (N,) and vectors used."""
-    V = np.empty((basis + 1, residual.size))
-    V[0] = residual / max(norm, _TINY)
-    R, g = np.zeros((basis, basis)), np.zeros(basis + 1)
-    rotations, last, k = list[tuple[float, float]](), norm, 0
-    while k < basis:
-        w = apply(V[k])
-        known = V[: k + 1]
-        along = known @ w
-        w = w - along @ known
-        left = _length(w)
-        np.divide(w, max(left, _TINY), out=V[k + 1])
-        column: list[float] = along.tolist()
-        for i, (c, s) in enumerate(rotations):
-            column[i], column[i + 1] = c * column[i] + s * column[i + 1], c * column[i + 1] - s * column[i]
-        length = max(hypot(column[k], left), _TINY)
-        c, s = column[k] / length, left / length
-        rotations.append((c, s))
-        column[k], g[k], last = length, c * last, -s * last
-        R[: k + 1, k] = column
-        k += 1
-        if not abs(last) > 0.5 * target:
-            break
-    y = np.zeros(k)
-    for i in reversed(range(k)):
-        y[i] = (g[i] - R[i, i + 1 : k] @ y[i + 1 :]) / (R[i, i] or 1.0)
-    return y @ V[:k], k
-
-
-def _length(x: Array) -> float:
-    """Euclidean norm of x (N,)."""
-    return float(np.sqrt(x @ x))
-
-
-def _rotate(Q: Array, g: Array, k: int, diagonal: Array, below: Array) -> Array:
-    """Rotate `below` (P,) into the diagonal by a Givens rotation, in Q and g too; returns the new diagonal (P,)."""
-    length = np.maximum(np.hypot(diagonal, below), _TINY)
-    c, s = diagonal / length, below / length
-    upper = Q[:, k, : k + 2].copy()
-    Q[:, k, : k + 2] = c[:, None] * upper + s[:, None] * Q[:, k + 1, : k + 2]
-    Q[:, k + 1, : k + 2] = c[:, None] * Q[:, k + 1, : k + 2] - s[:, None] * upper
-    g[:, k + 1] = -s * g[:, k]
-    g[:, k] = c * g[:, k]
-    return length
-
-
-def _combine(V: Array, R: Array, g: Array) -> Array:
-    """V (k, P, N) times the solution of R y = g, R (P, k, k) upper triangular and g (P, k): (P, N)."""
-    y = np.zeros_like(g)
-    for i in reversed(range(g.shape[1])):
-        rest = g[:, i] - np.sum(R[:, i, i + 1 :] * y[:, i + 1 :], axis=1)
-        y[:, i] = rest / np.where(R[:, i, i] == 0, 1.0, R[:, i, i])
-    step: Array = np.matmul(y[:, None, :].astype(V.dtype), V.transpose(1, 0, 2))[:, 0]
-    return step
+    H, null = np.zeros((P, basis + 1, basis)), np.ones((P, basis + 1))
+    with np.errstate(over="ignore", invalid="ignore"):  # where the vectors of a system end, its residual is zero
+        for k in range(basis):
+            known, w = V[: k + 1].transpose(1, 0, 2), apply(V[k])
+            along = np.matmul(known, w[:, :, None])[:, :, 0]
+            w = w - np.matmul(along[:, None, :], known)[:, 0]
+            left = np.maximum(_norm(w), _TINY)
+            V[k + 1] = w / left[:, None]
+            H[:, : k + 1, k], H[:, k + 1, k] = along, left
+            null[:, k + 1] = -np.einsum("pi,pi->p", null[:, : k + 1], along) / left
+            if not np.any(norm > 0.5 * target * _norm(null[:, : k + 2])):
+                break
+    Q, R = np.linalg.qr(H[:, : k + 2, : k + 1])
+    R += np.eye(k + 1) * (R == 0)
+    y = np.linalg.solve(R, norm[:, None, None] * Q[:, :1].transpose(0, 2, 1))
+    step: Array = np.matmul(y.transpose(0, 2, 1).astype(V.dtype), V[: k + 1].transpose(1, 0, 2))[:, 0]
+    return step, k + 1
 
 
 def _norm(x: Array) -> Array:
@@ -331,7 +241,7 @@ class HarmonicSolution:
     y : (P, 2, J, n) energy-weighted modal.  gap : (m, P, 2 J) B^T q - e [m].  frequency : (P, J) [rad/s].
     residual : (P,) of the harmonics kept.  truncation_residual : (P, D + 1) of the truncated ones, by their kind.
     Both are relative to the dynamic part, whose size is scale (P,).  calls : of the operator.
-    uncertainty : (P,) bound of the relative error of y near a resonance of light damping, 0 elsewhere; empty: not made.
+    uncertainty : (P,) bound of the relative error of y near a resonance of light damping, 0 elsewhere.
     truncated_force : (m, P, 2 T) of the meshes on the truncated harmonics [N]; None: not made.
     """
 
@@ -342,8 +252,23 @@ class HarmonicSolution:
     truncation_residual: Array
     scale: Array
     calls: int
-    uncertainty: Array = field(default_factory=lambda: np.zeros(0))
+    uncertainty: Array
     truncated_force: Array | None = None
+
+
+Record = TypeVar("Record", Batch, HarmonicSolution)
+
+
+def at_points(record: Record, points: NDArray[np.bool_] | list[int]) -> Record:
+    """Some of the P points of a batch or of its solution; arrays of meshes have these in front."""
+    values: dict[str, Any] = {one.name: getattr(record, one.name) for one in fields(record)}
+    of_meshes = ("error", "gap", "truncated_force")
+    some: dict[str, Any] = {
+        name: value[:, points] if name in of_meshes else value[points]
+        for name, value in values.items()
+        if isinstance(value, np.ndarray)
+    }
+    return replace(record, **some)
 
 
 class Guess(NamedTuple):
@@ -369,17 +294,9 @@ class _Balance(NamedTuple):
     right: Array
     tolerance: float
 
-    def of(self, points: Index | list[int]) -> _Balance:
+    def of(self, points: list[int]) -> _Balance:
         """Some of the points."""
-        batch = self.batch
-        some = Batch(
-            frequency=batch.frequency[points],
-            truncated_frequency=batch.truncated_frequency[points],
-            frame=batch.frame[points],
-            error=batch.error[:, points],
-            force=batch.force[points],
-        )
-        return self._replace(batch=some, right=self.right[points])
+        return self._replace(batch=at_points(self.batch, points), right=self.right[points])
 
     def preconditioned(self) -> tuple[Array, Callable[..., Array]]:
         """Rows preconditioned by P, D or its floor: P^-1 right (P, 2 J n) and P^-1 (D + coupling)."""
@@ -659,8 +576,8 @@ def resonant_block(system: System, modal: Modal, kernel: Kernel, frequency: Arra
 
 def _waves(system: System, modal: Modal, meshes: Index) -> ComplexArray:
     """Couplings of coordinates by each harmonic -L .. L of the stiffness of `meshes` (m_j,), (2 L + 1, n, n)."""
-    half = system.meshes.stiffness[meshes, None] * system.meshes.variation[meshes] / 2
-    series = np.concatenate([half[:, ::-1].conj(), np.zeros((len(meshes), 1)), half], axis=1)
+    L = system.meshes.variation.shape[1]
+    series = stiffness_series(system, meshes, L, reach=L)
     pulls, gaps = modal.pulls[meshes], modal.gaps[meshes]
     waves: ComplexArray = np.array([(pulls.T * wave) @ gaps for wave in series.T])
     return waves

@@ -18,7 +18,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import product as combinations
-from math import lcm
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -206,11 +205,6 @@ def line_frequencies(steps: Integers, unit: int) -> LineFrequencies:
     )
 
 
-def frequency_unit(tones: Sequence[Fraction], shafts: Sequence[Fraction]) -> int:
-    """Least u such that all tones and shaft frequencies [Hz] are whole multiples of 1/u Hz."""
-    return lcm(*(f.denominator for f in (*tones, *shafts)))
-
-
 def integer_frequencies(points: Index, tones: Sequence[Fraction], shifts: Sequence[Fraction], unit: int) -> Integers:
     """Frequencies a . tones + shift of points (K, D): (S, K) whole multiples of 1/unit Hz.
 
@@ -354,7 +348,7 @@ def _axis(system: System, meshes: Index, L: int, lattice: Lattice, lines: Bundle
     L : harmonics of their stiffness.
     """
     H, half = (len(lattice.own[j]) - 1) // (1 if lattice.mirrored else 2), lines.take.shape[1] // 2
-    series = _series(system, meshes, L, reach=2 * max(H, half) + L)
+    series = stiffness_series(system, meshes, L, reach=2 * max(H, half) + L)
     upper = np.arange(H + 1, H + L + 1)
     own = np.arange(0 if lattice.mirrored else -H, H + 1)
     own_truncated = upper if lattice.mirrored else np.concatenate([-upper[::-1], upper])
@@ -378,7 +372,7 @@ def _axis(system: System, meshes: Index, L: int, lattice: Lattice, lines: Bundle
     )
 
 
-def _series(system: System, meshes: Index, L: int, *, reach: int) -> ComplexArray:
+def stiffness_series(system: System, meshes: Index, L: int, *, reach: int) -> ComplexArray:
     """Two-sided harmonics -reach .. reach of k - k0, (m_j, 2 reach + 1) [N/m]."""
     half = system.meshes.stiffness[meshes, None] * system.meshes.variation[meshes, :L] / 2
     series = np.zeros((len(meshes), 2 * reach + 1), complex)

@@ -87,21 +87,6 @@ class Layout:
     errors: ErrorRows
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Signals:
-    """A response at relative speeds (P,): forces of whole meshes [N], motion [m, rad], forces of links [N, N m].
-
-    errors : of transmission, in the order of `ErrorRows` [m, rad].
-    A signal that is None is not reported.
-    """
-
-    speed: Array
-    force: Signal
-    motion: Signal | None = None
-    links: Signal | None = None
-    errors: Signal | None = None
-
-
 class Range(NamedTuple):
     """Extremes of the rows of a signal.
 
@@ -113,13 +98,23 @@ class Range(NamedTuple):
     length: Array
 
 
-def sweep_measures(signals: Signals, layout: Layout) -> dict[str, Array]:
+def sweep_measures(
+    layout: Layout,
+    *,
+    speed: Array,
+    force: Signal,
+    motion: Signal | None = None,
+    links: Signal | None = None,
+    errors: Signal | None = None,
+) -> dict[str, Array]:
     """All measures by name: rows first, then orders or lines where there are, speeds last.
+
+    Of a response at relative speeds (P,): forces of whole meshes [N], motion [m, rad], forces of links [N, N m], and
+    transmission errors in the order of `ErrorRows` [m, rad]; what is None is not reported.
 
     Forces (rows, P) [N, N m], K_v [1] [iso6336, 6]; `mesh_force_order` (w, orders, P), `mesh_force_line` (w, L, P) [N];
     `amplitude` half the range of every coordinate [m]; accelerations [m/s2, rad/s2], of body centres (nb, P).
     """
-    force, motion = signals.force, signals.motion
     low, high = force_extremes(force, axis=layout.axis)
     average = mean(force)
     measures = {
@@ -133,17 +128,17 @@ def sweep_measures(signals: Signals, layout: Layout) -> dict[str, Array]:
         "mesh_force_line": np.abs(line_harmonics(force, layout.frequencies)),
     }
     if motion is not None:
-        span, square = ranges(motion), signals.speed**2
+        span, square = ranges(motion), speed**2
         # accelerations are those in the frame of the coordinates
         measures |= {
             "amplitude": layout.radius[:, None] * (span.high - span.low) / 2,
             "acceleration_rms": square * np.sqrt(mean_square(motion, derivative=2)),
             "body_acceleration_rms": square * np.sqrt(_translation_square(motion, layout.translation)),
         }
-    if signals.links is not None:
-        measures |= link_measures(signals.links, layout.pairs, layout.turn)
-    if signals.errors is not None:
-        measures |= _error_measures(signals.errors, layout)
+    if links is not None:
+        measures |= link_measures(links, layout.pairs, layout.turn)
+    if errors is not None:
+        measures |= _error_measures(errors, layout)
     return measures
 
 
@@ -508,7 +503,7 @@ def _over_phase(ready: Response, block: Block, axis: int, samples: int | None, t
     if samples is None:
         least = max(64, alias_free_samples(ready, harmonics))
         samples = samples_per_cycle(meshes, np.flatnonzero(tones == axis), least)
-    theta = np.arange(checked_samples(samples)) / samples
+    theta = np.arange(samples) / samples
     force, motion = force_spectrum(ready, block, shifted=False), motion_spectrum(ready, block, shifted=False)
     lines = _other_lines(ready, force, motion, axis, theta)
     if block.shaft is not None:
@@ -575,8 +570,6 @@ def solve_speed(system: System, relative_speed: float, tolerance: float) -> tupl
     """Solve one speed; arguments and errors as of `periodic`."""
     if not (math.isfinite(relative_speed) and relative_speed > 0):
         raise ModelError("out of range", path="relative_speed", given=relative_speed, allowed="a number above zero")
-    if not 0 < tolerance < 1:
-        raise ModelError("out of range", path="tolerance", given=tolerance, allowed="between 0 and 1")
     ready = response(system)
     require_stable_mean(ready, float(relative_speed))
     block = next(respond(ready, np.array([float(relative_speed)]), tolerance=tolerance))
@@ -592,18 +585,6 @@ def solve_speed(system: System, relative_speed: float, tolerance: float) -> tupl
             "precision cannot tell the response: try a slightly different speed or more damping"
         )
     return ready, block
-
-
-def checked_samples(samples: int) -> int:
-    """A number of samples, one at least.
-
-    Raises
-    ------
-    ModelError : it is below one.
-    """
-    if samples < 1:
-        raise ModelError("out of range", path="samples", given=samples, allowed="1 or more")
-    return samples
 
 
 def superposed(system: System, relative_speed: float) -> System:

@@ -19,13 +19,13 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import ConvergenceError, ModelError
+from ...errors import ConvergenceError
 from ...statics.tangent import linear
 from ...system.system import Array, System
 from ...warning_codes import CodedText, coded
 from ..modes.eigen import Modal, eigen, modal_form, whirl
-from .balance import Batch, Guess, HarmonicSolution, solve
-from .lattice import Integers, Kernel, LineFrequencies, frequency_unit, integer_frequencies, kernel, line_frequencies
+from .balance import Batch, Guess, HarmonicSolution, at_points, solve
+from .lattice import Integers, Kernel, LineFrequencies, integer_frequencies, kernel, line_frequencies
 from .spectra import LineExcitation, excitation, line_excitation
 
 FrameSpeed = Literal["kinematic", "operating"]
@@ -43,8 +43,8 @@ _CROSS, _STEP, _LAST = 10, 4, {2: 34, 3: 18}
 # times the lower mesh frequency need 42 to 50.  50 are 2600 points.
 _FURTHER = {2: 50, 3: 26}
 _REFUSED = 1e-4
-MEAN_UNSTABLE = "mean system unstable"
-"""Status of a speed without a steady motion."""
+MEAN_UNSTABLE, NO_SPEED = "mean system unstable", "speed is not a number above zero"
+"""Status of a speed without a steady motion, and of what is no speed."""
 # Growth per largest |mu| that is more than rounding of a double eigenvalue (1e-8).
 _GROWTH = 1e-7
 _FASTEST = 1e50
@@ -93,7 +93,7 @@ class Response:
         """
         made = self.kernel(truncation, shifted=shifted)
         shafts = [shaft.frequency for shaft in self.lines.shaft]
-        unit = frequency_unit(self.lines.tones, shafts)
+        unit = math.lcm(*(f.denominator for f in (*self.lines.tones, *shafts)))
         points = np.concatenate([made.lattice.points, made.truncated])
         return integer_frequencies(points, self.lines.tones, shafts if shifted else [Fraction(0)], unit), unit
 
@@ -151,12 +151,10 @@ class Block:
     @property
     def uncertainty(self) -> Array:
         """Bound of the relative error near resonances of light damping, (P,) [1]; 0 elsewhere."""
-        bounds = [np.zeros(self.speed.size)]
-        for solved in (self.mesh, self.shaft):
-            if solved is not None and solved.uncertainty.size:
-                bounds.append(solved.uncertainty.reshape(self.speed.size, -1).max(axis=1))
-        worst: Array = np.max(bounds, axis=0)
-        return worst
+        if self.shaft is None:
+            return self.mesh.uncertainty
+        of_shafts: Array = self.shaft.uncertainty.reshape(self.speed.size, -1).max(axis=1)
+        return np.maximum(self.mesh.uncertainty, of_shafts)
 
 
 @lru_cache(maxsize=2)  # with its kernels, for the curve and for the resonances of one train
@@ -177,8 +175,6 @@ def response(
     ------
     ModelError : no damping; no mesh frequency; torques that do not balance.
     """
-    if frame_speed not in ("kinematic", "operating"):
-        raise ModelError("unknown choice", path="frame_speed", given=frame_speed, allowed="kinematic, operating")
     mean = linear(system, asks_laws=asks_laws, floating=asks_laws)
     modal = modal_form(mean)
     lines = excitation(mean, modal)
@@ -258,8 +254,10 @@ def largest_truncation(ready: Response, speed: Array) -> Index:
     return np.hstack([4 * np.maximum(start[:-1], rule), np.full((speed.size, 1), last)])
 
 
-def truncation_increment(truncation_residual: Array, truncation: Truncation, limit: Index, tolerance: float) -> Index:
+def _further(truncation_residual: Array, truncation: Truncation, limit: Index, tolerance: float) -> Index:
     """Increment of harmonics and cross order, (P, D + 1): 0 where the truncation is small enough, or at its limit.
+
+    Cross orders go beyond the limit where the truncation would be refused at it.
 
     truncation_residual : (P, D + 1) by kind [1].  limit : (P, D + 1).
     """
@@ -271,12 +269,6 @@ def truncation_increment(truncation_residual: Array, truncation: Truncation, lim
     step = np.maximum(4, current // 2)
     step[-1] = _STEP
     more: Index = np.where(excessive, np.clip(limit - current, 0, step), 0)
-    return more
-
-
-def _further(truncation_residual: Array, truncation: Truncation, limit: Index, tolerance: float) -> Index:
-    """`truncation_increment`, and cross orders beyond the limit where the truncation would be refused at it."""
-    more = truncation_increment(truncation_residual, truncation, limit, tolerance)
     tones = len(truncation) - 1
     refused = truncation_residual[:, -1] > max(_REFUSED, 100 * tolerance) / np.sqrt(tones + 1)
     stuck = refused & ~np.any(more, axis=1) & (truncation[-1] < (_FURTHER.get(tones, 0) if truncation[-1] else 0))
@@ -363,26 +355,13 @@ def _select(block: Block, keep: NDArray[np.bool_]) -> Block:
     if keep.all():
         return block
 
-    def pick(solved: HarmonicSolution) -> HarmonicSolution:
-        points = np.repeat(keep, solved.residual.size // keep.size)
-        return replace(
-            solved,
-            y=solved.y[points],
-            gap=solved.gap[:, points],
-            frequency=solved.frequency[points],
-            residual=solved.residual[points],
-            truncation_residual=solved.truncation_residual[points],
-            scale=solved.scale[points],
-            uncertainty=solved.uncertainty[points] if solved.uncertainty.size else solved.uncertainty,
-            truncated_force=None if solved.truncated_force is None else solved.truncated_force[:, points],
-        )
-
+    shaft = None if block.shaft is None else at_points(block.shaft, np.repeat(keep, len(block.shaft.y) // keep.size))
     return replace(
         block,
         index=block.index[keep],
         speed=block.speed[keep],
-        mesh=pick(block.mesh),
-        shaft=None if block.shaft is None else pick(block.shaft),
+        mesh=at_points(block.mesh, keep),
+        shaft=shaft,
         residual=block.residual[keep],
     )
 

@@ -7,7 +7,7 @@ Spectra of mesh forces, link forces and displacements of a solved block, and the
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from .balance import HarmonicSolution
     from .response import Block, Response
 
+Index = NDArray[np.int64]
 # Torques balanced in the input leave rounding on a rigid mode, 1e-13 of the sum of magnitudes; a wrong one far more.
 _BALANCE = 1e-9
 
@@ -82,11 +83,10 @@ class LineExcitation:
         axes = self.axis.tolist()
         return [system.meshes.stage[axes.index(axis)] for axis in range(len(self.tones))]
 
-    def solved_together(self, *, shifted: bool) -> list[list[tuple[Point, bool, Line]]]:
+    def solved_together(self, *, shifted: bool) -> list[list[PlacedLine]]:
         """Groups of lines that share a solution: one of all mesh orders, or (`shifted`) one a shaft frequency.
 
-        A line is (lattice point, whether its conjugate stands there, line): a . f - frequency, conjugated, is at -a
-        around +frequency.
+        The line a . f - frequency, conjugated, is at -a around +frequency.
         """
         if not shifted:
             return [[(point, False, line) for point, line in self.mesh]]
@@ -200,6 +200,26 @@ def _require_balance(system: System, modal: Modal) -> None:
         )
 
 
+PlacedLine = tuple[Point, bool, Line]
+"""A line at a lattice point, and whether its conjugate counts there."""
+
+
+def placed(
+    points: Index,
+    groups: Sequence[Sequence[PlacedLine]],
+    shape: tuple[int, ...],
+    value: Callable[[Line], ComplexArray],
+) -> ComplexArray:
+    """Sums (S, J, ..) over the lines of S groups at each lattice point (J, D) of what `value` (..) gives of a line."""
+    places = {tuple(point): i for i, point in enumerate(points.tolist())}
+    result = np.zeros((len(groups), len(points), *shape), complex)
+    for number, lines in enumerate(groups):
+        for point, conjugate, line in lines:
+            own = value(line)
+            result[number, places[point]] += own.conj() if conjugate else own
+    return result
+
+
 def line_excitation(
     system: System, lines: LineExcitation, speed: Array, lattice: Lattice
 ) -> tuple[ComplexArray, ComplexArray]:
@@ -208,35 +228,14 @@ def line_excitation(
     Of a mirrored lattice those of the mesh orders, S = 1, constant loads included; else of every shaft group.
     speed : (P,) relative to the operating speed.
     """
-    groups, index = lines.solved_together(shifted=not lattice.mirrored), _point_index(lattice)
-    count, J = len(groups), len(lattice.points)
-    error = np.zeros((len(system.meshes.name), speed.size * count, J), complex)
-    force = np.zeros((speed.size * count, J, system.force.size), complex)
+    groups, n = lines.solved_together(shifted=not lattice.mirrored), system.force.size
+    error = placed(lattice.points, groups, (len(system.meshes.name),), lambda line: line.gap)
+    parts = placed(lattice.points, groups, (3, n), lambda line: line.force)
     if lattice.mirrored:
-        force[:, 0] = system.force
-    for number, members in enumerate(groups):
-        for point, conjugate, line in members:
-            gap, push = line.gap[:, None], speed_powers(speed) @ line.force
-            error[:, number::count, index[point]] += gap.conj() if conjugate else gap
-            force[number::count, index[point]] += push.conj() if conjugate else push
-    if lattice.mirrored:
-        error[:, :, 0], force[:, 0] = error[:, :, 0].real, force[:, 0].real
-    return error, force
-
-
-def link_errors(system: System, lines: LineExcitation, lattice: Lattice) -> ComplexArray:
-    """Errors of the link rows at the points of a lattice, (p, S, J) [m, rad], S as of `line_excitation`.
-
-    No speed changes them.
-    """
-    groups, index = lines.solved_together(shifted=not lattice.mirrored), _point_index(lattice)
-    error = np.zeros((len(system.links.name), len(groups), len(lattice.points)), complex)
-    for number, members in enumerate(groups):
-        for point, conjugate, line in members:
-            error[:, number, index[point]] += line.link_gap.conj() if conjugate else line.link_gap
-    if lattice.mirrored:
-        error[:, :, 0] = error[:, :, 0].real
-    return error
+        parts[0, 0, 0] += system.force
+        error[0, 0], parts[0, 0] = error[0, 0].real, parts[0, 0].real
+    force = np.tensordot(speed_powers(speed), parts, axes=(1, 2)).reshape(-1, len(lattice.points), n)
+    return np.tile(error.transpose(2, 0, 1), (1, speed.size, 1)), force
 
 
 def speed_powers(speed: Array) -> Array:
@@ -244,12 +243,6 @@ def speed_powers(speed: Array) -> Array:
     return np.stack([np.ones_like(speed), speed, speed**2], axis=1)
 
 
-def _point_index(lattice: Lattice) -> dict[Point, int]:
-    """Index of a point among the points of a lattice."""
-    return {tuple(point): i for i, point in enumerate(lattice.points.tolist())}
-
-
-Index = NDArray[np.int64]
 Values = NDArray[Any]  # real or complex
 
 
@@ -356,8 +349,14 @@ def _link_spectrum(ready: Response, block: Block, *, shifted: bool) -> Spectrum:
     skew_force = None
     if links.skew.size:
         skew_force = ready.frame_factor(block.speed)[:, None, None] * np.tensordot(links.skew, stretch, axes=1)
-    lattice = ready.kernel(block.truncation, shifted=shifted).lattice
-    stretch -= link_errors(ready.system, ready.lines, lattice)[:, None]
+    lattice, groups = (
+        ready.kernel(block.truncation, shifted=shifted).lattice,
+        ready.lines.solved_together(shifted=shifted),
+    )
+    error = placed(lattice.points, groups, (len(rows),), lambda line: line.link_gap)
+    if not shifted:
+        error[0, 0] = error[0, 0].real
+    stretch -= error.transpose(2, 0, 1)[:, None]
     force = links.stiffness[:, None, None, None] * stretch
     if links.damping.any():
         omega = solved.frequency.reshape(block.speed.size, -1, J)
@@ -372,8 +371,7 @@ def _link_spectrum(ready: Response, block: Block, *, shifted: bool) -> Spectrum:
 def _solution(block: Block, *, shifted: bool) -> HarmonicSolution:
     """Solution of the mesh orders, or of the shaft orders (`shifted`)."""
     solved = block.shaft if shifted else block.mesh
-    if solved is None:
-        raise ValueError("no shaft lines were solved")
+    assert solved is not None
     return solved
 
 
@@ -500,26 +498,12 @@ def _box(
     box: Values = np.zeros((*amplitude.shape[:3], *(high - low + 1)), complex)
     box[(..., *(points - low).T)] = amplitude
     for axis in range(len(phases) - 1, -1, -1):
-        shape, count = box.shape, phases[axis].size
-        rows = box.reshape(int(np.prod(shape[: 3 + axis])), shape[3 + axis], -1)
-        box = _along(rows, np.arange(low[axis], high[axis] + 1), phases[axis], real=real and axis == 0)
-        box = box.reshape(*shape[: 3 + axis], count, *shape[4 + axis :])
+        orders, last = np.arange(low[axis], high[axis] + 1), real and axis == 0
+        box = np.moveaxis(_wave(np.moveaxis(box, 3 + axis, -1), orders, phases[axis], real=last), -1, 3 + axis)
         # the multiples of this tone stand where the orders of the tones still to be summed are 0
         alone = box[(slice(None),) * 3 + tuple(-low[:axis])]
-        alone += own[axis].reshape(*shape[:3], count, *(1,) * (len(phases) - 1 - axis))
+        alone += own[axis].reshape(*own[axis].shape, *(1,) * (len(phases) - 1 - axis))
     return box
-
-
-def _along(rows: ComplexArray, orders: Index, theta: Array, *, real: bool) -> Values:
-    """sum_a rows_a exp(2 pi i a theta) over the middle axis, (R, K, L) to (R, Nt, L), its real part where `real`."""
-    if rows.shape[2] == 1:
-        return _wave(rows[:, :, 0], orders, theta, real=real)[:, :, None]
-    angle = 2 * np.pi * np.outer(theta, orders)
-    if not real:
-        whole: Values = np.exp(1j * angle) @ rows
-        return whole
-    real_part: Values = np.hstack([np.cos(angle), -np.sin(angle)]) @ np.concatenate([rows.real, rows.imag], axis=1)
-    return real_part
 
 
 def envelopes(spectrum: Spectrum, axis: int, theta: Array) -> Envelopes:
@@ -542,6 +526,19 @@ def envelopes(spectrum: Spectrum, axis: int, theta: Array) -> Envelopes:
         shaft=np.repeat(np.full(1, -1) if spectrum.mirrored else np.arange(S), R),
         values=values.reshape(*values.shape[:2], S * R, theta.size),
     )
+
+
+def combinations(
+    points: Index, names: Sequence[str], tones: Sequence[Fraction], speed: float
+) -> tuple[NDArray[np.object_], Array]:
+    """Names (J,) and frequencies (J,) [Hz] of lattice points (J, D): ``+1 sun mesh -2 ring mesh``, ``mean``.
+
+    names, tones : of D phases or more.  speed : relative.
+    """
+    every = points.tolist()
+    labels = [" ".join(f"{a:+d} {name}" for a, name in zip(p, names, strict=False) if a) or "mean" for p in every]
+    exact = [sum((a * f for a, f in zip(p, tones, strict=False)), Fraction(0)) for p in every]
+    return np.array(labels, dtype=object), speed * np.array([float(f) for f in exact])
 
 
 def alias_free_samples(ready: Response, harmonics: int) -> int:
@@ -582,3 +579,11 @@ def lateral_pairs(system: System) -> Index:
         if f"{link}/{first}" in row and f"{link}/{second}" in row
     ]
     return np.array(pairs, dtype=np.int64).reshape(-1, 2)
+
+
+def link_labels(system: System) -> dict[Hashable, list[str]]:
+    """Names of the link rows and of bearings, links of two lateral rows, as results hold them; no empty ones."""
+    links = system.links
+    labels: dict[Hashable, list[str]] = {"link_row": list(links.name)}
+    labels["bearing"] = [links.link[x] for x in lateral_pairs(system)[:, 0]]
+    return {dim: names for dim, names in labels.items() if names}

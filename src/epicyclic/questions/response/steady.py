@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass
-from fractions import Fraction
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +12,6 @@ from numpy.typing import NDArray
 
 from ...engine.plan import MOST_NUMBERS, require_memory
 from ...engine.workers import each, import_results
-from ...errors import ModelError
 from ...statics.record import idle_warnings, parallel_meshes
 from ...statics.static import rounding_of
 from ...statics.tangent import linear, turn_warnings
@@ -25,8 +23,6 @@ from .lattice import on_axis
 from .measures import (
     TOLERANCE,
     Layout,
-    Signals,
-    checked_samples,
     dynamic_factor,
     force_extremes,
     link_measures,
@@ -40,6 +36,7 @@ from .measures import (
 )
 from .response import (
     MEAN_UNSTABLE,
+    NO_SPEED,
     Block,
     Response,
     Truncation,
@@ -52,9 +49,11 @@ from .response import (
 from .spectra import (
     Spectrum,
     alias_free_samples,
+    combinations,
     error_signal,
     force_signal,
     lateral_pairs,
+    link_labels,
     link_signal,
     mesh_axis,
     motion_signal,
@@ -62,7 +61,7 @@ from .spectra import (
     torus_waveform,
     whole_mesh_signal,
 )
-from .sweep_table import SweepTable, empty_table, speeds_of, sweep_dataset, with_bounds_named
+from .sweep_table import ROWS, SweepTable, empty_table, speeds_of, sweep_dataset, with_bounds_named
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -70,8 +69,6 @@ if TYPE_CHECKING:
     from ...engine.run_folder import RunFolder
 
 
-# Highest mesh order that a sweep reports.
-_ORDERS = 100
 # Largest residual of a speed, per tolerance.
 _ACCEPTED = 100.0
 
@@ -99,7 +96,7 @@ def steady(system: System, options: SteadyOptions) -> xr.Dataset:
     # complex signals of the meshes, displacements and links at all samples at once
     width = 4 * (len(system.dofs.names) + len(system.meshes.name) + len(system.links.name))
     most = f"at most {MOST_NUMBERS // width}"
-    require_memory(float(checked_samples(samples)) * width, path="samples", given=samples, allowed=most)
+    require_memory(float(samples) * width, path="samples", given=samples, allowed=most)
     theta = np.arange(samples) / samples
     of_turn = turn_warnings(system)
     ready, block = solve_speed(
@@ -168,23 +165,17 @@ def _link_variables(
 
     theta : (Nt,) mesh phase.  top : highest harmonic.
     """
-    names = ready.system.links
-    if not names.name:
+    labels = link_labels(ready.system)
+    if not labels:
         return {}, {}
-    links, pairs = link_signal(ready, block), lateral_pairs(ready.system)
+    links = link_signal(ready, block)
     variables: dict[str, Any] = {
         "link_force": (("link_row", "mesh_phase"), tone_waveform(links.orders, 0, theta)[:, 0, 0].real),
         "link_force_harmonic": (("link_row", "harmonic"), _orders(links.orders, 0, top)),
     }
-    for name, values in link_measures(links, pairs, names.turn).items():
-        if name.startswith("link"):
-            variables[name] = ("link_row", values[:, 0])
-        elif len(pairs):
-            variables[name] = ("bearing", values[:, 0])
-    labels: dict[Hashable, Any] = {"link_row": list(names.name)}
-    if len(pairs):
-        labels["bearing"] = [names.link[x] for x in pairs[:, 0]]
-    return variables, labels
+    measures = link_measures(links, lateral_pairs(ready.system), ready.system.links.turn)
+    variables |= {name: (ROWS[name], values[:, 0]) for name, values in measures.items() if values.size}
+    return variables, {**labels}
 
 
 def _error_variables(ready: Response, block: Block, theta: Array) -> tuple[dict[str, Any], dict[Hashable, Any]]:
@@ -231,12 +222,9 @@ def tension_warnings(system: System, lowest: Array, factor: Array) -> list[Coded
 
 def _lost_warnings(status: NDArray[np.object_]) -> list[CodedText]:
     """Warning of speeds, by their status (P,), at which the balance did not converge."""
-    lost = int((~np.isin(status, ("ok", MEAN_UNSTABLE, _NO_SPEED))).sum())
+    lost = int((~np.isin(status, ("ok", MEAN_UNSTABLE, NO_SPEED))).sum())
     where = f"at {lost} of {status.size} speeds: see status; the largest values are those of the others"
     return [coded("no-motion-found", f"no motion was found {where}")] if lost else []
-
-
-_NO_SPEED = "speed is not a number above zero"
 
 
 def factor_warnings(system: System, factor: Array) -> list[CodedText]:
@@ -282,16 +270,13 @@ def _combinations(
     tones = ready.lines.tones
     if len(tones) == 1:
         return {}, {}
-    points = motion.points
-    exact = [sum((a * f for a, f in zip(p, tones, strict=True)), Fraction(0)) for p in points.tolist()]
-    names = ready.lines.stages(ready.system)
-    labels = [" ".join(f"{a:+d} {n}" for a, n in zip(p, names, strict=True) if a) or "mean" for p in points.tolist()]
+    labels, frequency = combinations(motion.points, ready.lines.stages(ready.system), tones, speed)
     radius = ready.system.dofs.radius[:, None]
     return {
-        "combination_force": (("mesh", "combination"), force.amplitude[:, 0, 0, : len(points)]),
+        "combination_force": (("mesh", "combination"), force.amplitude[:, 0, 0, : len(labels)]),
         "combination_displacement": (("dof", "combination"), radius * motion.amplitude[:, 0, 0]),
-        "combination_frequency": ("combination", speed * np.array([float(f) for f in exact])),
-    }, {"combination": np.array(labels, dtype=object)}
+        "combination_frequency": ("combination", frequency),
+    }, {"combination": labels}
 
 
 def _line_variables(ready: Response, block: Block, shafts: Spectrum | None, theta: Array) -> dict[str, Any]:
@@ -337,8 +322,6 @@ def sweep(
     ModelError : no damping, no mesh frequency, torques out of balance, or an option out of range.
     A single speed that fails holds nan, and ``status`` says why.
     """
-    if not 1 <= options.orders <= _ORDERS:
-        raise ModelError("out of range", path="orders", given=options.orders, allowed=f"1 to {_ORDERS}")
     ready = response(system, frame_speed=options.frame_speed)
     speed = speeds_of(ready, options)
     table = solved_table(ready, speed, options, progress=progress, kept=kept)
@@ -384,7 +367,7 @@ def solved_table(
         harmonics=options.forces_alone,
     )
     usable = np.isfinite(speed) & (speed > 0)
-    table.status[~usable] = _NO_SPEED
+    table.status[~usable] = NO_SPEED
     unstable = np.zeros(speed.size, dtype=bool)
     unstable[usable] = unstable_speeds(ready, speed[usable])
     table.status[unstable] = MEAN_UNSTABLE
@@ -417,7 +400,6 @@ class _Measured:
 
     index: NDArray[np.int64]
     truncation: Truncation
-    harmonics: int
     values: dict[str, NDArray[Any]]
     minimum: Array
     residual: Array
@@ -426,10 +408,12 @@ class _Measured:
     def fill(self, table: SweepTable, index: NDArray[np.int64]) -> None:
         """Write the measures at the speeds `index` (P,), nan where they did not converge."""
         good = np.array([text == "ok" for text in self.status])
-        table.store(index, self.values, good)
+        for name in self.values.keys() & table.values.keys():
+            table.values[name][..., index] = np.where(good, self.values[name], np.nan)
         table.minimum_force[:, index] = np.where(good, self.minimum, np.nan)
-        table.values["residual"][index], table.harmonics[index] = self.residual, self.harmonics
-        table.cross_order[index] = self.truncation[-1]
+        table.values["residual"][index] = self.residual
+        *harmonics, table.cross_order[index] = self.truncation
+        table.harmonics[index] = max(harmonics)
         table.status[index] = self.status
 
 
@@ -450,15 +434,17 @@ def _block_measures(ready: Response, block: Block, layout: Layout, options: Swee
     accepted, forces_alone = _ACCEPTED * options.tolerance, options.forces_alone
     face = faces(ready.system.meshes)
     rows, motion = force_signal(ready, block), motion_signal(ready, block)
-    signals = Signals(
-        speed=block.speed,
-        force=whole_mesh_signal(rows, face),
-        motion=None if forces_alone else motion,
-        links=link_signal(ready, block) if ready.system.links.name and not forces_alone else None,
-        errors=error_signal(ready, block) if ready.system.errors.B.size and not forces_alone else None,
-    )
     with np.errstate(all="ignore"):  # a point that overflows is not finite, beside the others
-        values: dict[str, NDArray[Any]] = {**sweep_measures(signals, layout)}
+        values: dict[str, NDArray[Any]] = {
+            **sweep_measures(
+                layout,
+                speed=block.speed,
+                force=whole_mesh_signal(rows, face),
+                motion=None if forces_alone else motion,
+                links=link_signal(ready, block) if ready.system.links.name and not forces_alone else None,
+                errors=error_signal(ready, block) if ready.system.errors.B.size and not forces_alone else None,
+            )
+        }
         if forces_alone:
             first = np.zeros(len(layout.radius), dtype=np.int64)
             harmonics = order_harmonics(motion, first, layout.orders)
@@ -475,7 +461,6 @@ def _block_measures(ready: Response, block: Block, layout: Layout, options: Swee
     return _Measured(
         index=block.index,
         truncation=block.truncation,
-        harmonics=block.harmonics,
         values=values,
         minimum=minimum,
         residual=block.residual,

@@ -169,15 +169,9 @@ def _forces(
     how : options of `sweep`; None: its own, shaft orders where there is one mesh frequency.
     """
     count = len(crossings.relative_speed)
-    forces: ResonanceForces = {
-        "dynamic_factor": np.full(count, np.nan),
-        "mesh": np.full(count, "", dtype=object),
-        "amplitude": np.full(count, np.nan),
-        "own_force": np.full(count, np.nan),
-        "force_ratio": np.full(count, np.nan),
-        "share": np.full(count, np.nan),
-        "excited": np.full(count, "", dtype=object),
-    }
+    names = ("dynamic_factor", "mesh", "amplitude", "own_force", "force_ratio", "share", "excited")
+    forces: ResonanceForces = {name: np.full(count, np.nan) for name in names}
+    forces |= {name: np.full(count, "", dtype=object) for name in ("mesh", "excited")}
     how, pulled = how or {"shaft_orders": len(tones) == 1}, 0
     try:
         for tone in np.unique(crossings.tone):
@@ -346,12 +340,6 @@ class SweepTable:
     reported: ReportedLines
     layout: Layout
     tones: Array
-
-    def store(self, index: Index, measures: Mapping[str, NDArray[Any]], good: NDArray[np.bool_]) -> None:
-        """Write the measures of the speeds `index` (P,), nan where `good` (P,) is False."""
-        for name, values in measures.items():
-            if name in self.values:
-                self.values[name][..., index] = np.where(good, values, np.nan)
 
 
 def empty_table(

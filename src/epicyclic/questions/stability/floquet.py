@@ -306,11 +306,6 @@ class VariationalFlow:
         """Length N of a state, without the positions of free motions."""
         return len(self.mean.generator)
 
-    @property
-    def conserved(self) -> int:
-        """Number of momenta that nothing changes, each a multiplier 1 at any time."""
-        return self.mean.conserved
-
     def propagated(self, start: Array, stiffness: Array, damping: Array | None) -> Array:
         """States (N, k) after S steps from (N, k); stiffness, damping : (m, S) as of `floquet`."""
         change = None if damping is None or self.damping is None else damping - self.damping[:, None]

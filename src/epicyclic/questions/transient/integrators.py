@@ -297,10 +297,6 @@ class Tally:
     mesh: Array
     flank: Array
 
-    def copy(self) -> Tally:
-        """The same in arrays of its own."""
-        return Tally(mesh=self.mesh.copy(), flank=self.flank.copy())
-
     def flat(self) -> Array:
         """All numbers in a row, (8 w + 2 F,)."""
         return np.concatenate([self.mesh.ravel(), self.flank.ravel()])

@@ -292,7 +292,7 @@ def _require_balance(ports: Ports, units: Array, torque: Array, history: History
 
 
 Method = Literal["rk4", "dop853", "radau"]
-# Steps between two looks at Ctrl-C and the progress bar: a fraction of a second.
+# Steps of a piece, one sample at least, after which the run is kept and the progress bar moves: a fraction of a second.
 _STEPS = 40_000
 # Numbers of a piece [8 bytes].
 _NUMBERS = 500_000
@@ -388,7 +388,7 @@ def _run(begun: Begun, plan: RunPlan, kept: KeptPart, progress: Callable[[float]
         out[done + 1 : done + 1 + len(states)] = states
         done, tally = done + len(states), tally.of(flat)
     while done < plan.count and np.isfinite(out[done]).all():
-        last, longer = min(plan.count, (done // size + 1) * size), tally.copy()
+        last, longer = min(plan.count, (done // size + 1) * size), tally.of(tally.flat())
         out[done + 1 : last + 1] = _piece(begun.moving, plan, out[done], done, last, longer)
         kept.add(done // size, (out[done + 1 : last + 1], longer.flat()))
         done, tally = last, longer
@@ -404,30 +404,9 @@ def _piece(moving: Motion, plan: RunPlan, flat: Array, done: int, last: int, tal
     n = moving.numbers.squared.size
     state, slider = flat[: 2 * n].reshape(2, n), flat[2 * n :]
     if plan.method == "rk4":
-        states, sliders = _fixed_steps(moving, plan, state, slider, done, last, tally)
+        steps = Steps(begin=0.0, step=plan.step, first=done * plan.keep, keep=plan.keep, samples=last - done)
+        states, sliders = rk4_states(moving, state, slider, steps, tally)
     else:
         times = plan.times(done, last)
         states, sliders = adaptive_states(moving, state, times, slider=slider, method=plan.method, tally=tally)
     return np.concatenate([states.reshape(-1, 2 * n), sliders], axis=1)
-
-
-def _fixed_steps(
-    moving: Motion, plan: RunPlan, state: Array, slider: Array, done: int, last: int, tally: Tally
-) -> tuple[Array, Array]:
-    """Modal states (last - done, 2, n) and sliders (last - done, R) of samples done + 1 .. last, as of `rk4_states`.
-
-    Ctrl-C is heard between calls: where a sample alone has more steps than a piece, so is it within the sample.
-    """
-    steps = Steps(begin=0.0, step=plan.step, first=done * plan.keep, keep=plan.keep, samples=last - done)
-    if plan.keep <= _STEPS:
-        return rk4_states(moving, state, slider, steps, tally)
-    states, sliders = np.full((last - done, *state.shape), np.nan), np.full((last - done, slider.size), np.nan)
-    for sample in range(last - done):
-        for passed in range(0, plan.keep, _STEPS):
-            first = steps.first + sample * plan.keep + passed
-            few = steps._replace(first=first, keep=min(_STEPS, plan.keep - passed), samples=1)
-            (state,), (slider,) = rk4_states(moving, state, slider, few, tally)
-            if not np.isfinite(state).all():
-                return states, sliders
-        states[sample], sliders[sample] = state, slider
-    return states, sliders

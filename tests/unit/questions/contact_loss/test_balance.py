@@ -138,9 +138,9 @@ def test_assumed_contact_of_a_drive_with_laws_of_links_is_its_tangents() -> None
     sizes: dict[str, Any] = {"harmonics": tuple(block.truncation[:-1]), "cross": block.truncation[-1]}
     y = block.mesh.y[0]
     by_tangents = mesh_problem(tangents, **sizes)
-    assert evaluate(by_tangents, y, 20.0, touching=by_tangents.rows.sense > 0).norm < 1e-10 * np.linalg.norm(y)
+    assert evaluate(by_tangents, y, 20.0, touching=by_tangents.rows.flanks.sense > 0).norm < 1e-10 * np.linalg.norm(y)
     given = mesh_problem(response(system, asks_laws=True), **sizes)
-    at = evaluate(given, y, 20.0, touching=given.rows.sense > 0)
+    at = evaluate(given, y, 20.0, touching=given.rows.flanks.sense > 0)
     # rounding of modes of two Systems
     assert at.norm < 1e-9 * np.linalg.norm(y)
     assert given.rows.links is not None

@@ -16,7 +16,7 @@ from epicyclic.questions.contact_loss.continuation import (
     Stepping,
     arclength_unit,
     branch,
-    folds,
+    folds_of_speed,
     follow,
     linear_start,
     peak_of,
@@ -84,10 +84,10 @@ def test_one_harmonic_of_a_pair_is_the_closed_form(made: Any, backlash: float) -
         # 1024 samples hold the corner of the force to (2 pi / 1024)^2 of it
         assert push_at(amplitude, 1000 * point.state.speed, backlash) == pytest.approx(PUSH, rel=1e-4)
     assert parted > 10
-    turns = folds(points)
+    turns = folds_of_speed([point.state.speed for point in points])
     assert len(turns) == 2
     # parting is soft: the branch leans to lower speed
-    assert points[turns[1]].state.speed < points[turns[0]].state.speed < 1.0
+    assert turns[1] < turns[0] < 1.0
     assert np.isinf(backlash) or max(point.state.touching[:, 1].mean() for point in points) > 0.1
 
 
@@ -105,7 +105,7 @@ def test_the_fold_is_where_the_closed_form_turns(made: Any) -> None:
         stepping=Stepping(),
         score=lambda state, _: float(np.hypot(*state.y[:, 1, 0])),
     )
-    turns = [1000 * points[i].state.speed for i in folds(points)]
+    turns = folds_of_speed([1000 * point.state.speed for point in points])
     # the branch from below ends just beyond the amplitude at which teeth begin to part
     parting = LOAD / STIFFNESS
     upper = minimize_scalar(
@@ -140,7 +140,7 @@ def followed(system: System, *, guarded: bool, first: float = 1.0, longest: floa
     assert points[-1].state.speed > 2.4  # either way it gets through
     assert all(point.state.norm < 1e-6 * np.linalg.norm(point.state.y) for point in points)  # with a clean residual
     top = points[peak_of(points, level)]
-    return [1000 * points[i].state.speed for i in folds(points)], level(top.state, given)
+    return folds_of_speed([1000 * point.state.speed for point in points]), level(top.state, given)
 
 
 def check(found: Any) -> None:
@@ -175,6 +175,6 @@ def test_samples_make_no_folds(made: Any) -> None:
         unit = arclength_unit(1.0, 2.4, start.y)
         points = list(follow(start_of_path(given, start, unit), 1.0, 1.36, stepping=Stepping()))
         # without the means of samples at an edge, 48 samples make pairs of folds near 1232.5 and 1349.5 Hz
-        assert folds(points) == []
+        assert folds_of_speed([point.state.speed for point in points]) == []
         ends.append(points[-1].state.speed)
     assert ends[0] == pytest.approx(ends[1], rel=1e-3)

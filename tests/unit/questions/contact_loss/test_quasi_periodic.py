@@ -15,9 +15,9 @@ from epicyclic.questions.contact_loss.branch_set import BranchSet, Crossing
 from epicyclic.questions.contact_loss.problem import State, gap_rows
 from epicyclic.questions.contact_loss.solutions import (
     GROWTH,
-    Growth,
     Refinement,
     Solution,
+    Stability,
     floquet_stability,
     load_continuation,
     quasi_periodic_growth,
@@ -41,7 +41,7 @@ def moved(system: System, speed: float, *, harmonics: int = 12) -> tuple[Refinem
     return refinement, found.state
 
 
-def growth(system: System, speed: float, *, harmonics: int = 12) -> tuple[Growth, State]:
+def growth(system: System, speed: float, *, harmonics: int = 12) -> tuple[Stability, State]:
     """Growth of the disturbances of a motion of two tones."""
     refinement, state = moved(system, speed, harmonics=harmonics)
     return quasi_periodic_growth(refinement.problem(harmonics), state, refinement.ready.lines.tones), state
@@ -85,7 +85,7 @@ def test_a_second_tone_that_does_nothing(
     ours, state = growth(both, speed)
     theirs, alone = multiplier(one, speed, harmonics=24)
     assert parted(state) == pytest.approx(parted(alone), abs=0.02)
-    assert ours.rate == pytest.approx(theirs, abs=2e-3)
+    assert ours.multiplier.real == pytest.approx(theirs, abs=2e-3)
 
 
 @pytest.mark.parametrize(
@@ -106,7 +106,7 @@ def test_a_tone_twice_the_other_is_also_one_tone(train: Any, speed: float, zeta:
         tones=system.tones[:1],
     )
     theirs, _ = multiplier(one, speed, harmonics=24)
-    assert ours.rate == pytest.approx(theirs, abs=1e-3)
+    assert ours.multiplier.real == pytest.approx(theirs, abs=1e-3)
 
 
 def fundamental(
@@ -153,8 +153,8 @@ def test_it_is_the_variational_equation_integrated(train: Any, ratio: Fraction, 
     free = np.argsort(np.abs(sizes - 1))[:2]
     assert sizes[free] == pytest.approx([1.0, 1.0], abs=1e-6)
     theirs = float(np.delete(sizes, free).max()) ** (1 / cycles)
-    assert ours.rate == pytest.approx(theirs, abs=1e-3)
-    assert (ours.rate > 1) == (speed == 1.4)
+    assert ours.multiplier.real == pytest.approx(theirs, abs=1e-3)
+    assert (ours.multiplier.real > 1) == (speed == 1.4)
 
 
 def test_what_grows_is_said_to(train: Any) -> None:
@@ -171,9 +171,9 @@ def test_what_grows_is_said_to(train: Any) -> None:
 def test_a_state_near_the_circle_is_run_longer(train: Any) -> None:
     system = replace(train(ratio=Fraction(89, 55), swing=0.3), zeta=0.01)
     near, _ = growth(system, 1.4)
-    assert abs(near.rate - 1) < 0.03
+    assert abs(near.multiplier.real - 1) < 0.03
     clear, _ = growth(replace(system, zeta=0.05), 1.4)
-    assert near.cycles > clear.cycles
+    assert near.error < clear.error
     assert near.error < 5e-4
 
 
@@ -218,5 +218,4 @@ def test_windows_in_parts_are_whole_windows(train: Any, ratio: Fraction, monkeyp
     whole = quasi_periodic_growth(given, state, tones)
     monkeypatch.setattr("epicyclic.questions.contact_loss.solutions._VALUES", 1)
     parts = quasi_periodic_growth(given, state, tones)
-    assert parts.rate == pytest.approx(whole.rate, abs=2e-4)
-    assert parts.cycles == whole.cycles
+    assert parts.multiplier.real == pytest.approx(whole.multiplier.real, abs=2e-4)

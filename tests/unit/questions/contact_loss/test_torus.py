@@ -75,18 +75,19 @@ def test_torus_is_time_integration(train: Train, speed: float, options: dict[str
     given = torus_of(response(train(**options)))
     point = respond_torus(given, speed)
     assert point.status == "ok"
-    found = torus_outputs(given, point)
+    outputs = torus_outputs(given, point)
+    found = outputs.measures
     assert found.open.max() > 0.01  # teeth part: else the linear response would do
-    assert (found.far.max() > 0.2) == ("backlash" in options)  # and cross a backlash that is small
+    assert (outputs.far.max() > 0.2) == ("backlash" in options)  # and cross a backlash that is small
     force, change = integrated(given, point, cycles=cycles, settle=cycles * max(1, 270 // cycles))
     assert change < 1e-4  # settled on a stable motion
     rms = force.std(axis=1)
     # what the method is used for; the steps of the integration are worth 2e-5 (found with four times as many)
     assert np.abs(found.rms - rms).max() < 3e-4 * rms.max()
     # a bound over all phases is above what this path reaches, and by no more than it leaves out
-    assert np.all(found.peak > force.max(axis=1) - 0.02 * rms)
-    assert np.all(found.minimum < force.min(axis=1) + 0.02 * rms)
-    assert np.abs(found.peak - force.max(axis=1)).max() < 0.1 * rms.max()
+    assert np.all(found.highest > force.max(axis=1) - 0.02 * rms)
+    assert np.all(found.lowest < force.min(axis=1) + 0.02 * rms)
+    assert np.abs(found.highest - force.max(axis=1)).max() < 0.1 * rms.max()
 
 
 def test_what_is_dropped_is_the_error_of_an_instant(train: Train) -> None:
@@ -155,12 +156,13 @@ def test_closed_flanks_superpose_exactly(train: Train) -> None:
     assert superposition_is_exact(flat, lines)
     # nothing is neglected, so nothing but rounding is stated
     assert max(line.error for line in lines) < 1e-9
-    one, other = torus_outputs(given, point), torus_outputs(given.mesh_orders_only, flat, lines)
+    one = torus_outputs(given, point).measures
+    other = torus_outputs(given.mesh_orders_only, flat, lines).measures
     # tolerances of the two solutions, 1e-6 of the motion
     np.testing.assert_allclose(one.rms, other.rms, rtol=1e-5)
     # the superposed extremes add amplitudes, which phases of incommensurate lines reach; both are refined samples
-    np.testing.assert_allclose(one.peak, other.peak, rtol=1e-3)
-    np.testing.assert_allclose(one.minimum, other.minimum, rtol=1e-3)
+    np.testing.assert_allclose(one.highest, other.highest, rtol=1e-3)
+    np.testing.assert_allclose(one.lowest, other.lowest, rtol=1e-3)
 
 
 def test_an_open_flank_is_not_exact_and_says_by_how_much(train: Train) -> None:
@@ -171,15 +173,16 @@ def test_an_open_flank_is_not_exact_and_says_by_how_much(train: Train) -> None:
         lines = superposed_lines(given.mesh_orders_only, flat)
         assert not superposition_is_exact(flat, lines)
         stated.append(lines[0].error)
-        true, ours = (torus_outputs(given, point).rms, torus_outputs(given.mesh_orders_only, flat, lines).rms)
-        without = torus_outputs(given.mesh_orders_only, flat).rms
+        both = torus_outputs(given, point), torus_outputs(given.mesh_orders_only, flat, lines)
+        true, ours = (found.measures.rms for found in both)
+        without = torus_outputs(given.mesh_orders_only, flat).measures.rms
         # what the line adds to the RMS of the first mesh, a square, is wrong by no more than twice what its force is
         assert abs(true[0] - ours[0]) < 2 * stated[-1] * abs(ours[0] - without[0])
-        for found in (torus_outputs(given, point), torus_outputs(given.mesh_orders_only, flat, lines)):
-            assert found.open[0] > 0
+        for found in both:
+            assert found.measures.open[0] > 0
             assert found.far[0] == 0
             # teeth that part do not pull, in no sample and not between samples
-            assert found.minimum[0] == 0
+            assert found.measures.lowest[0] == 0
     # it is wrong for the share of time in which the line decides who touches, which is first order; its RMS the root
     assert 1.7 < stated[0] / stated[1] < 2.4
 
@@ -194,7 +197,7 @@ def test_it_starts_from_what_it_is_given(train: Train) -> None:
             point = respond_torus(given, speed, start=(point.problem.grid.points, point.state.y))
         assert point.status == "ok"
         assert point.state.speed == pytest.approx(2.0)
-        found.append(torus_outputs(given, point).rms[0])
+        found.append(torus_outputs(given, point).measures.rms[0])
     # the softening peak hangs over: two motions at one speed, 471 and 832 N
     assert found[1] > 1.5 * found[0]
 

@@ -166,9 +166,6 @@ def test_a_result_goes_through_json(system: System) -> None:
 def test_options_that_contradict_or_do_not_exist_are_refused(system: System) -> None:
     with pytest.raises(ModelError, match="not both"):
         sweep(system, SweepOptions(relative_speed=[1.0], mesh_frequency=[100.0]))
-    unknown: Any = "fixed"
-    with pytest.raises(ModelError, match="kinematic, operating"):
-        sweep(system, SweepOptions(relative_speed=[1.0], frame_speed=unknown))
     meshes = replace(system.meshes, damping=np.zeros(2))
     bare = replace(system, zeta=None, C=np.zeros((6, 6)), meshes=meshes)
     with pytest.raises(ModelError, match="no damping"):
