@@ -206,7 +206,7 @@ LinearAt = Annotated[
         'Load per length [N/m], or e.g. "200 N/mm", at which the flanks\' contact is made linear.',
         above=0,
         default="Hertz",
-        reads="load per length",
+        reads="load_per_length",
     ),
 ]
 Misalignment = Annotated[

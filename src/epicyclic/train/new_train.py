@@ -188,9 +188,6 @@ def _read(value: Number | None, kind: str, path: str, bounds: Bounds, texts: dic
     if value is None:
         return None
     number = stated(value, kind, path, bounds=bounds)
-    if number not in bounds:
-        words = " to ".join(quantity_text(end, kind) for end in (bounds.low, bounds.high) if end is not None)
-        raise ModelError("out of range", path=path, given=value, allowed=f"{'above ' * (bounds.high is None)}{words}")
     texts[path] = value.strip() if isinstance(value, str) else quantity_text(float(value), kind)
     return number
 
