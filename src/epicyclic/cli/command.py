@@ -350,9 +350,11 @@ def run_verb(
         named=Path(named) if named else None,
         takes_folder=takes_folder,
     )
-    with reported(), _flagged(flags), keeping as folder:
-        suffixes = (*verb.writers, *((".toml",) if verb.model_text else ()))
-        require_output(output, figure, verb.gives, as_json=as_json, further=suffixes)
+    writers: dict[str, Callable[[xr.Dataset, Path], object]] = dict(verb.writers)
+    if (model_text := verb.model_text) is not None:
+        writers[".toml"] = lambda result, file: write_text(file, model_text(result))
+    with reported(), flagged({"overrides": "--set", "case": "--case", **flags}), keeping as folder:
+        require_output(output, figure, verb.gives, as_json=as_json, further=tuple(writers))
         if figure and every and not getattr(verb.run, "joint", False):
             raise ModelError("is of one case", path="--figure", given=", ".join(figure), allowed="--case with its name")
         if verb.reads and every:
@@ -366,11 +368,8 @@ def run_verb(
             if "progress" in signature(verb.run).parameters:
                 more["progress"] = lambda done, of=1: step(done if of == 1 else done / of)
             result = further(verb.run(model, overrides=overrides or None, **options, **more))
-        if output is not None and not figure and (kind := output.suffix.lower()) in suffixes:
-            if verb.model_text is not None and kind == ".toml":
-                write_text(output, verb.model_text(result))
-            else:
-                verb.writers[kind](result, output)
+        if output is not None and not figure and (kind := output.suffix.lower()) in writers:
+            writers[kind](result, output)
             complain(f"written: {output}")
             print_result(result, as_json=as_json, beside_file=True)
         else:
@@ -400,19 +399,25 @@ def _keep_model(output: Path) -> None:
         )
 
 
+_PAIR = re.compile(r'"(\w+)": "([^"]+)"')
+_TABLE = re.compile(r"(?:\w+ = )?\{[^{}]+\}")
+
+
 @contextmanager
-def _flagged(flags: Mapping[str, str]) -> Iterator[None]:
-    """Name keywords by their flags in errors."""
-    names = {"overrides": "--set", "case": "--case", **flags}
+def flagged(flags: Mapping[str, str]) -> Iterator[None]:
+    """Name keywords by their flags in errors; a table by member is several flags on the command line."""
     try:
         yield
     except ModelError as error:
-        path = ", ".join(names.get(part, part) for part in error.path.split(", "))
+        path = ", ".join(flags.get(part, part) for part in error.path.split(", "))
         rest = str(error).removeprefix(error.path)
         if error.path in flags and isinstance(error.given, bool):
             # a flag without a value, as it was typed
             path = path if error.given else path.replace("--", "--no-", 1)
             rest = rest.removeprefix(f" = {error.given!r}")
+        if error.path in flags and (table := _TABLE.search(error.allowed)):
+            several = " ".join(f"{path} '{member}={value}'" for member, value in _PAIR.findall(table[0]))
+            rest = rest.replace(table[0], several)
         raise ModelError(path + rest) from error
 
 

@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..errors import ConvergenceError, ModelError
-from ..results.files import write_text
 from ..verbs.record import records, verbs
 from .command import Case, Commands, Json, Model, Output, Sets, command, file_option
 from .commands import app as cockpit
@@ -27,9 +26,8 @@ from .output import (
     figure_option,
     open_streams,
     parsed_overrides,
-    print_file,
+    put_text,
     reported,
-    target_of,
 )
 
 if TYPE_CHECKING:
@@ -84,13 +82,8 @@ def check(
             from ..document.writer import model_text
             from ..train.resolution import load, resolved_document
 
-            if output is not None:
-                target_of(output, (".toml",))
-            text = model_text(resolved_document(load(model, overrides=parsed_overrides(sets, case))))
-            if output is None:
-                print_file(text)
-            else:
-                write_text(output, text)
+            train = load(model, overrides=parsed_overrides(sets, case))
+            put_text(model_text(resolved_document(train)), output, ".toml")
     else:
         run = command(verbs()["check"])
 
@@ -130,9 +123,4 @@ def schema(
     with reported():
         from ..document.writer import json_schema_text
 
-        text = json_schema_text()
-        if output is None:
-            print_file(text)
-        else:
-            target_of(output, (".json",))
-            write_text(output, text)
+        put_text(json_schema_text(), output, ".json")

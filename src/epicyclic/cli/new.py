@@ -6,11 +6,9 @@
 from __future__ import annotations
 
 import json
-import re
 import shlex
 import sys
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -18,10 +16,10 @@ import typer
 
 from ..errors import ModelError
 from ..options import option_fields
-from ..results.files import require_writable, write_text
+from ..results.files import write_text
 from ..rexs.file import HEADINGS, SUFFIXES
 from ..train import NewTrainOptions
-from .command import Model, Sets, file_name, file_option, plain, typed_options, with_signature
+from .command import Model, Sets, file_name, file_option, flagged, plain, typed_options, with_signature
 from .output import complain, complain_of, on_stdout, parsed_overrides, reported, require_stdout, target_of
 
 if TYPE_CHECKING:
@@ -29,16 +27,14 @@ if TYPE_CHECKING:
     from ..rexs.stages import Entry
     from ..train.new_train import NewTrain
 
-_PAIR = re.compile(r'"(\w+)": "([^"]+)"')
-_TABLE = re.compile(r"(?:\w+ = )?\{[^{}]+\}")
 _FLAGS = {name: str(option.flag_of(name)) for name, (_, _, option) in option_fields(NewTrainOptions).items()}
 _BY_LOAD = "by load"  # answer to a question: let it be chosen
 
 
 def new(file: Path, force: bool, **given: Any) -> None:
     """A model file of a new train from teeth or ratio, power and speed; asks for what is missing in a terminal."""
-    with reported(), _flagged():
-        _check_target(file, force=force)
+    with reported(), flagged(_FLAGS):
+        target_of(file, (".toml",), name="FILE", force=force)  # before any question
         words = {name: plain(value) for name, value in given.items() if value not in (None, [])}
         train, words = _asked(words) if _asks(words) else (_made(words), words)
         command = shlex.join(["epicyclic", "new", str(file), *_typed(words)])
@@ -54,18 +50,6 @@ def new_command() -> Callable[..., None]:
     further = {"force": (Annotated[bool, typer.Option("--force", help="Replace FILE where there is one.")], False)}
     options = typed_options(option_fields(NewTrainOptions), asked=True)
     return with_signature(new, {"file": (Annotated[Path, place], Path("train.toml")), **options, **further})
-
-
-def _check_target(file: Path, *, force: bool) -> None:
-    """Raise ModelError, before any question, for a file that cannot be written or is there already."""
-    if file.suffix.lower() != ".toml":
-        raise ModelError("no model file", path="FILE", given=str(file), allowed="a name that ends in .toml")
-    if not force and (file.exists() or file.is_symlink()):
-        raise ModelError("is there already", path="FILE", given=str(file), allowed="another name, or --force")
-    try:
-        require_writable(file)
-    except ModelError as error:
-        raise ModelError(error.problem, path="FILE", given=str(file), allowed=error.allowed) from None
 
 
 def _made(given: Mapping[str, Any]) -> NewTrain:
@@ -194,24 +178,6 @@ def _take_speed(answer: str, words: dict[str, Any]) -> None:
 def _take_load(answer: str, words: dict[str, Any]) -> None:
     name = "power" if answer.rstrip().endswith(("W", "hp")) else "torque"
     words[name] = answer.split(",") if "=" in answer else answer
-
-
-@contextmanager
-def _flagged() -> Iterator[None]:
-    """Name keywords by their flags in errors."""
-    try:
-        yield
-    except ModelError as error:
-        if error.path not in _FLAGS:
-            raise
-        flag = _FLAGS[error.path]
-        text = str(error).removeprefix(error.path)
-        # a table by member is several flags on the command line
-        pairs = _TABLE.search(error.allowed)
-        if pairs is not None:
-            flags = " ".join(f"{flag} '{member}={value}'" for member, value in _PAIR.findall(pairs[0]))
-            text = text.replace(pairs[0], flags)
-        raise ModelError(flag + text) from error
 
 
 @reported()
