@@ -23,9 +23,9 @@ import typer
 from typer.core import TyperGroup
 
 from ..errors import ModelError
-from ..options import Option, shape_of
+from ..options import Option, default_words, shape_of
 from ..results.files import write_text
-from ..verbs.record import Verb, help_of, keywords, verbs
+from ..verbs.record import Options, Verb, help_of, keywords, verbs
 from .output import (
     FORMATS,
     complain,
@@ -469,7 +469,7 @@ def command(verb: Verb) -> Callable[..., None]:
     source = Annotated[str, typer.Argument(metavar="FILE", help=_unmarked(verb.reads))] if verb.reads else Model
     typed = {
         "model": (source, Parameter.empty),
-        **typed_options({name: (one.default, kind, option) for name, (one, kind, option) in shown.items()}),
+        **typed_options(shown),
         "sets": (Sets, None),
         **({} if verb.reads else {"case": (Case, None)}),
         "as_json": (Json, False),
@@ -492,8 +492,8 @@ def with_signature(run: Callable[..., None], typed: Mapping[str, tuple[Any, Any]
     return run
 
 
-def typed_options(options: Mapping[str, tuple[Any, Any, Option]], *, asked: bool = False) -> dict[str, tuple[Any, Any]]:
-    """Keyword -> annotation and default for typer, of keyword -> default, type and option.
+def typed_options(options: Options, *, asked: bool = False) -> dict[str, tuple[Any, Any]]:
+    """Keyword -> annotation and default for typer.
 
     asked : a person is asked for what is not typed, so that every default is left open.
     """
@@ -512,14 +512,14 @@ def _option(option: Option, flag: str, kind: Any, default: Any, *, left: bool = 
         default = typed(default)
     entry = typed if isinstance(typed, type) else ()
     left = left or (default is not Parameter.empty and not isinstance(default, entry))
-    words = option.default or (_worded(default) if left and default is not None else "")
+    words = option.default or (default_words(default) if left else "")
     number = {float: "number", int: "whole number"}.get(typed, "")
     made = typer.Option(
         flag,
         help=_unmarked(option.help),
         # the bounds of a number are the verb's, which tells them in its own words
         parser=_parsed(typed, number) if number else None,
-        metavar=option.metavar or (f"<{number}{_range(option)}>" if number else None),
+        metavar=option.metavar or (f"<{', '.join(filter(None, (number, option.range)))}>" if number else None),
         show_default=words or default is not None,
     )
     return (Annotated[typed | None, made], None) if left else (Annotated[typed, made], default)
@@ -542,18 +542,6 @@ def _parsed(kind: type[float] | type[int], words: str) -> Callable[[str], float]
             raise typer.BadParameter(f"{text!r} is no {words}") from None
 
     return parse
-
-
-def _range(option: Option) -> str:
-    """Words of the bounds of an option; "" without any."""
-    least, most = option.least, option.most
-    if least is None:
-        return "" if most is None else f", at most {most:g}"
-    return f", {least:g} or more" if most is None else f", {least:g} to {most:g}"
-
-
-def _worded(default: Any) -> str:
-    return ", ".join(map(str, default)) if isinstance(default, tuple) else str(default)
 
 
 def _type(kind: Any) -> Any:

@@ -8,7 +8,8 @@ from __future__ import annotations
 import json
 import shlex
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -19,6 +20,7 @@ from ..options import option_fields
 from ..results.files import write_text
 from ..rexs.file import HEADINGS, SUFFIXES
 from ..train import NewTrainOptions
+from ..verbs.record import command_words
 from .command import Model, Sets, file_name, file_option, flagged, plain, typed_options, with_signature
 from .output import complain, complain_of, on_stdout, parsed_overrides, reported, require_stdout, target_of
 
@@ -37,7 +39,7 @@ def new(file: Path, force: bool, **given: Any) -> None:
         target_of(file, (".toml",), name="FILE", force=force)  # before any question
         words = {name: plain(value) for name, value in given.items() if value not in (None, [])}
         train, words = _asked(words) if _asks(words) else (_made(words), words)
-        command = shlex.join(["epicyclic", "new", str(file), *_typed(words)])
+        command = shlex.join(["epicyclic", "new", str(file), *command_words(option_fields(NewTrainOptions), words)])
         chosen = f"Values under [assumed] are chosen, not given. Next: epicyclic check {file}"
         write_text(file, train.text((f"Written by: {command}", chosen)))
         with on_stdout():
@@ -55,17 +57,7 @@ def new_command() -> Callable[..., None]:
 def _made(given: Mapping[str, Any]) -> NewTrain:
     from ..train.new_train import new_train
 
-    return new_train(**({"kind": "planetary"} | dict(given)))
-
-
-def _typed(words: Mapping[str, Any]) -> Iterator[str]:
-    """The flags that make the same train."""
-    for name, value in words.items():
-        if isinstance(value, Mapping):
-            yield from (word for member, text in value.items() for word in (_FLAGS[name], f"{member}={text}"))
-        else:
-            for text in value if isinstance(value, list) else [value]:
-                yield from (_FLAGS[name], str(text))
+    return new_train(**given)
 
 
 def _tell(file: Path, train: NewTrain) -> None:
@@ -101,83 +93,70 @@ def _asks(given: Mapping[str, Any]) -> bool:
 def _asked(given: dict[str, Any]) -> tuple[NewTrain, dict[str, Any]]:
     """Train and words of a person who is asked for all that is missing; a wrong answer is asked for again."""
     words = dict(given)
-    questions = _questions()
-    for name in questions:
-        _ask(name, words, questions)
+    for name in _QUESTIONS:
+        _ask(name, words)
     while True:
         try:
             return _made(words), words
         except ModelError as error:
-            name = {"ratio": "teeth", "power": "torque"}.get(error.path, error.path)
-            if name not in questions:
+            name = next((name for name in _QUESTIONS if error.path in _answers(name)), "")
+            if not name:
                 raise
             complain(f"{error.problem}; allowed: {error.allowed}" if error.allowed else error.problem)
-            for key in {"teeth": ("teeth", "ratio"), "torque": ("torque", "power")}.get(name, (name,)):
+            for key in _answers(name):
                 words.pop(key, None)
-            _ask(name, words, questions)
+            _ask(name, words)
 
 
-Question = tuple[str, str | None, Callable[[str, dict[str, Any]], None]]
+# keyword -> question, and the answer that is taken where none is given
+_QUESTIONS: Mapping[str, tuple[str, str | None]] = {
+    "kind": ("Kind: planetary, star, differential ..., or planetary,parallel", "planetary"),
+    "teeth": ("Teeth sun/planet/ring (21/39/99), or a ratio (5.7)", None),
+    "planets": ("Planets", "3"),
+    "held": ("Held member: ring or sun", "ring"),
+    "speed": ('Speed of what drives ("1000 rpm")', None),
+    "torque": ('Its torque or power ("7.2 kN m", "750 kW")', None),
+    "module": ("Normal module", _BY_LOAD),
+    "face_width": ("Face width", _BY_LOAD),
+    "helix_angle": ("Helix angle", "0 deg"),
+}
+_OF_MEMBERS = {
+    "speed": 'Speeds of two members ("sun=1000 rpm, carrier=100 rpm")',
+    "torque": 'Torque or power of one ("sun=500 N m")',
+}
 
 
-def _questions() -> dict[str, Question]:
-    """Keyword -> text of the question, its default, and what takes the answer."""
-
-    def plain(name: str) -> Callable[[str, dict[str, Any]], None]:
-        return lambda answer, words: words.update({name: answer}) if answer != _BY_LOAD else None
-
-    return {
-        "kind": ("Kind: planetary, star, differential ..., or planetary,parallel", "planetary", plain("kind")),
-        "teeth": ("Teeth sun/planet/ring (21/39/99), or a ratio (5.7)", None, _take_teeth),
-        "planets": ("Planets", "3", _take_planets),
-        "held": ("Held member: ring or sun", "ring", plain("held")),
-        "speed": ('Speed of what drives ("1000 rpm")', None, _take_speed),
-        "torque": ('Its torque or power ("7.2 kN m", "750 kW")', None, _take_load),
-        "module": ("Normal module", _BY_LOAD, plain("module")),
-        "face_width": ("Face width", _BY_LOAD, plain("face_width")),
-        "helix_angle": ("Helix angle", "0 deg", plain("helix_angle")),
-    }
+def _answers(name: str) -> tuple[str, ...]:
+    """Keywords that answer a question."""
+    return {"teeth": ("teeth", "ratio"), "torque": ("torque", "power")}.get(name, (name,))
 
 
-def _ask(name: str, words: dict[str, Any], questions: Mapping[str, Question]) -> None:
+def _ask(name: str, words: dict[str, Any]) -> None:
     """Ask one question unless it is answered. Raises KeyboardInterrupt where nobody answers any more."""
     kind = words.get("kind", "planetary")
-    taken = {"teeth": ("teeth", "ratio"), "torque": ("torque", "power")}.get(name, (name,))
-    if any(key in words for key in taken) or (name == "held" and kind != "planetary"):
+    if any(key in words for key in _answers(name)) or (name == "held" and kind != "planetary"):
         return
     if name == "speed" and "torque" in words and "power" in words:
         return
-    text, default, take = questions[name]
-    if kind == "differential" and name in ("speed", "torque"):
-        text = {
-            "speed": 'Speeds of two members ("sun=1000 rpm, carrier=100 rpm")',
-            "torque": 'Torque or power of one ("sun=500 N m")',
-        }[name]
+    text, default = _QUESTIONS[name]
+    if kind == "differential":
+        text = _OF_MEMBERS.get(name, text)
     try:
-        answer = typer.prompt(text, default=default, err=True)
+        answer = str(typer.prompt(text, default=default, err=True)).strip()
     except typer.Abort:
         raise KeyboardInterrupt from None
-    take(str(answer).strip(), words)
+    if answer != _BY_LOAD:
+        words |= _answer(name, answer)
 
 
-def _take_teeth(answer: str, words: dict[str, Any]) -> None:
-    try:
-        words["ratio"] = float(answer)
-    except ValueError:
-        words["teeth"] = answer
-
-
-def _take_planets(answer: str, words: dict[str, Any]) -> None:
-    words["planets"] = int(answer) if answer.isdecimal() else answer
-
-
-def _take_speed(answer: str, words: dict[str, Any]) -> None:
-    words["speed"] = answer.split(",") if "=" in answer else answer
-
-
-def _take_load(answer: str, words: dict[str, Any]) -> None:
-    name = "power" if answer.rstrip().endswith(("W", "hp")) else "torque"
-    words[name] = answer.split(",") if "=" in answer else answer
+def _answer(name: str, answer: str) -> dict[str, Any]:
+    """Keyword and value that an answer gives."""
+    if name == "teeth":
+        with suppress(ValueError):
+            return {"ratio": float(answer)}
+    if name == "torque" and answer.endswith(("W", "hp")):
+        name = "power"
+    return {name: answer.split(",") if "=" in answer else answer}
 
 
 @reported()

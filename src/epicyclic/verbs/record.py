@@ -93,25 +93,27 @@ def records() -> Mapping[str, Verb]:
     return {record.name: record for record in sorted(found, key=lambda record: record.name)}
 
 
-def keywords(run: Callable[..., Any]) -> dict[str, tuple[Parameter, Any, Option]]:
-    """Keyword -> parameter, type and option of every keyword of a verb that has an option."""
-    found = {}
-    for name, parameter in signature(run).parameters.items():
-        annotation = run.__annotations__.get(name)
-        if get_origin(annotation) is Annotated:
-            kind, option = get_args(annotation)
-            found[name] = parameter, kind, option
-    return found
+Options = Mapping[str, tuple[Any, Any, Option]]
+"""Keyword -> default, `Parameter.empty` of what must be given, type and option."""
 
 
-def command_words(run: Callable[..., Any], values: Mapping[str, Any]) -> list[str]:
-    """Words of the command line that give the keywords of a verb these values; of None there are none."""
-    known, words = keywords(run), list[str]()
+def keywords(run: Callable[..., Any]) -> dict[str, tuple[Any, Any, Option]]:
+    """`Options` of a verb: every keyword that has an option."""
+    return {
+        name: (parameter.default, *get_args(annotation))
+        for name, parameter in signature(run).parameters.items()
+        if get_origin(annotation := run.__annotations__.get(name)) is Annotated
+    }
+
+
+def command_words(known: Options, values: Mapping[str, Any]) -> list[str]:
+    """Words of the command line that give keywords these values; of None there are none."""
+    words: list[str] = []
     for name, value in given(**values).items():
-        parameter, kind, option = known[name]
+        default, kind, option = known[name]
         flag = str(option.flag_of(name))
         if isinstance(value, bool):
-            no = [] if parameter.default is False else [f"--no-{flag.removeprefix('--')}"]
+            no = [] if default is False else [f"--no-{flag.removeprefix('--')}"]
             words += [flag] if value else no
         elif isinstance(value, Mapping):
             words += [word for key, one in value.items() for word in (flag, f"{key}={one}")]
@@ -233,10 +235,7 @@ def _check_bounds(name: str, value: object, option: Option) -> None:
     number, least, most, above = float(value), option.least, option.most, option.above
     below = (least is not None and number < least) or (above is not None and number <= above)
     if not isfinite(number) or below or (most is not None and number > most):
-        low = f"above {above:g}" if above is not None else "" if least is None else f"{least:g} or more"
-        high = "" if most is None else f"at most {most:g}"
-        allowed = f"{least:g} to {most:g}" if least is not None and high else ", ".join(filter(None, (low, high)))
-        raise ModelError("out of range", path=name, given=value, allowed=allowed or "a finite number")
+        raise ModelError("out of range", path=name, given=value, allowed=option.range or "a finite number")
 
 
 def given(**options: Any) -> dict[str, Any]:
@@ -290,7 +289,6 @@ _OVERRIDES = "overrides : path of the model file -> value; of a model, not of a 
 _PROGRESS = "progress : called with the share done, 0..1."
 _PLAIN = {"source": _SOURCE, "overrides": _OVERRIDES, "progress": _PROGRESS}
 _WIDTH = 112  # of a docstring, behind its indent
-Options = Mapping[str, tuple[Parameter, Any, Option]]
 
 
 class _Type(str):
@@ -317,7 +315,7 @@ def described(signature: Signature, doc: str, options: Options) -> tuple[Signatu
 
     Parameters
     ----------
-    options : keyword -> parameter, type and option, as of `keywords`.
+    options : as of `keywords`.
     """
     parameters = []
     for name, one in signature.parameters.items():
@@ -348,9 +346,9 @@ def _lines(name: str, parameter: Parameter, options: Options, names: list[str]) 
         text = _PLAIN.get(name, f"{name} : {parameter.annotation!r}.")
     else:
         option = options[name][2]
-        default = option.default and f", default {option.default}"
+        bounds, default = option.range and f", {option.range}", option.default and f", default {option.default}"
         words = re.sub(r"--([a-z][a-z-]*)", lambda flag: _keyword(flag[1], names), option.help)
-        text = f"{name} : {type_words(options[name][1])}{_bounds(option)}{default}. {words}"
+        text = f"{name} : {type_words(options[name][1])}{bounds}{default}. {words}"
     return [
         f"{line}\n"
         for line in textwrap.wrap(
@@ -368,13 +366,6 @@ def _keyword(flag: str, names: list[str]) -> str:
     """Keyword of a flag; the flag itself where the verb has none of that name."""
     name = flag.replace("-", "_")
     return f"`{name}`" if name in names else f"--{flag}"
-
-
-def _bounds(option: Option) -> str:
-    parts = [] if option.least is None else [f"{option.least:g} or more"]
-    parts += [] if option.most is None else [f"at most {option.most:g}"]
-    parts += [] if option.above is None else [f"above {option.above:g}"]
-    return f", {', '.join(parts)}" if parts else ""
 
 
 STUDIES = ("support stiffness", "run-out")

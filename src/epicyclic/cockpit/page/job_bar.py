@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from inspect import Parameter
 from typing import Any
 
 from nicegui import ui
 from nicegui.events import GenericEventArguments
 
 from ...errors import ModelError
-from ...options import YES, Shape, shape_of
+from ...options import YES, Shape, default_words, shape_of
 from ..computing.job_kinds import JOBS, JobKind, job_keywords
 from ..processes.jobs import Job
 from ..processes.session import Session
@@ -30,10 +29,10 @@ class OptionFields:
         with box("ck-options", "details") as self.root:
             Words("summary", "Options", classes="ck-small")
             with box("ck-fields"):
-                for name, (parameter, accepted, option) in kind.keywords().items():
-                    default = kind.defaults.get(name, option.default or parameter.default)
+                for name, (default, accepted, option) in kind.keywords().items():
                     self._shapes[name] = shape_of(accepted)
-                    self._field(name, self._shapes[name], _default_words(default), option.help)
+                    usual = default_words(kind.defaults.get(name, option.default or default))
+                    self._field(name, self._shapes[name], usual, option.help)
                 if kind.views:
                     self._shapes["show"] = Shape(str, kind.views, False)
                     self._field("show", self._shapes["show"], kind.views[0], "What is drawn of the result.")
@@ -61,14 +60,6 @@ class OptionFields:
     def values(self) -> dict[str, Any]:
         """Option -> value of all that was typed or chosen; errors as of `Shape.read`."""
         return {name: self._shapes[name].read(text, name) for name, text in self._typed.items() if text}
-
-
-def _default_words(default: object) -> str:
-    if isinstance(default, bool):
-        return "yes" if default else "no"
-    if isinstance(default, Sequence) and not isinstance(default, str):
-        return ", ".join(map(str, default))
-    return "" if default is None or default is Parameter.empty else str(default)
 
 
 # Steps of the progress that are worth a message: a bar has no more pixels.

@@ -13,32 +13,34 @@ from nicegui import background_tasks, ui
 from ...document.tables import PlainTable, merge, nested, value_at
 from ...document.writer import commented_text
 from ...errors import ModelError
+from ...options import option_fields
+from ...train import NewTrainOptions
 from ...train.new_train import HELD, KINDS, MEMBERS, new_train
 from ...train.resolution import load
 from ..processes.session import Session
 from ..state.state import from_text
 from .controls import plain_button, refused, safe_name, sentence, show_model, window
 
-# Field -> label and unit of a bare number; a text with its unit is taken as it is.
-_FIELDS: Mapping[str, tuple[str, str]] = {
-    "kind": ("Kind", ""),
-    "planets": ("Planets", ""),
-    "by": ("Gears", ""),
-    "teeth": ("Teeth sun/planet/ring", ""),
+# Field -> label and unit of a bare number, None of words; a text with its unit is taken as it is.
+_FIELDS: Mapping[str, tuple[str, str | None]] = {
+    "kind": ("Kind", None),
+    "planets": ("Planets", None),
+    "by": ("Gears", None),
+    "teeth": ("Teeth sun/planet/ring", None),
     "ratio": ("Ratio, input to output", ""),
     "module": ("Normal module", "mm"),
     "helix_angle": ("Helix angle", "deg"),
     "face_width": ("Face width", "mm"),
     "pressure_angle": ("Normal pressure angle", "deg"),
-    "held": ("Held member", ""),
-    "driver": ("Driving member", ""),
+    "held": ("Held member", None),
+    "driver": ("Driving member", None),
     "speed": ("Speed", "rpm"),
     **{f"speed.{member}": (f"Speed of the {member}", "rpm") for member in MEMBERS},
-    "load": ("Load", ""),
+    "load": ("Load", None),
     "power": ("Power", "kW"),
     "torque": ("Torque", "N m"),
-    "load_member": ("Load of the", ""),
-    "title": ("Title", ""),
+    "load_member": ("Load of the", None),
+    "title": ("Title", None),
     "damping.modal": ("Damping ratio of every mode", ""),
     "stages.main.planet.bearing.radial": ("Planet bearing, radial", "N/m"),
     "stages.main.sun.support.radial": ("Sun support, radial (0 floats, inf is rigid)", "N/m"),
@@ -80,14 +82,30 @@ def drivers_of(kind: str, held: str) -> tuple[str, ...]:
     return tuple(member for member in MEMBERS if member != fixed)
 
 
+def shown(fields: Mapping[str, Any]) -> dict[str, bool]:
+    """Whether each of the fields that depend on others is shown; what stands in one that is not does not count."""
+    several, by_ratio, torque = (
+        fields.get(name) == word for name, word in (("kind", "differential"), ("by", "ratio"), ("load", "torque"))
+    )
+    return {
+        "held": fields.get("kind", "planetary") == "planetary",
+        "teeth": several or not by_ratio,
+        "ratio": not several and by_ratio,
+        "power": not torque,
+        "torque": torque,
+        "load_member": several,
+        **dict.fromkeys(("driver", "by", "speed"), not several),
+        **{f"speed.{member}": several for member in MEMBERS},
+    }
+
+
 def needed(fields: Mapping[str, Any]) -> tuple[str, ...]:
     """Fields that nothing stands in for, and that are empty."""
-    names = [str(fields.get("by", "teeth")), str(fields.get("load", "power")), "speed"]
-    if fields.get("kind") == "differential":
-        names[0] = "teeth"
-        speeds = [member for member in MEMBERS if _typed(fields, f"speed.{member}")]
-        return (*(name for name in names[:2] if not _typed(fields, name)), *(names[2:] if len(speeds) < 2 else ()))
-    return tuple(name for name in names if not _typed(fields, name))
+    visible = shown(fields)
+    names = ("teeth", "ratio", "power", "torque", "speed")
+    empty = [name for name in names if visible[name] and not _typed(fields, name)]
+    few = not visible["speed"] and sum(bool(_typed(fields, f"speed.{member}")) for member in MEMBERS) < 2
+    return (*empty, *["speed"] * few)
 
 
 def preview_of(fields: Mapping[str, Any]) -> Preview:
@@ -136,14 +154,12 @@ def _typed(fields: Mapping[str, Any], name: str) -> str:
     return str(fields.get(name) or "").strip()
 
 
-def _pointed(text: str) -> str:
-    """A quantity with its decimal comma as a point."""
-    return _COMMA.sub(r"\1.\2", text)
-
-
 def _with_unit(name: str, text: str) -> str | float:
     """A text as the model file has it: a bare number with the unit of its field, a ratio as a number."""
-    unit, text = _FIELDS[name][1], _pointed(text)
+    unit = _FIELDS[name][1]
+    if unit is None:
+        return text
+    text = _COMMA.sub(r"\1.\2", text)
     if not _BARE.fullmatch(text):
         return text
     if not unit:
@@ -152,36 +168,20 @@ def _with_unit(name: str, text: str) -> str | float:
 
 
 def _keywords(fields: Mapping[str, Any]) -> dict[str, Any]:
-    """Keywords of `new_train`. Raises ModelError."""
-    kind, held = str(fields.get("kind", "planetary")), _typed(fields, "held")
-    differential = kind == "differential"
-    load_ = "torque" if fields.get("load") == "torque" else "power"
-    keywords: dict[str, Any] = {"kind": kind}
-    if not differential and fields.get("by") == "ratio":
-        if text := _typed(fields, "ratio"):
-            try:
-                keywords["ratio"] = float(_pointed(text))
-            except ValueError:
-                raise ModelError("not a number", path="ratio", given=text, allowed="a number, 5.7") from None
-    elif text := _typed(fields, "teeth"):
-        keywords["teeth"] = text
-    if text := _typed(fields, "planets"):
-        keywords["planets"] = int(text) if text.isdecimal() else text
-    for name in ("module", "face_width", "helix_angle", "pressure_angle", "title", load_, "speed"):
-        if text := _typed(fields, name):
-            keywords[name] = text if name == "title" else _with_unit(name, text)
-    if differential:
+    """Keywords of `new_train`, of the fields that are shown."""
+    visible, known = shown(fields), option_fields(NewTrainOptions)
+    keywords: dict[str, Any] = {
+        name: _with_unit(name, text)
+        for name in _FIELDS
+        if name in known and visible.get(name, True) and (text := _typed(fields, name))
+    }
+    if keywords.get("driver") not in drivers_of(keywords.get("kind", "planetary"), _typed(fields, "held")):
+        keywords.pop("driver", None)
+    if visible["load_member"]:  # a differential names its members
+        member = str(fields.get("load_member") or "sun")
+        keywords |= {name: {member: keywords[name]} for name in ("power", "torque") if name in keywords}
         speeds = {m: _with_unit("speed", text) for m in MEMBERS if (text := _typed(fields, f"speed.{m}"))}
-        keywords.pop("speed", None)
         keywords |= {"speed": speeds} if speeds else {}
-        if load_ in keywords:
-            keywords[load_] = {str(fields.get("load_member") or "sun"): keywords[load_]}
-        return keywords
-    if kind == "planetary" and held:
-        keywords["held"] = held
-    driver = _typed(fields, "driver")
-    if driver in drivers_of(kind, held):
-        keywords["driver"] = driver
     return keywords
 
 
@@ -313,23 +313,10 @@ class _Wizard:
         sides = HELD["planetary"] if kind == "planetary" else ()
         self._offer("held", sides)
         self._offer("driver", drivers_of(kind, str(values["held"] or "")))
-        several = kind == "differential"
-        by, load = values["by"], values["load"]
-        shown = {
-            "held": bool(sides),
-            "driver": not several,
-            "by": not several,
-            "teeth": several or by == "teeth",
-            "ratio": not several and by == "ratio",
-            "speed": not several,
-            "load_member": several,
-            "power": load == "power",
-            "torque": load == "torque",
-            **{f"speed.{member}": several for member in MEMBERS},
-        }
-        for name, visible in shown.items():
-            self.fields[name].set_visibility(visible)
-        member = values["load_member"] if several else self.fields["driver"].value
+        visible = shown(values)
+        for name, is_shown in visible.items():
+            self.fields[name].set_visibility(is_shown)
+        member = values["load_member"] if visible["load_member"] else self.fields["driver"].value
         for name in ("speed", "power", "torque"):
             label, unit = _FIELDS[name]
             self.fields[name].props["label"] = f"{label} of the {member} [{unit}]"
