@@ -32,6 +32,13 @@ class FakeJob:
     message: str = ""
     dataset_path: Path | None = None
     asked_to_end: bool = False
+    rev: int = 1
+    died: bool = False
+    head: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def ended(self) -> bool:
+        return self.status in ("done", "cancelled", "failed")
 
     def cancel(self) -> None:
         self.asked_to_end = True

@@ -7,9 +7,10 @@ sweep and the evidence.
 
 from __future__ import annotations
 
+import asyncio
 import base64
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Awaitable, Callable, Iterator, Mapping
 from contextlib import contextmanager
 from inspect import isawaitable
 from typing import Any, Literal
@@ -244,6 +245,25 @@ def heard(session: Session, element: Element, **callbacks: Callable[..., Any]) -
         return call
 
     session.listen(**{name: within(callback) for name, callback in callbacks.items()})
+
+
+class Later:
+    """Work that is done once, a moment after it was last asked for, in the slot of an element that is still there."""
+
+    def __init__(self, place: Element, work: Callable[[], Awaitable[object]]) -> None:
+        self._place, self._work = place, work
+        self._asked = 0
+
+    def ask(self, seconds: float) -> None:
+        """Ask for the work, so many seconds from now."""
+        self._asked += 1
+        background_tasks.create(self._wait(seconds, self._asked))
+
+    async def _wait(self, seconds: float, number: int) -> None:
+        await asyncio.sleep(seconds)
+        if number == self._asked and not self._place.is_deleted:
+            with self._place:
+                await self._work()
 
 
 # panes ----------------------------------------------------------------------------------------------------------------

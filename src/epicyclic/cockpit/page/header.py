@@ -42,7 +42,7 @@ from .controls import (
     show_model,
     window,
 )
-from .job_bar import TAKEN, replayed
+from .job_bar import TAKEN, progress_text, replayed
 from .open_model import open_button, save_buttons
 from .wizard import new_button
 
@@ -83,7 +83,7 @@ class ReportJob:
 
     @property
     def busy(self) -> bool:
-        return self.job is not None and self.job.status in ("waits", "runs")
+        return self.job is not None and not self.job.ended
 
     def begin(self) -> None:
         state = self.session.state
@@ -104,12 +104,9 @@ class ReportJob:
         job = self.job
         if job is None:
             return
-        if self.busy:
-            left = f", {job.remaining:.0f} s left" if job.remaining is not None else ""
-            self.words = f"{job.progress:.0%}{left}" if job.status == "runs" else "waits for another job"
-        else:
+        self.words = progress_text(job, job.rev)
+        if job.ended:
             self.job = None
-            self.words = f"failed: {job.message}" if job.status == "failed" else job.status
             if job.status == "done" and job.dataset_path is not None:
                 background_tasks.create(self._give(job.dataset_path))
             elif job.status == "failed":

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from nicegui import background_tasks, ui
+from nicegui import ui
 
 from ...document.tables import PlainTable, merge, nested, value_at
 from ...document.writer import commented_text
@@ -19,7 +19,7 @@ from ...train.new_train import HELD, KINDS, MEMBERS, new_train
 from ...train.resolution import load
 from ..processes.session import Session
 from ..state.state import from_text
-from .controls import plain_button, refused, safe_name, sentence, show_model, window
+from .controls import Later, plain_button, refused, safe_name, sentence, show_model, window
 
 # Field -> label and unit of a bare number, None of words; a text with its unit is taken as it is.
 _FIELDS: Mapping[str, tuple[str, str | None]] = {
@@ -229,8 +229,7 @@ class _Wizard:
         self.slot = ui.element("div").classes("hidden")
         self.window: ui.dialog | None = None
         self.fields: dict[str, Any] = {}
-        self.built = False
-        self.asked = 0
+        self.later = Later(self.slot, self._show)
         self.insists = False  # create was pressed: what is missing is an error now
         self.ready: Preview | None = None
 
@@ -282,7 +281,6 @@ class _Wizard:
                 self.status = ui.label("").classes("col text-caption").props('role="status" aria-live="polite"')
                 plain_button("Start over", self._clear)
                 self.create = plain_button("Create", self._create, main=True)
-        self.built = True
         self._rearrange()
 
     def _text(self, name: str, value: str = "") -> ui.input:
@@ -306,7 +304,7 @@ class _Wizard:
 
     def _rearrange(self) -> None:
         """Show the fields that the kind and the choices ask for; those hidden keep what was typed."""
-        if not self.built:
+        if not self.fields.keys() >= _FIELDS.keys():  # while they are built
             return
         values = self._values()
         kind = str(values["kind"])
@@ -333,36 +331,28 @@ class _Wizard:
 
     def _ask(self) -> None:
         """Work out what comes out, a moment after the last key."""
-        self.asked += 1
         self.ready = None
-        if self.built:
-            background_tasks.create(self._work_out(self.asked))
+        self.later.ask(_PAUSE)
 
-    async def _work_out(self, number: int) -> None:
-        await asyncio.sleep(_PAUSE)
-        if number == self.asked and not self.slot.is_deleted:
-            with self.slot:
-                await self._show(number)
-
-    async def _show(self, number: int) -> bool:
-        """Show what comes out of the fields; whether a train does."""
+    async def _show(self) -> None:
+        """Show what comes out of the fields; it is ready where a train does."""
         fields = self._values()
         missing = needed(fields)
         if missing and not self.insists:
             self._mark(None)
             self.status.set_text(f"Still needed: {', '.join(missing)}")
-            return False
+            return
         preview: Preview | ModelError
         try:
             preview = await asyncio.to_thread(preview_of, fields)
         except ModelError as error:
             preview = error
-        if number != self.asked or self.slot.is_deleted:
-            return False
+        if self.slot.is_deleted or self._values() != fields:
+            return
         if isinstance(preview, ModelError):
             self._mark(preview)
             self.status.set_text("")
-            return False
+            return
         self._mark(None)
         self.ready = preview
         self.status.set_text("Ready: a model that runs")
@@ -374,7 +364,6 @@ class _Wizard:
         for name, value in preview.by_rule.items():
             self.fields[name].props["placeholder"] = value
             self.fields[name].update()
-        return True
 
     def _mark(self, error: ModelError | None) -> None:
         """Put the message beside the field that it is of, and take it from all others."""
@@ -419,15 +408,15 @@ class _Wizard:
     async def _create(self) -> None:
         """Open the model of the fields; the window stays, with all that was typed, where there is none."""
         self.insists = True
-        self.asked += 1
+        self.ready = None
         self.create.props("loading")
         try:
-            if not await self._show(self.asked) or self.ready is None:
+            await self._show()
+            if self.ready is None:
                 return
-            try:
-                state = from_text(safe_name(self.ready.title, ".toml"), self.ready.text)
-            except ModelError as error:
-                return refused(error)
+            state = from_text(safe_name(self.ready.title, ".toml"), self.ready.text)
+        except ModelError as error:
+            return refused(error)
         finally:
             self.create.props(remove="loading")
         assert self.window is not None
