@@ -15,6 +15,7 @@ import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from enum import StrEnum
+from glob import escape, glob
 from inspect import Parameter, Signature, signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -139,7 +140,6 @@ def _line(name: str, words: str, width: int) -> str:
 
 
 _MODELS = (".toml", ".rexs", ".rexsj", ".rexsz")
-_RESULTS = (".nc", ".json")
 # folder of the ready drives: reading its names must not import the model, which takes longer than a key stroke
 _DRIVES = Path(__file__).parents[1] / "systems"
 
@@ -151,7 +151,7 @@ def model_names(incomplete: str) -> list[str]:
 
 def source_names(incomplete: str) -> list[str]:
     """The same and saved results."""
-    return _names(incomplete, (*_MODELS, *_RESULTS))
+    return _names(incomplete, (*_MODELS, ".nc", ".json"))
 
 
 def explained_names(incomplete: str) -> list[str]:
@@ -173,17 +173,13 @@ def _names(incomplete: str, suffixes: tuple[str, ...]) -> list[str]:
 def _files(incomplete: str, suffixes: tuple[str, ...]) -> list[str]:
     """Files and folders below the folder that is typed; hidden ones where a point is typed."""
     head, begin = os.path.split(incomplete)
-    folder = Path(head).expanduser() if head else Path()
-    found = []
-    for entry in sorted(os.scandir(folder), key=lambda entry: entry.name):
-        hidden = entry.name.startswith(".") and not begin.startswith(".")
-        if hidden or not entry.name.startswith(begin):
-            continue
-        name = os.path.join(head, entry.name)  # as it is typed: ~ and ./ stay
-        if entry.is_dir():
-            found.append(f"{name}/")
-        elif entry.name.lower().endswith(suffixes):
-            found.append(name)
+    folder, found = Path(head).expanduser(), list[str]()
+    for name in sorted(glob(f"{escape(begin)}*", root_dir=folder)):
+        typed = os.path.join(head, name)  # ~ and ./ stay
+        if (folder / name).is_dir():
+            found.append(f"{typed}/")
+        elif name.lower().endswith(suffixes):
+            found.append(typed)
     return found
 
 
@@ -234,7 +230,7 @@ def _command_message(name: str, group: TyperGroup) -> str:
     from ..document.document import ready_drives
 
     known = [own for own, one in group.commands.items() if not getattr(one, "hidden", False)]
-    if name in ready_drives() or name.endswith((".toml", ".rexs", ".rexsj", ".rexsz")):
+    if name in ready_drives() or name.endswith(_MODELS):
         return f"no such command '{name}'; a model stands behind the command: epicyclic check {name}"
     return f"no such command '{name}'{_nearest(name, known)}"
 

@@ -430,12 +430,15 @@ def systems(
     force: Annotated[bool, typer.Option("--force", help="Replace FILE where there is one.")] = False,
 ) -> None:
     """The ready drives: names that every verb takes in place of a model file; with a name, its file."""
+    from ..document.document import drive_text, drive_titles
+
     if name is not None:
-        return _file_of(name, output, force=force, as_json=as_json)
+        if as_json:
+            allowed = f"epicyclic systems {name}, without it"
+            raise ModelError("prints names and titles only", path="--json", allowed=allowed)
+        return put_text(drive_text(name), output, ".toml", force=force)
     if output is not None:
         raise ModelError("is missing", path="NAME", allowed="the name of a ready drive, before -o FILE")
-    from ..document.document import drive_titles
-
     titles = drive_titles()
     with on_stdout():
         if as_json:
@@ -444,12 +447,3 @@ def systems(
             from ..show.console import show_pairs, stdout_console
 
             show_pairs(titles, stdout_console())
-
-
-def _file_of(name: str, output: Path | None, *, force: bool, as_json: bool) -> None:
-    """Print or copy the model file of a drive."""
-    from ..document.document import drive_text
-
-    if as_json:
-        raise ModelError("prints names and titles only", path="--json", allowed=f"epicyclic systems {name}, without it")
-    put_text(drive_text(name), output, ".toml", force=force)

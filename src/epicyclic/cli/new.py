@@ -8,8 +8,9 @@ from __future__ import annotations
 import json
 import shlex
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -25,7 +26,6 @@ from .command import Model, Sets, file_name, file_option, flagged, plain, typed_
 from .output import complain, complain_of, on_stdout, parsed_overrides, reported, require_stdout, target_of
 
 if TYPE_CHECKING:
-    from ..rexs.import_train import RexsImport
     from ..rexs.stages import Entry
     from ..train.new_train import NewTrain
 
@@ -187,42 +187,40 @@ def import_rexs(
         write_text(output, rexs_model_text(found, file))
         complain(f"written: {output}")
     complain_of(found.warnings)
+    entries: dict[str, tuple[Entry, ...]] = {kind: getattr(found, kind) for kind in HEADINGS}
     with on_stdout():
         if as_json:
-            keys = ("component", "attribute", "path", "text")
-            lists = {kind: [{key: getattr(e, key) for key in keys} for e in getattr(found, kind)] for kind in HEADINGS}
+            lists = {kind: list(map(asdict, own)) for kind, own in entries.items()}
             typer.echo(json.dumps({"version": found.file.version, "title": found.document["title"], **lists}))
         else:
-            _print_import(found)
+            types = {component.id: component.type for component in found.file.components}
+            lines = {f"{HEADINGS[kind]} ({len(own)})": _lines(own, types) for kind, own in entries.items()}
+            _print_lists(str(found.document["title"]), lines)
 
 
-def _print_import(found: RexsImport) -> None:
-    """Print the lists: of what was dropped one line for all components of a type that lost the same."""
+def _print_lists(title: str, lists: Mapping[str, Sequence[str]]) -> None:
+    """Print lines by heading."""
     from ..show.console import stdout_console
 
     console = stdout_console()
-    console.print(str(found.document["title"]), style="bold", markup=False, soft_wrap=True)
-    types = {component.id: component.type for component in found.file.components}
-    for kind, heading in HEADINGS.items():
-        entries: tuple[Entry, ...] = getattr(found, kind)
-        console.print(f"\n{heading} ({len(entries)})", style="bold", markup=False)
-        for line in _lines(entries, types):
-            console.print(line, markup=False, highlight=False, soft_wrap=True)
+    console.print(title, style="bold", markup=False, soft_wrap=True)
+    for heading, lines in lists.items():
+        console.print(f"\n{heading}", style="bold", markup=False)
+        for line in lines:
+            console.print(f"  {line}", markup=False, highlight=False, soft_wrap=True)
 
 
-def _lines(entries: tuple[Entry, ...], types: dict[int, str]) -> list[str]:
+def _lines(entries: Sequence[Entry], types: dict[int, str]) -> list[str]:
     """Lines of entries, those of one type with equal words together."""
-    groups: dict[tuple[str, str, str, str], list[int]] = {}
+    groups: dict[tuple[str, str, str], list[int]] = {}
     for entry in entries:
-        kind = "" if entry.component is None else types[entry.component]
-        groups.setdefault((kind, entry.attribute, entry.path, entry.text), []).extend(
-            [] if entry.component is None else [entry.component]
-        )
+        ids = [] if entry.component is None else [entry.component]
+        kind = "".join(types[one] for one in ids)
+        groups.setdefault((kind, entry.attribute, entry.where), []).extend(ids)
     lines = []
-    for (kind, attribute, path, text), ids in groups.items():
+    for (kind, attribute, where), ids in groups.items():
         who = f"{kind} {', '.join(map(str, ids))}: " if kind else ""
-        where = f"{path} = {text}" if path and text else path or text
-        lines.append(f"  {who}{attribute}: {where}")
+        lines.append(f"{who}{attribute}: {where}")
     return lines
 
 
@@ -240,18 +238,12 @@ def export(
 
     found = write_rexs(model, output, overrides=parsed_overrides(sets))
     complain(f"written: {output}")
+    counts = {"components": len(found.file.components), "relations": len(found.file.relations)}
     with on_stdout():
         if as_json:
-            dropped = [{"path": entry.path, "text": entry.text} for entry in found.dropped]
-            counts = {"components": len(found.file.components), "relations": len(found.file.relations)}
+            dropped = list(map(asdict, found.dropped))
             typer.echo(json.dumps({"version": found.file.version, **counts, "dropped": dropped}))
         else:
-            from ..show.console import stdout_console
-
-            console = stdout_console()
-            file = found.file
-            head = f"REXS {file.version}: {len(file.components)} components, {len(file.relations)} relations"
-            console.print(head, style="bold", markup=False)
-            console.print(f"\nNot carried ({len(found.dropped)})", style="bold", markup=False)
-            for entry in found.dropped:
-                console.print(f"  {entry.path}: {entry.text}", markup=False, highlight=False, soft_wrap=True)
+            head = f"REXS {found.file.version}: {counts['components']} components, {counts['relations']} relations"
+            lines = [f"{entry.path}: {entry.text}" for entry in found.dropped]
+            _print_lists(head, {f"Not carried ({len(lines)})": lines})

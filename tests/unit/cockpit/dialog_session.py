@@ -135,6 +135,8 @@ class FakeSession:
         return self.others
 
     async def save(self, path: Path, *, force: bool = False) -> Path:
+        if path.suffix != ".toml":
+            raise ModelError("is no model file", path="save", given=str(path), allowed="a path that ends in .toml")
         if path.exists() and not force:
             raise ModelError("is there already", path="save", given=str(path), allowed="overwrite it, or another name")
         text = text_of(self.now)
