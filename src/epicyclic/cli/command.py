@@ -97,11 +97,6 @@ PANELS: Mapping[str, Mapping[str, str]] = {
 """Question -> command -> what it does in a line; commands that are not there are left out."""
 
 
-def panel_of(name: str) -> str:
-    """The question that a command answers; "" of one that stands below none."""
-    return next((question for question, names in PANELS.items() if name in names), "")
-
-
 class Commands(TyperGroup):
     """The commands of the program, whose help is one screen; an error of one that is not there, or of its options,
     names the nearest."""
@@ -124,7 +119,7 @@ class Commands(TyperGroup):
             own = {name: words for name, words in names.items() if name in shown}
             lines += [typer.style(question, bold=True)] if own else []
             lines += [_line(name, words, width) for name, words in own.items()]
-        rest = [name for name in shown if not panel_of(name)]
+        rest = [name for name in shown if all(name not in names for names in PANELS.values())]
         lines += [typer.style("Further", bold=True)] if rest else []
         lines += [_line(name, shown[name].get_short_help_str(60), width) for name in rest]
         lines.append(typer.style("Options", bold=True))
@@ -294,18 +289,14 @@ def _tell(error: KeyboardInterrupt | ModelError, folder: Path | None, keeps: str
     stopped = isinstance(error, KeyboardInterrupt)
     broken = isinstance(error, ModelError) and error.problem.startswith(("cannot be written", "the connection"))
     if folder is not None and (stopped or broken) and begun(folder):
-        command = _command(*([str(folder)] if takes_folder else []))
-        complain(f"what is done is kept in {folder}; this command continues it:\n  {command}")
+        words = ["epicyclic", *sys.argv[1:]]
+        if "--resume" not in words:
+            words += ["--resume", *[str(folder)] * takes_folder]
+        complain(f"what is done is kept in {folder}; this command continues it:\n  {shlex.join(words)}")
     elif stopped and keeps and folder is not None:
         complain("nothing was done yet that could be kept")
     elif stopped and keeps:
         complain(f"nothing is kept without {keeps}; with it, --resume goes on from where a run was stopped")
-
-
-def _command(*folder: str) -> str:
-    """The command that goes on; folder : that ``--resume`` takes."""
-    words = sys.argv[1:]
-    return shlex.join(["epicyclic", *words, *([] if "--resume" in words else ["--resume", *folder])])
 
 
 def run_verb(

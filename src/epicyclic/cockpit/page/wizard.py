@@ -6,7 +6,7 @@ import asyncio
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from nicegui import ui
 
@@ -21,33 +21,43 @@ from ..processes.session import Session
 from ..state.state import from_text
 from .controls import Later, plain_button, refused, safe_name, sentence, show_model, window
 
-# Field -> label and unit of a bare number, None of words; a text with its unit is taken as it is.
-_FIELDS: Mapping[str, tuple[str, str | None]] = {
-    "kind": ("Kind", None),
-    "planets": ("Planets", None),
-    "by": ("Gears", None),
-    "teeth": ("Teeth sun/planet/ring", None),
-    "ratio": ("Ratio, input to output", ""),
-    "module": ("Normal module", "mm"),
-    "helix_angle": ("Helix angle", "deg"),
-    "face_width": ("Face width", "mm"),
-    "pressure_angle": ("Normal pressure angle", "deg"),
-    "held": ("Held member", None),
-    "driver": ("Driving member", None),
-    "speed": ("Speed", "rpm"),
-    **{f"speed.{member}": (f"Speed of the {member}", "rpm") for member in MEMBERS},
-    "load": ("Load", None),
-    "power": ("Power", "kW"),
-    "torque": ("Torque", "N m"),
-    "load_member": ("Load of the", None),
-    "title": ("Title", None),
-    "damping.modal": ("Damping ratio of every mode", ""),
-    "stages.main.planet.bearing.radial": ("Planet bearing, radial", "N/m"),
-    "stages.main.sun.support.radial": ("Sun support, radial (0 floats, inf is rigid)", "N/m"),
-    "stages.main.ring.support.radial": ("Ring support, radial", "N/m"),
-    "stages.main.carrier.support.radial": ("Carrier bearing, radial", "N/m"),
-    "stages.main.carrier.mass": ("Carrier mass, without planets", "kg"),
-    "stages.main.carrier.inertia": ("Carrier inertia", "kg m^2"),
+
+class _Field(NamedTuple):
+    """A field: unit of a bare number, None of words; what stands in it while it is empty; what it begins with."""
+
+    label: str
+    unit: str | None = None
+    example: str = ""
+    first: str = ""
+
+
+# a text with its unit is taken as it is
+_FIELDS: Mapping[str, _Field] = {
+    "kind": _Field("Kind", first="planetary"),
+    "planets": _Field("Planets", first="3"),
+    "by": _Field("Gears", first="teeth"),
+    "teeth": _Field("Teeth sun/planet/ring", example="e.g. 21/39/99"),
+    "ratio": _Field("Ratio, input to output", "", "e.g. 5.7"),
+    "module": _Field("Normal module", "mm", "by load"),
+    "helix_angle": _Field("Helix angle", "deg", "0 deg"),
+    "face_width": _Field("Face width", "mm", "by load"),
+    "pressure_angle": _Field("Normal pressure angle", "deg", "20 deg"),
+    "held": _Field("Held member"),
+    "driver": _Field("Driving member"),
+    "speed": _Field("Speed", "rpm", "e.g. 1000 rpm"),
+    **{f"speed.{member}": _Field(f"Speed of the {member}", "rpm") for member in MEMBERS},
+    "load": _Field("Load", first="power"),
+    "power": _Field("Power", "kW", "e.g. 750 kW"),
+    "torque": _Field("Torque", "N m", "e.g. 7.2 kN m"),
+    "load_member": _Field("Load of the", first="sun"),
+    "title": _Field("Title"),
+    "damping.modal": _Field("Damping ratio of every mode", ""),
+    "stages.main.planet.bearing.radial": _Field("Planet bearing, radial", "N/m"),
+    "stages.main.sun.support.radial": _Field("Sun support, radial (0 floats, inf is rigid)", "N/m"),
+    "stages.main.ring.support.radial": _Field("Ring support, radial", "N/m"),
+    "stages.main.carrier.support.radial": _Field("Carrier bearing, radial", "N/m"),
+    "stages.main.carrier.mass": _Field("Carrier mass, without planets", "kg"),
+    "stages.main.carrier.inertia": _Field("Carrier inertia", "kg m^2"),
 }
 BESIDE = tuple(path for path in _FIELDS if path.startswith(("damping.", "stages.")))
 """Paths of what a running model needs beside teeth and load; empty, it follows a rule."""
@@ -156,7 +166,7 @@ def _typed(fields: Mapping[str, Any], name: str) -> str:
 
 def _with_unit(name: str, text: str) -> str | float:
     """A text as the model file has it: a bare number with the unit of its field, a ratio as a number."""
-    unit = _FIELDS[name][1]
+    unit = _FIELDS[name].unit
     if unit is None:
         return text
     text = _COMMA.sub(r"\1.\2", text)
@@ -195,18 +205,6 @@ def _with_values(document: Mapping[str, Any], values: Mapping[str, object]) -> P
 
 # [s] after the last key until what comes out is worked out anew
 _PAUSE = 0.25
-# examples are marked as such, beside what a field holds that stays empty
-_PLACEHOLDERS = {
-    "teeth": "e.g. 21/39/99",
-    "ratio": "e.g. 5.7",
-    "power": "e.g. 750 kW",
-    "torque": "e.g. 7.2 kN m",
-    "speed": "e.g. 1000 rpm",
-    "module": "by load",
-    "face_width": "by load",
-    "helix_angle": "0 deg",
-    "pressure_angle": "20 deg",
-}
 # path of an error -> the field that shows it, where it is another one
 _SHOWN_AT = {"stages.main.planets": "planets", "stages.main.module": "module", "stages.main.face_width": "face_width"}
 
@@ -247,12 +245,12 @@ class _Wizard:
             with ui.row().classes("w-full no-wrap items-start q-col-gutter-md"):
                 with ui.column().classes("q-gutter-none").style("flex: 3; min-width: 0"):
                     with ui.row().classes("w-full items-start"):
-                        self._choice("kind", {kind: kind for kind in KINDS}, "planetary")
-                        self._text("planets", "3")
-                        self._choice("held", {}, None)
-                        self._choice("driver", {}, None)
+                        self._choice("kind", {kind: kind for kind in KINDS})
+                        self._text("planets")
+                        self._choice("held", {})
+                        self._choice("driver", {})
                     with ui.row().classes("w-full items-start"):
-                        self._choice("by", {"teeth": "by their teeth", "ratio": "from a ratio"}, "teeth")
+                        self._choice("by", {"teeth": "by their teeth", "ratio": "from a ratio"})
                         self._text("teeth")
                         self._text("ratio")
                     self.proposals = ui.row().classes("w-full items-center q-gutter-xs")
@@ -263,8 +261,8 @@ class _Wizard:
                         self._text("speed")
                         for member in MEMBERS:
                             self._text(f"speed.{member}")
-                        self._choice("load", {"power": "power", "torque": "torque"}, "power")
-                        self._choice("load_member", {member: member for member in MEMBERS}, "sun")
+                        self._choice("load", {"power": "power", "torque": "torque"})
+                        self._choice("load_member", {member: member for member in MEMBERS})
                         self._text("power")
                         self._text("torque")
                     self._text("title").classes("w-full").style("flex: none")
@@ -283,18 +281,18 @@ class _Wizard:
                 self.create = plain_button("Create", self._create, main=True)
         self._rearrange()
 
-    def _text(self, name: str, value: str = "") -> ui.input:
-        label, unit = _FIELDS[name]
-        words = f"{label} [{unit}]" if unit else label
-        field = ui.input(words, value=value, placeholder=_PLACEHOLDERS.get(name, ""), on_change=self._ask)
+    def _text(self, name: str) -> ui.input:
+        label, unit, example, first = _FIELDS[name]
+        field = ui.input(f"{label} [{unit}]" if unit else label, value=first, placeholder=example, on_change=self._ask)
         field.props("dense stack-label hide-bottom-space autocomplete=off spellcheck=false").mark(f"new-{name}")
         field.style("flex: 1 1 7rem; min-width: 7rem")
         field.on("keydown.enter", self._create)
         self.fields[name] = field
         return field
 
-    def _choice(self, name: str, options: dict[str, str], value: str | None) -> None:
-        field = ui.select(options, value=value, label=_FIELDS[name][0], on_change=self._rearrange)
+    def _choice(self, name: str, options: dict[str, str]) -> None:
+        label, _, _, first = _FIELDS[name]
+        field = ui.select(options, value=first or None, label=label, on_change=self._rearrange)
         field.props("dense options-dense stack-label hide-bottom-space").style("min-width: 8rem").mark(f"new-{name}")
         self.fields[name] = field
 
@@ -316,8 +314,7 @@ class _Wizard:
             self.fields[name].set_visibility(is_shown)
         member = values["load_member"] if visible["load_member"] else self.fields["driver"].value
         for name in ("speed", "power", "torque"):
-            label, unit = _FIELDS[name]
-            self.fields[name].props["label"] = f"{label} of the {member} [{unit}]"
+            self.fields[name].props["label"] = f"{_FIELDS[name].label} of the {member} [{_FIELDS[name].unit}]"
         self._ask()
 
     def _offer(self, name: str, members: tuple[str, ...]) -> None:
@@ -430,10 +427,9 @@ class _Wizard:
 
     def _clear(self) -> None:
         """Empty fields again."""
-        first = {"kind": "planetary", "planets": "3", "by": "teeth", "load": "power", "load_member": "sun"}
         self.insists = False
         for name, field in self.fields.items():
             if name not in ("held", "driver"):
-                field.set_value(first.get(name, ""))
+                field.set_value(_FIELDS[name].first)
         self.facts.clear()
         self.proposals.clear()
