@@ -18,6 +18,7 @@ from enum import StrEnum
 from glob import escape, glob
 from inspect import Parameter, Signature, signature
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -94,7 +95,7 @@ PANELS: Mapping[str, Mapping[str, str]] = {
         "export": "A REXS file of a train.",
     },
 }
-"""Question -> command -> what it does in a line; commands that are not there are left out."""
+"""Question -> command -> what it does in a line; each command stands once."""
 
 
 class Commands(TyperGroup):
@@ -112,16 +113,11 @@ class Commands(TyperGroup):
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """Write usage, commands by question, options."""
-        shown = {name: one for name, one in self.commands.items() if not getattr(one, "hidden", False)}
-        width = max(map(len, shown), default=0) + 2
+        width = max(map(len, self.commands)) + 2
         lines = [self.help or "", "Usage: epicyclic COMMAND [MODEL] [OPTIONS]; epicyclic COMMAND --help tells more."]
         for question, names in PANELS.items():
-            own = {name: words for name, words in names.items() if name in shown}
-            lines += [typer.style(question, bold=True)] if own else []
-            lines += [_line(name, words, width) for name, words in own.items()]
-        rest = [name for name in shown if all(name not in names for names in PANELS.values())]
-        lines += [typer.style("Further", bold=True)] if rest else []
-        lines += [_line(name, shown[name].get_short_help_str(60), width) for name in rest]
+            lines.append(typer.style(question, bold=True))
+            lines += [_line(name, words, width) for name, words in names.items()]
         lines.append(typer.style("Options", bold=True))
         for parameter in self.get_params(ctx):
             words = getattr(parameter, "help", None)
@@ -442,20 +438,27 @@ Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON, xa
 Output = Annotated[Path | None, file_option(f"Write the result: {FORMATS}.")]
 
 
-def command(verb: Verb) -> Callable[..., None]:
-    """Function that runs a verb, with the signature, the name and the help that typer makes a command of."""
+def command(
+    verb: Verb, own: Callable[..., None] | None = None, more: Mapping[str, tuple[Any, Any]] = MappingProxyType({})
+) -> Callable[..., None]:
+    """Function that runs a verb, with the signature, the name and the help that typer makes a command of.
+
+    own : runs it in place of `run_verb`, with the options of its own of `more`, name -> annotation and default.
+    """
     shown = {name: entry for name, entry in keywords(verb.run).items() if entry[2].flag is not None}
     flags = {name: str(option.flag_of(name)) for name, (_, _, option) in shown.items()}
 
     def run(**given: Any) -> None:
         run_verb(verb, flags, **given)
 
+    run.__name__, run.__doc__ = verb.name, _unmarked(help_of(verb))
     words = f"Write the result: {', '.join([*verb.writers, FORMATS])}."
     if verb.model_text:
         words = f"Write it for a model file (.toml), or the result ({FORMATS})."
     source = Annotated[str, typer.Argument(metavar="FILE", help=_unmarked(verb.reads))] if verb.reads else Model
     typed = {
         "model": (source, Parameter.empty),
+        **more,
         **typed_options(shown),
         "sets": (Sets, None),
         **({} if verb.reads else {"case": (Case, None)}),
@@ -463,8 +466,7 @@ def command(verb: Verb) -> Callable[..., None]:
         "figure": (Annotated[list[str] | None, figure_option(verb.gives)], None),
         "output": (Annotated[Path | None, file_option(words)], None),
     }
-    run.__name__, run.__doc__ = verb.name, _unmarked(help_of(verb))
-    return with_signature(run, typed)
+    return with_signature(own or run, typed)
 
 
 def with_signature(run: Callable[..., None], typed: Mapping[str, tuple[Any, Any]]) -> Callable[..., None]:
@@ -484,15 +486,12 @@ def typed_options(options: Options, *, asked: bool = False) -> dict[str, tuple[A
 
     asked : a person is asked for what is not typed, so that every default is left open.
     """
-    return {
-        name: _option(option, str(option.flag_of(name)), kind, default, left=asked)
-        for name, (default, kind, option) in options.items()
-    }
+    return {name: _option(name, *options[name], left=asked) for name in options}
 
 
-def _option(option: Option, flag: str, kind: Any, default: Any, *, left: bool = False) -> tuple[Any, Any]:
+def _option(name: str, default: Any, kind: Any, option: Option, *, left: bool) -> tuple[Any, Any]:
     """Annotation and default of one option; a default that is left, or that nobody could type, is shown alone."""
-    typed = _type(kind)
+    flag, typed = str(option.flag_of(name)), _type(kind)
     if typed is bool and default is not False:
         flag = f"{flag}/--no-{flag.removeprefix('--')}"
     if isinstance(typed, type) and issubclass(typed, StrEnum) and isinstance(default, str):

@@ -402,11 +402,9 @@ def study(
     scheduler: Annotated[
         str | None, typer.Option(metavar="URL", help="A Dask scheduler that runs: tcp://HOST:8786.")
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON on stdout.")] = False,
+    as_json: Json = False,
     figure: Annotated[list[str] | None, figure_option(["study"])] = None,
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="FILE", help=f"Write the result: {FORMATS}.")
-    ] = None,
+    output: Output = None,
 ) -> None:
     """A verb over a grid, a list or a sample of values in the model file and of options, as one labelled Dataset."""
     flags = {name: f"--{name}" for name in ("store", "resume", "workers", "scheduler")}

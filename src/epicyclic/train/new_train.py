@@ -11,11 +11,11 @@ import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal, get_args
+from typing import Any, Literal, cast, get_args
 
 from ..document.document import read
 from ..document.schema import KIND_BY_NAME, nearest
-from ..document.units import Bounds, stated
+from ..document.units import Bounds, read_quantity, stated
 from ..document.writer import commented_text, quantity_text
 from ..errors import ModelError
 from ..teeth import geometry
@@ -37,7 +37,7 @@ _POWER_GAP = 0.01  # power, torque and speed agree within the rounding of a data
 _MOST_PLANETS = 12  # more do not fit around any sun that a search finds
 _MOST_STAGES = 6
 _SPREAD = 3  # teeth by which the meshes of an axis may differ: shifts serve 1.5 modules of centre distance
-_MOST_SHIFT = 2  # of a gear that is given: beyond it no tooth is left
+_SHIFTS = Bounds(low=-2, high=2)  # of a gear that is given: beyond it no tooth is left
 _ABOVE_ZERO = Bounds(low=0, above=True)
 _SLANT = Bounds(low=0, high=math.radians(45))
 _SIZES: Mapping[str, tuple[str, Bounds]] = {
@@ -157,12 +157,12 @@ def _shifts(value: ByMember, kinds: Mapping[str, str]) -> dict[str, dict[str, fl
         _one_of(word, tuple(gears), "profile_shift")
         name, gear = gears[word]
         try:
-            shifts[name][gear] = float(shift)
-        except ValueError:
-            shifts[name][gear] = math.nan
-        if not abs(shifts[name][gear]) <= _MOST_SHIFT:
-            allowed = f"a number within +-{_MOST_SHIFT:g}"
-            raise ModelError("no profile shift", path="profile_shift", given=f"{word}={shift}", allowed=allowed)
+            shifts[name][gear] = cast(float, read_quantity(shift, ("ratio",), _SHIFTS))
+        except ModelError:
+            allowed = f"a number within +-{_SHIFTS.high:g}"
+            raise ModelError(
+                "no profile shift", path="profile_shift", given=f"{word}={shift}", allowed=allowed
+            ) from None
     return shifts
 
 

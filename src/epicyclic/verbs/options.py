@@ -78,16 +78,16 @@ def share(value: float | str, path: str, most: float | None = None) -> float:
     ------
     ModelError : no positive number, or one above `most`.
     """
+    limit = "" if most is None else f", at most {100 * most:g} %"
+    return _positive(value, path, f'above zero{limit}, e.g. "20 %" or 0.2', most)
+
+
+def _positive(value: float | str, path: str, allowed: str, most: float | None = None) -> float:
+    """A number above 0 [1], at most `most`, from a number or a text with or without %. Raises ModelError."""
     try:
-        return cast(
-            float,
-            read_quantity(
-                value if isinstance(value, str) else float(value), ("ratio",), Bounds(low=0.0, high=most, above=True)
-            ),
-        )
+        number = value if isinstance(value, str) else float(value)
+        return cast(float, read_quantity(number, ("ratio",), Bounds(low=0.0, high=most, above=True)))
     except ModelError as error:
-        limit = "" if most is None else f", at most {100 * most:g} %"
-        allowed = f'above zero{limit}, e.g. "20 %" or 0.2'
         raise ModelError(error.problem, path=path, given=value, allowed=allowed) from None
 
 
@@ -206,7 +206,9 @@ def loads_of(value: Sequence[float] | str | None, points: int | None, default: i
     return tuple(float(one) for one in found)
 
 
-def settings(value: Mapping[str, object] | Sequence[str], path: str) -> dict[str, object]:
+def settings(
+    value: Mapping[str, Any] | Sequence[str], path: str, example: str = 'tip_relief.amount="0..40 um"'
+) -> dict[str, Any]:
     """Name -> text of entries ``NAME=TEXT``; a mapping stays what it is.
 
     Raises
@@ -216,13 +218,12 @@ def settings(value: Mapping[str, object] | Sequence[str], path: str) -> dict[str
     if isinstance(value, Mapping):
         return dict(value)
     found: dict[str, object] = {}
-    for text in value:
-        name, _, bounds = text.partition("=")
-        if not name.strip() or not bounds.strip():
-            raise ModelError("not bounds", path=path, given=text, allowed='tip_relief.amount="0..40 um"')
+    for name, equals, text in (str(entry).rpartition("=") for entry in value):
+        if not name.strip() or not text.strip():
+            raise ModelError("not a value with a name", path=path, given=f"{name}{equals}{text}", allowed=example)
         if name.strip() in found:
-            raise ModelError("stated twice", path=f"{path}.{name.strip()}", given=bounds.strip(), allowed="once")
-        found[name.strip()] = bounds.strip()
+            raise ModelError("stated twice", path=f"{path}.{name.strip()}", given=text.strip(), allowed="once")
+        found[name.strip()] = text.strip()
     return found
 
 
@@ -233,21 +234,8 @@ def references(reference: Mapping[str, float] | Sequence[str], path: str) -> dic
     ------
     ModelError : one is no ``NAME=K``, or K is no number above 0.
     """
-    if not isinstance(reference, Mapping):
-        pairs = [str(text).rpartition("=") for text in reference]
-        for text, (name, equals, _) in zip(reference, pairs, strict=True):
-            if not equals or not name.strip():
-                raise ModelError("not a value with a name", path=path, given=text, allowed="NAME=1.35")
-        reference = {name.strip(): value for name, _, value in pairs}  # type: ignore[misc]
-    values = {}
-    for name, value in reference.items():
-        try:
-            values[str(name)] = number = float(value)
-        except (TypeError, ValueError):
-            raise ModelError("not a number", path=path, given=value, allowed="a load factor, 1.15") from None
-        if not 0 < number < float("inf"):
-            raise ModelError("out of range", path=path, given=number, allowed="above 0")
-    return values
+    values = settings(reference, path, "NAME=1.35")
+    return {str(name): _positive(value, path, "a load factor above 0, 1.15") for name, value in values.items()}
 
 
 def _quantity(text: str, units: tuple[str, ...], path: str) -> tuple[float, str]:

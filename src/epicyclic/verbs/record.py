@@ -470,7 +470,7 @@ def _run_steps(
     names = list(steps)
     # what takes longest begins first, after the one that says what the train is: no core waits for it at the end
     order = sorted(range(len(names)), key=lambda at: (at > 0, names[at] not in STUDIES))
-    done: set[int] = set()
+    done: set[str] = set()
 
     def made(name: str) -> xr.Dataset | str:
         try:
@@ -484,15 +484,15 @@ def _run_steps(
         except ConvergenceError as error:
             return str(error)
 
+    ordered, untold = [names[at] for at in order], list(names)
+
     def arrived(turn: int, _: xr.Dataset | str) -> None:
-        before = next((i for i in range(len(names)) if i not in done), len(names))
-        done.add(order[turn])
-        after = next((i for i in range(len(names)) if i not in done), len(names))
-        for name in names[before:after]:
+        done.add(ordered[turn])
+        while untold and untold[0] in done:
+            name = untold.pop(0)
             if progress is not None:
                 progress(name)
 
-    ordered = [names[at] for at in order]
     found = each(made, ordered, arrived=arrived, kept=kept.part("sections", ordered), pickled=False)
     return [one for _, one in sorted(zip(order, found, strict=True), key=lambda pair: pair[0])]
 
@@ -543,8 +543,7 @@ def _steps(train: Train, folder: Path | None) -> dict[str, Callable[[], xr.Datas
 def _sweep(system: Callable[[], System], folder: Path | None, speed_range: str, which: int) -> xr.Dataset:
     """One of the two sweeps of a report."""
     points = _POINTS if len(system().tones) < 2 else _POINTS_OF_MANY_TONES
-    own = None if folder is None else folder / f"sweep-{speed_range}"
-    more = {} if own is None else {"folder": own, "resume": True}
+    more = _kept_in(folder, f"sweep-{speed_range}")
     result = verbs()["sweep"].run(system(), range=speed_range, points=points[which], **more)
     if speed_range == "modes":  # what is only far from operation is said to be so
         highest = 100 * float(result["speed"].max())
@@ -558,6 +557,10 @@ def _sweep(system: Callable[[], System], folder: Path | None, speed_range: str, 
 
 
 def _run(verb: Verb, train: Train, system: Callable[[], System], folder: Path | None) -> xr.Dataset:
-    keeps = folder is not None and "folder" in signature(verb.run).parameters
-    more: dict[str, Any] = {"folder": folder / verb.name, "resume": True} if keeps and folder is not None else {}
+    more = _kept_in(folder, verb.name) if "folder" in signature(verb.run).parameters else {}
     return verb.run(train if verb.drawing else system(), **more)
+
+
+def _kept_in(folder: Path | None, name: str) -> dict[str, Any]:
+    """Keywords with which a verb keeps what is done, or goes on with it, in a folder of its own."""
+    return {} if folder is None else {"folder": folder / name, "resume": True}

@@ -202,6 +202,16 @@ def refused(error: Exception, what: str = "") -> None:
     ui.notify(f"{what}{error}", type="negative", multi_line=True, timeout=_SHOWN, close_button="Close")
 
 
+def applied(session: Session, values: Mapping[str, Any], label: str, what: str = "") -> bool:
+    """Apply values to the model; whether it takes them, which is told where it does not."""
+    try:
+        session.apply(values, label)
+    except ModelError as error:
+        refused(error, what)
+        return False
+    return True
+
+
 def sentence(problem: str, allowed: str) -> str:
     """What is wrong, and what is allowed where that is known."""
     return f"{problem}; allowed: {allowed}" if allowed else problem

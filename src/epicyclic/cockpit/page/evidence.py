@@ -15,7 +15,7 @@ from ..computing.job_kinds import JOBS
 from ..processes.jobs import Job, newest_of
 from ..processes.session import Session
 from ..state.frames import QUESTIONS, Answer, number
-from .controls import Board, Words, box, button, hide, prop, refused
+from .controls import Board, Words, applied, box, button, hide, prop, refused
 from .job_bar import JobBar, JobsList, progress_text, result_of
 from .limit_window import LimitButton
 
@@ -286,10 +286,7 @@ class AnswersPane:
             line.follow_jobs(newest, self.session.rev)
 
     def apply(self, values: Mapping[str, Any], label: str) -> None:
-        try:
-            self.session.apply(values, label)
-        except ModelError as error:
-            refused(error, "It cannot be applied: ")
+        applied(self.session, values, label, "It cannot be applied: ")
 
 
 # Changes that a line has room for.
@@ -392,9 +389,7 @@ class _Line:
             mark, meaning = _MARKS.get(level, _MARKS["none"])
             self._mark.say(mark)
             prop(self._mark, "aria-label", meaning)
-            others = [mark for mark in _MARKS if mark != level and mark in self._mark.classes]
-            if others or level not in self._mark.classes:
-                self._mark.classes(add=level, remove=" ".join(others))
+            self._mark.classes(replace=f"ck-mark {level}")
             prop(self._row, "data-level", level)
             for name, words in self._numbers.items():  # a job that finds the second number leaves the first one
                 words.say(str(answer.get(name) or self._of_frame.get(name) or ""))

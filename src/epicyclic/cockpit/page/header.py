@@ -174,11 +174,9 @@ def take_away_button(session: Session) -> None:
 
 def _model(state: PageState) -> None:
     async def save() -> None:
-        try:
-            text = await asyncio.to_thread(text_of, state)
-        except ModelError as error:
-            return refused(error)
-        give(text, file_name_of(state), "application/toml")
+        text = await _computed(asyncio.to_thread(text_of, state))
+        if text is not None:
+            give(text, file_name_of(state), "application/toml")
 
     with line("Model"):
         plain_button("Model file (.toml)", save, icon="description")

@@ -16,7 +16,7 @@ from ..computing.job_kinds import JOBS, JobKind, job_keywords
 from ..processes.jobs import Job
 from ..processes.session import Session
 from ..state.state import PageState, command_line, download_needed, file_name_of, request_of, verb_script
-from .controls import Words, box, button, copy, give, hide, plain_button, prop, refused, safe_name, window
+from .controls import Words, applied, box, button, copy, give, hide, plain_button, prop, refused, safe_name, window
 
 
 class OptionFields:
@@ -181,10 +181,7 @@ class JobBar:
         if self._job is None:
             return
         result = result_of(self._job)
-        try:
-            self._session.apply(result["apply"], str(result.get("apply_label") or f"apply {self._words}"))
-        except ModelError as error:
-            refused(error)
+        applied(self._session, result["apply"], str(result.get("apply_label") or f"apply {self._words}"))
 
 
 TAKEN = ("Command line", "Script")

@@ -299,12 +299,13 @@ def empty_page(session: Session, header: Header) -> Element:
         root.props["aria-label"] = "No model is open"
         Words("h2", "Which gear train?", classes="ck-large")
         with box("ck-ways"):
-            with button("", header.new_train, classes="ck-drive ck-way"):
-                Words("b", "New train")
-                Words(text="from teeth or a ratio, power and speed; one page")
-            with button("", header.open_model, classes="ck-drive ck-way"):
-                Words("b", "Open a model")
-                Words(text="a .toml or REXS file; dropping it on the page does as well")
+            for name, words, way in (
+                ("New train", "from teeth or a ratio, power and speed; one page", header.new_train),
+                ("Open a model", "a .toml or REXS file; dropping it on the page does as well", header.open_model),
+            ):
+                with button("", way, classes="ck-drive ck-way"):
+                    Words("b", name)
+                    Words(text=words)
         Words("div", "A ready drive, to look at and to change", classes="ck-pale")
         with box("ck-drives") as drives:
             drives.props["data-keys"] = "go"
@@ -399,11 +400,7 @@ class _Page:
 
     def _preview(self, change: Mapping[str, Any] | None) -> None:
         """Show beside the curves what a change would give, its speed at once and its curves when they are computed."""
-        self._previewed = (
-            None
-            if change is None
-            else {"label": change["label"], **{name: change[name] for name in ("speed", "result")}}
-        )
+        self._previewed = change
         self._previewed_rev = self._session.rev
         self._sweep.preview(self._previewed)
         try:

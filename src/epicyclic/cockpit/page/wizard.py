@@ -10,11 +10,12 @@ from typing import Any, NamedTuple
 
 from nicegui import ui
 
-from ...document.tables import PlainTable, merge, nested, value_at
+from ...document.tables import merge, value_at
 from ...document.writer import commented_text
 from ...errors import ModelError
 from ...options import option_fields
 from ...train import NewTrainOptions
+from ...train.layouts import tables_of
 from ...train.new_train import HELD, KINDS, MEMBERS, new_train
 from ...train.resolution import load
 from ..processes.session import Session
@@ -84,12 +85,9 @@ class Preview:
 
 def drivers_of(kind: str, held: str) -> tuple[str, ...]:
     """Members that may drive; none of a differential, whose speeds are stated by member."""
-    if kind == "differential":
-        return ()
-    fixed = "carrier" if kind == "star" else "ring"
-    if kind == "planetary" and held in HELD["planetary"]:
-        fixed = held
-    return tuple(member for member in MEMBERS if member != fixed)
+    sides = HELD[kind]
+    fixed = held if held in sides else next(iter(sides), "")
+    return tuple(member for member in MEMBERS if member != fixed) if sides else ()
 
 
 def shown(fields: Mapping[str, Any]) -> dict[str, bool]:
@@ -132,7 +130,8 @@ def preview_of(fields: Mapping[str, Any]) -> Preview:
     """
     train = new_train(**_keywords(fields))
     beside = {path: _with_unit(path, text) for path in BESIDE if (text := _typed(fields, path))}
-    document = _with_values(train.document, beside)
+    assumed = {path: why for path, why in train.document["assumed"].items() if path not in beside}
+    document = merge({**train.document, "assumed": assumed}, tables_of(beside))
     try:
         model = load(document)
     except ModelError as error:
@@ -193,14 +192,6 @@ def _keywords(fields: Mapping[str, Any]) -> dict[str, Any]:
         speeds = {m: _with_unit("speed", text) for m in MEMBERS if (text := _typed(fields, f"speed.{m}"))}
         keywords |= {"speed": speeds} if speeds else {}
     return keywords
-
-
-def _with_values(document: Mapping[str, Any], values: Mapping[str, object]) -> PlainTable:
-    """The document with values put in, and without the reasons of those they replace."""
-    changed: PlainTable = {**document, "assumed": {k: v for k, v in document["assumed"].items() if k not in values}}
-    for path, value in values.items():
-        changed = merge(changed, nested(tuple(path.split(".")), value))
-    return changed
 
 
 # [s] after the last key until what comes out is worked out anew
