@@ -282,13 +282,9 @@ def _branches(
 
 def _pairs(stage_name: str, stage: StageTable, gears: Mapping[str, MemberTable]) -> list[GearPair]:
     """The pairs that mesh: named ones, and those that a single planet gear or two fixed gears leave no doubt about."""
-    implied = _implied(gears)
-    named = {frozenset(key.split("-")): (key, keys) for key, keys in stage.meshes.items()}
-    meshing = []
-    for a, b in implied:
-        key, keys = named.pop(frozenset((a, b)), (f"{a}-{b}", MeshTable()))
-        meshing.append(_pair(stage_name, key, keys, gears))
-    meshing += [_pair(stage_name, key, keys, gears) for key, keys in named.values()]
+    tables = {frozenset((a, b)): (f"{a}-{b}", MeshTable()) for a, b in _implied(gears)}
+    tables |= {frozenset(key.split("-")): (key, keys) for key, keys in stage.meshes.items()}
+    meshing = [_pair(stage_name, key, keys, gears) for key, keys in tables.values()]
     if not meshing:
         raise ModelError(
             "these gears do not say which of them mesh",

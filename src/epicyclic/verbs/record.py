@@ -390,10 +390,7 @@ def report_verbs() -> tuple[str, ...]:
 
 def report_sections() -> tuple[str, ...]:
     """Names of what a report computes, as `run_report` takes them in ``sections``."""
-    names: list[str] = []
-    for name in report_verbs():
-        names += [name, TO_MODES] if name == "sweep" else [name]
-    return tuple(_section(name) for name in (*names, *STUDIES))
+    return tuple(_section(name) for name in (*report_verbs(), TO_MODES, *STUDIES))
 
 
 def _section(name: str) -> str:
@@ -521,20 +518,16 @@ def _steps(train: Train, folder: Path | None) -> dict[str, Callable[[], xr.Datas
     from ..system.tooth_pairs import first_mesh
 
     system = cache(lambda: system_of(train))
+    names = (*report_verbs(), *["static"] * train.kinematics.locked)  # in place of all that needs speeds
     steps: dict[str, Callable[[], xr.Dataset]] = {
-        name: partial(_run, verbs()[name], train, system, folder) for name in report_verbs()
+        name: partial(_run, verbs()[name], train, system, folder) for name in names
     }
-    if train.kinematics.locked:  # in place of all that needs speeds
-        steps["static"] = partial(_run, verbs()["static"], train, system, folder)
-    if "contact" in steps:
-        steps["contact"] = lambda: verbs()["contact"].run(train, mesh=first_mesh(train), tolerance=_CONTACT)
-    if "tolerance" in steps:
-        steps |= {"tolerance": partial(verbs()["tolerance"].run, train, samples=_SAMPLES, effects="shares")}
-        if not train.document.get("tolerance"):  # nothing is missing in a model without tolerances
-            del steps["tolerance"]
-    if "sweep" in steps:
-        steps["sweep"] = partial(_sweep, system, folder, "operation", 0)
-        steps[TO_MODES] = partial(_sweep, system, folder, "modes", 1)
+    steps["contact"] = lambda: verbs()["contact"].run(train, mesh=first_mesh(train), tolerance=_CONTACT)
+    steps["tolerance"] = partial(verbs()["tolerance"].run, train, samples=_SAMPLES, effects="shares")
+    if not train.document.get("tolerance"):  # nothing is missing in a model without tolerances
+        del steps["tolerance"]
+    steps["sweep"] = partial(_sweep, system, folder, "operation", 0)
+    steps[TO_MODES] = partial(_sweep, system, folder, "modes", 1)
     support, run_out = _STUDY_POINTS
     studies = (partial(support_study, train, points=support), partial(run_out_study, train, points=run_out))
     return steps | dict(zip(STUDIES, studies, strict=True))

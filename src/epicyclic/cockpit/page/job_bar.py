@@ -232,8 +232,7 @@ _BY_SIZE, _LIKE_LAST = 2.0, 1.3
 
 def result_of(job: Job) -> Mapping[str, Any]:
     """What a job says of its result; nothing before it is done."""
-    result = job.head.get("job")
-    return result if isinstance(result, Mapping) else {}
+    return dict(job.head.get("job") or {})
 
 
 def progress_text(job: Job, rev: int) -> str:
