@@ -288,7 +288,10 @@ _SOURCE = "source : name of a ready drive, model file, dict, Train or System."
 _OVERRIDES = "overrides : path of the model file -> value; of a model, not of a Train or System."
 _PROGRESS = "progress : called with the share done, 0..1."
 _PLAIN = {"source": _SOURCE, "overrides": _OVERRIDES, "progress": _PROGRESS}
-_WIDTH = 112  # of a docstring, behind its indent
+# of a docstring, behind its indent
+_WRAPPER = textwrap.TextWrapper(
+    112, initial_indent="    ", subsequent_indent="        ", break_long_words=False, break_on_hyphens=False
+)
 
 
 class _Type(str):
@@ -332,40 +335,25 @@ def _with_keywords(doc: str, shown: Signature, options: Options) -> str:
         head, raises, rest = doc.partition("    Raises\n    ------\n")
         head, rest = f"{head.rstrip()}\n\n", f"\n{raises}{rest}" if raises else ""
     said = set(re.findall(r"(?:^ {4}|[.;]  )(\w+) :", rest, re.MULTILINE))
-    lines = [
-        line
-        for name, parameter in shown.parameters.items()
-        if name not in said
-        for line in _lines(name, parameter, options, list(shown.parameters))
-    ]
-    return f"{head}    Parameters\n    ----------\n{''.join(lines)}{rest}"
+    entries = [_entry(name, one, options, shown) for name, one in shown.parameters.items() if name not in said]
+    return f"{head}    Parameters\n    ----------\n{''.join(entries)}{rest}"
 
 
-def _lines(name: str, parameter: Parameter, options: Options, names: list[str]) -> list[str]:
+def _entry(name: str, parameter: Parameter, options: Options, shown: Signature) -> str:
     if name not in options:
         text = _PLAIN.get(name, f"{name} : {parameter.annotation!r}.")
     else:
         option = options[name][2]
         bounds, default = option.range and f", {option.range}", option.default and f", default {option.default}"
-        words = re.sub(r"--([a-z][a-z-]*)", lambda flag: _keyword(flag[1], names), option.help)
+        words = re.sub(r"--([a-z][a-z-]*)", lambda flag: _keyword(flag[1], shown), option.help)
         text = f"{name} : {type_words(options[name][1])}{bounds}{default}. {words}"
-    return [
-        f"{line}\n"
-        for line in textwrap.wrap(
-            text,
-            _WIDTH,
-            initial_indent="    ",
-            subsequent_indent="        ",
-            break_long_words=False,
-            break_on_hyphens=False,
-        )
-    ]
+    return f"{_WRAPPER.fill(text)}\n"
 
 
-def _keyword(flag: str, names: list[str]) -> str:
+def _keyword(flag: str, shown: Signature) -> str:
     """Keyword of a flag; the flag itself where the verb has none of that name."""
     name = flag.replace("-", "_")
-    return f"`{name}`" if name in names else f"--{flag}"
+    return f"`{name}`" if name in shown.parameters else f"--{flag}"
 
 
 STUDIES = ("support stiffness", "run-out")
