@@ -349,7 +349,7 @@ class FieldsPanel:
         state = self.session.state
         overrides = state.overrides if state is not None else {}
         for field in fields:
-            row = _Row(self, field, explained.get(field.path), whole=whole, is_set=field.path in overrides)
+            row = _Row(self.session, field, explained.get(field.path), whole=whole, is_set=field.path in overrides)
             self.rows.setdefault(field.path, []).append(row)
 
     # search -----------------------------------------------------------------------------------------------------------
@@ -376,27 +376,6 @@ class FieldsPanel:
             elif len(fields) > _MOST:
                 ui.label(f"{len(fields) - _MOST} more: one more word narrows it.").classes("text-caption")
 
-    # values -----------------------------------------------------------------------------------------------------------
-
-    async def commit(self, path: str, text: str) -> str:
-        """Set what was typed; the message where it is refused. What is wrong elsewhere because of it is no refusal."""
-        state = self.session.state
-        if state is None:
-            return ""
-        try:
-            value = typed_value(path, text)
-            await asyncio.to_thread(_checked, state, path, value)
-            self.session.set(path, value, released=True)
-        except ModelError as error:
-            return sentence(error.problem, error.allowed)
-        return ""
-
-    def reset(self, path: str) -> None:
-        """Take the value of the file again, which may be none."""
-        state = self.session.state
-        if state is not None:
-            self.session.set(path, file_value(state, path), released=True)
-
 
 class _Row:
     """One field: its name, its value as text, its message, and a button that takes the file's value again.
@@ -405,9 +384,9 @@ class _Row:
     """
 
     def __init__(
-        self, panel: FieldsPanel, field: Field, explained: Explanation | None, *, whole: bool, is_set: bool
+        self, session: Session, field: Field, explained: Explanation | None, *, whole: bool, is_set: bool
     ) -> None:
-        self.panel, self.path, self.whole, self.shown = panel, field.path, whole, field.text
+        self.session, self.path, self.whole, self.shown = session, field.path, whole, field.text
         if whole:  # beside each other whole paths do not fit into a column
             ui.label(field.path).classes("text-caption w-full").style("overflow-wrap: anywhere; line-height: 1.1")
         with ui.row().classes("w-full items-start no-wrap cockpit-field"):
@@ -480,16 +459,24 @@ class _Row:
             self.tell("")
 
     async def _commit(self) -> None:
-        before, text = self.shown, self.text
+        """Set what was typed, or say why it is refused. What is wrong elsewhere because of it is no refusal."""
+        state, before, text, words = self.session.state, self.shown, self.text, ""
+        if state is None:
+            return
         self.shown = text  # the state follows by itself; leaving the field twice is one change
-        words = await self.panel.commit(self.path, text)
-        if words:
-            self.shown = before
+        try:
+            value = typed_value(self.path, text)
+            await asyncio.to_thread(_checked, state, self.path, value)
+            self.session.set(self.path, value, released=True)
+        except ModelError as error:
+            self.shown, words = before, sentence(error.problem, error.allowed)
         self.tell(words)
 
     def _reset(self) -> None:
+        """Take the value of the file again, which may be none."""
         self._escape()
-        self.panel.reset(self.path)
+        if (state := self.session.state) is not None:
+            self.session.set(self.path, file_value(state, self.path), released=True)
 
 
 def _explained(fields: Sequence[Field]) -> dict[str, Explanation]:

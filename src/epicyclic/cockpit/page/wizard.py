@@ -196,8 +196,6 @@ def _keywords(fields: Mapping[str, Any]) -> dict[str, Any]:
 
 # [s] after the last key until what comes out is worked out anew
 _PAUSE = 0.25
-# path of an error -> the field that shows it, where it is another one
-_SHOWN_AT = {"stages.main.planets": "planets", "stages.main.module": "module", "stages.main.face_width": "face_width"}
 
 
 def new_button(session: Session) -> Callable[[], None]:
@@ -297,10 +295,9 @@ class _Wizard:
             return
         values = self._values()
         kind = str(values["kind"])
-        sides = HELD["planetary"] if kind == "planetary" else ()
-        self._offer("held", sides)
-        self._offer("driver", drivers_of(kind, str(values["held"] or "")))
         visible = shown(values)
+        self._offer("held", HELD[kind] if visible["held"] else ())
+        self._offer("driver", drivers_of(kind, str(values["held"] or "")))
         for name, is_shown in visible.items():
             self.fields[name].set_visibility(is_shown)
         member = values["load_member"] if visible["load_member"] else self.fields["driver"].value
@@ -367,8 +364,8 @@ class _Wizard:
             self._propose(sets_in(error.allowed))
 
     def _field_of(self, path: str) -> str | None:
-        """The field of a path: its own, or that of the table that the path is in."""
-        name = _SHOWN_AT.get(path, path)
+        """The field of a path: its own, that of its key, or that of the table that the path is in."""
+        name = next((name for name in (path, path.rpartition(".")[2]) if name in self.fields), path)
         if name == "speed" and self.fields["kind"].value == "differential":
             return "speed.sun"
         if name in self.fields:
