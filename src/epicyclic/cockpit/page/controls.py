@@ -43,6 +43,13 @@ def box(classes: str, tag: str = "div") -> Element:
     return Element(tag).classes(classes)
 
 
+def section(classes: str, label: str) -> Element:
+    """A part of the page, with its name for screen readers."""
+    part = box(f"ck-box {classes}", "section")
+    part.props["aria-label"] = label
+    return part
+
+
 def button(text: str, on_click: Callable[..., Any], *, classes: str = "ck-small", label: str = "") -> Words:
     """A native button; label : its name where the text is none."""
     control = Words("button", text, classes=classes)

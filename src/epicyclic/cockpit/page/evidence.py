@@ -15,7 +15,7 @@ from ..computing.job_kinds import JOBS
 from ..processes.jobs import Job, newest_of
 from ..processes.session import Session
 from ..state.frames import QUESTIONS, Answer, number
-from .controls import Board, Words, applied, box, button, hide, prop, refused
+from .controls import Board, Words, applied, box, button, hide, prop, refused, section
 from .job_bar import JobBar, JobsList, progress_text, result_of
 from .limit_window import LimitButton
 
@@ -28,8 +28,7 @@ class ModesList:
     def __init__(self, choose: Callable[[int | None], None]) -> None:
         self._choose = choose
         self._rows: list[_ModeRow] = []
-        with box("ck-box ck-modes", "section") as root:
-            root.props["aria-label"] = "Modes"
+        with section("ck-modes", "Modes"):
             with box("ck-title"):
                 Words("h2", "Modes")
                 self._said = Words(classes="ck-pale", text=_MODES)
@@ -119,8 +118,7 @@ class EvidenceTabs:
         self._bars: dict[str, JobBar] = {}
         self._sent: dict[str, tuple[int, int]] = {}
         self._size: tuple[float, int] = (0.0, 0)  # of the train of which the times are told
-        with box("ck-box ck-evidence", "section") as root:
-            root.props["aria-label"] = "Evidence"
+        with section("ck-evidence", "Evidence"):
             with box("ck-tabs") as tabs:
                 tabs.props.update({"role": "tablist", "aria-label": "Evidence", "data-keys": "choose"})
                 jobs = {name: (kind.label, kind.purpose) for name, kind in JOBS.items()}
@@ -244,8 +242,7 @@ class AnswersPane:
         self.session = session
         self._told: list[str] | None = None
         self.show, self.run, self.cancel, self.preview = show, run, cancel, preview
-        with box("ck-box ck-answers", "section") as root:
-            root.props["aria-label"] = "Answers"
+        with section("ck-answers", "Answers"):
             with box("ck-title ck-columns"):
                 Words("h2", "Answers")
                 for name in (*_COLUMNS, "limit"):

@@ -34,6 +34,7 @@ from .controls import (
     hide,
     prop,
     refused,
+    section,
     sentence,
     show_model,
 )
@@ -253,8 +254,7 @@ class LeversColumn:
         self._shown: object = None  # levers and words that stand on the page
         self._levers: list[LeverControl] = []
         self._assumed: Mapping[str, str] = {}
-        with box("ck-box ck-levers", "section") as root:
-            root.props["aria-label"] = "Levers"
+        with section("ck-levers", "Levers"):
             with box("ck-title"):
                 Words("h2", "Levers")
             self._list = box("ck-lever-list")
@@ -295,8 +295,7 @@ class LeversColumn:
 
 def empty_page(session: Session, header: Header) -> Element:
     """Open a file, begin a train, or take a ready drive."""
-    with box("ck-box ck-empty-page", "section") as root:
-        root.props["aria-label"] = "No model is open"
+    with section("ck-empty-page", "No model is open") as root:
         Words("h2", "Which gear train?", classes="ck-large")
         with box("ck-ways"):
             for name, words, way in (
@@ -378,11 +377,9 @@ class _Page:
             cancel=lambda name: self._evidence.cancel(name),
             preview=self._preview,
         )
-        with box("ck-box ck-train", "section") as train, box("ck-grow"):
-            train.props["aria-label"] = "Train"
+        with section("ck-train", "Train"), box("ck-grow"):
             self._train = Board("train")
-        with box("ck-box ck-sweep", "section") as sweep, box("ck-grow"):
-            sweep.props["aria-label"] = "Sweep"
+        with section("ck-sweep", "Sweep"), box("ck-grow"):
             self._sweep = Board("sweep")
         self._mode, self._modes = FollowedMode(), ModesList(self._chose)
         self._evidence = EvidenceTabs(session)
