@@ -27,33 +27,33 @@ from ..state.state import PageState
 
 
 class Words(TextElement):
-    """An element with a text; an equal one is not sent again."""
+    """An element with a text; an equal one is not sent again.  attributes : as of `box`."""
 
-    def __init__(self, tag: str = "span", text: str = "", *, classes: str = "") -> None:
+    def __init__(self, tag: str = "span", text: str = "", *, classes: str = "", **attributes: object) -> None:
         super().__init__(tag=tag, text=text)
-        self.classes(classes)
+        self.classes(classes).props.update(_dashed(attributes))
 
     def say(self, text: str) -> None:
         if self.text != text:
             self.set_text(text)
 
 
-def box(classes: str, tag: str = "div") -> Element:
-    """A container."""
-    return Element(tag).classes(classes)
+def _dashed(attributes: Mapping[str, object]) -> dict[str, object]:
+    return {name.replace("_", "-"): value for name, value in attributes.items()}
 
 
-def section(classes: str, label: str) -> Element:
-    """A part of the page, with its name for screen readers."""
-    part = box(f"ck-box {classes}", "section")
-    part.props["aria-label"] = label
-    return part
+def box(classes: str, tag: str = "div", **attributes: object) -> Element:
+    """A container.  attributes : of HTML, with underscores for dashes."""
+    element = Element(tag).classes(classes)
+    element.props.update(_dashed(attributes))
+    return element
 
 
-def button(text: str, on_click: Callable[..., Any], *, classes: str = "ck-small", label: str = "") -> Words:
-    """A native button; label : its name where the text is none."""
-    control = Words("button", text, classes=classes)
-    control.props["type"] = "button"
+def button(
+    text: str, on_click: Callable[..., Any], *, classes: str = "ck-small", label: str = "", **attributes: object
+) -> Words:
+    """A native button; label : its name where the text is none.  attributes : as of `box`."""
+    control = Words("button", text, classes=classes, type="button", **attributes)
     if label:
         control.props["aria-label"] = label
         control.props["title"] = label

@@ -40,13 +40,11 @@ class OptionFields:
     def _field(self, name: str, shape: Shape, default: str, help: str) -> None:
         words = name.replace("_", " ").capitalize()
         choices = tuple(YES) if shape.kind is bool else () if shape.several else shape.choices
-        with box("ck-choice", "label") as field:
-            field.props["title"] = help
+        with box("ck-choice", "label", title=help):
             Words(text=words, classes="ck-pale")
-            with box("ck-select", "select" if choices else "input") as control:
-                control.props["aria-label"] = words
+            with box("ck-select", "select" if choices else "input", aria_label=words) as control:
                 for word in ("", *choices) if choices else ():
-                    Words("option", word or f"as usual: {default}").props["value"] = word
+                    Words("option", word or f"as usual: {default}", value=word)
             if not choices:
                 control.props.update(
                     {"placeholder": f"{default or 'one'}; ..." if shape.several else default, "size": 14}
@@ -76,17 +74,15 @@ class JobBar:
         self._words = words
         self._job: Job | None = None
         self._head: Mapping[str, Any] = {}
-        with box("ck-job") as self.root:
-            self.root.props["data-job"] = name
-            self._again = button("Run again", lambda: run(name, self._job), classes="ck-small ck-main")
-            self._again.props["title"] = "With the same options, of the state that is shown"
+        with box("ck-job", data_job=name) as self.root:
+            again = "With the same options, of the state that is shown"
+            self._again = button("Run again", lambda: run(name, self._job), classes="ck-small ck-main", title=again)
             self._run = button("Run", lambda: run(name), classes="ck-small ck-main")
             self._cancel = button("Cancel", lambda: cancel(name))
             self._fields = OptionFields(kind, changed=self._offer)
             for what in TAKEN:
                 button(what, partial(self._take, what))
-            self._progress = box("", "progress")
-            self._progress.props.update({"max": 1, "aria-label": f"{words}: share done"})
+            self._progress = box("", "progress", max=1, aria_label=f"{words}: share done")
             self._apply = button("Apply", self._on_apply, classes="ck-small ck-main")
             self._text = Words(classes="ck-answer-text", text=kind.about)
         self._tables = ui.html("", sanitize=False).classes("ck-tables")  # of the report, which escapes what they hold
@@ -138,8 +134,7 @@ class JobBar:
         if state is None:
             return
         with window(f"{self._words}: {what.lower()}", width=720):
-            text = Words("pre", texts[what], classes="ck-code")
-            text.props["tabindex"] = "0"
+            Words("pre", texts[what], classes="ck-code", tabindex="0")
             if download_needed(state):
                 Words("p", f"Reads the model as {file_name_of(state)}: Take away has that file.", classes="ck-pale")
             with box("ck-row"):

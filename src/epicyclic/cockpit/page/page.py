@@ -34,7 +34,6 @@ from .controls import (
     hide,
     prop,
     refused,
-    section,
     sentence,
     show_model,
 )
@@ -254,7 +253,7 @@ class LeversColumn:
         self._shown: object = None  # levers and words that stand on the page
         self._levers: list[LeverControl] = []
         self._assumed: Mapping[str, str] = {}
-        with section("ck-levers", "Levers"):
+        with box("ck-box ck-levers", "section", aria_label="Levers"):
             with box("ck-title"):
                 Words("h2", "Levers")
             self._list = box("ck-lever-list")
@@ -295,7 +294,7 @@ class LeversColumn:
 
 def empty_page(session: Session, header: Header) -> Element:
     """Open a file, begin a train, or take a ready drive."""
-    with section("ck-empty-page", "No model is open") as root:
+    with box("ck-box ck-empty-page", "section", aria_label="No model is open") as root:
         Words("h2", "Which gear train?", classes="ck-large")
         with box("ck-ways"):
             for name, words, way in (
@@ -306,8 +305,7 @@ def empty_page(session: Session, header: Header) -> Element:
                     Words("b", name)
                     Words(text=words)
         Words("div", "A ready drive, to look at and to change", classes="ck-pale")
-        with box("ck-drives") as drives:
-            drives.props["data-keys"] = "go"
+        with box("ck-drives", data_keys="go"):
             for name, title in drive_titles().items():
 
                 async def show(name: str = name) -> None:
@@ -364,8 +362,7 @@ class _Page:
         self._late = False
         self._head: dict[str, Any] = {}
         self._header = Header(session)
-        with box("ck-banner") as self._banner:
-            self._banner.props["role"] = "alert"
+        with box("ck-banner", role="alert") as self._banner:
             Words(text="✗", classes="ck-mark bad")
             self._message = Words(classes="ck-answer-text")
             self._undo = button("Undo", session.undo)
@@ -377,9 +374,9 @@ class _Page:
             cancel=lambda name: self._evidence.cancel(name),
             preview=self._preview,
         )
-        with section("ck-train", "Train"), box("ck-grow"):
+        with box("ck-box ck-train", "section", aria_label="Train"), box("ck-grow"):
             self._train = Board("train")
-        with section("ck-sweep", "Sweep"), box("ck-grow"):
+        with box("ck-box ck-sweep", "section", aria_label="Sweep"), box("ck-grow"):
             self._sweep = Board("sweep")
         self._mode, self._modes = FollowedMode(), ModesList(self._chose)
         self._evidence = EvidenceTabs(session)
