@@ -144,8 +144,8 @@ def _section(verb: Verb) -> str:
     return "\n".join(lines)
 
 
-def _row(name: str, parameter: Parameter, kind: Any, option: Option) -> str:
-    cells = [f"`{name}`", _flag(name, option), f"`{_worded(kind)}`", _default(parameter, option), option.help]
+def _row(name: str, default: Any, kind: Any, option: Option) -> str:
+    cells = [f"`{name}`", _flag(name, option), f"`{_worded(kind)}`", _default(default, option), option.help]
     return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
 
 
@@ -154,10 +154,10 @@ def _flag(name: str, option: Option) -> str:
     return "" if flag is None else f"`{flag}`"
 
 
-def _default(parameter: Parameter, option: Option) -> str:
-    if parameter.default is Parameter.empty:
+def _default(default: Any, option: Option) -> str:
+    if default is Parameter.empty:
         return "required"
-    return option.default or ("" if parameter.default is None else f"`{parameter.default!r}`")
+    return option.default or ("" if default is None else f"`{default!r}`")
 
 
 def _worded(kind: Any) -> str:

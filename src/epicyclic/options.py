@@ -8,6 +8,7 @@ Keywords of the public function, command line, forms of the page, jobs of studie
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from functools import reduce
+from inspect import Parameter
 from operator import or_
 from pathlib import Path
 from types import NoneType, UnionType
@@ -58,6 +59,14 @@ class Option:
         """The help alone: `help(verb)` shows it beside the type."""
         return repr(self.help)
 
+    @property
+    def range(self) -> str:
+        """Bounds of a number in words; "" without any."""
+        if self.least is not None and self.most is not None:
+            return f"{self.least:g} to {self.most:g}"
+        ends = ((self.above, "above {:g}"), (self.least, "{:g} or more"), (self.most, "at most {:g}"))
+        return ", ".join(words.format(end) for end, words in ends if end is not None)
+
     def flag_of(self, keyword: str) -> str | None:
         """Flag of a keyword; None where it has none."""
         return f"--{keyword.replace('_', '-')}" if self.flag == "" else self.flag
@@ -107,6 +116,15 @@ def option_fields(options: type[Any]) -> dict[str, tuple[Any, Any, Option]]:
 
 YES = {"yes": True, "no": False}
 """Words of a truth value."""
+
+
+def default_words(default: object) -> str:
+    """A default as a person types it; "" where there is none."""
+    if isinstance(default, bool):
+        return "yes" if default else "no"
+    if isinstance(default, Sequence) and not isinstance(default, str):
+        return ", ".join(map(str, default))
+    return "" if default is None or default is Parameter.empty else str(default)
 
 
 def shape_of(kind: Any) -> Shape:
@@ -206,7 +224,7 @@ LinearAt = Annotated[
         'Load per length [N/m], or e.g. "200 N/mm", at which the flanks\' contact is made linear.',
         above=0,
         default="Hertz",
-        reads="load per length",
+        reads="load_per_length",
     ),
 ]
 Misalignment = Annotated[

@@ -6,7 +6,7 @@ import pytest
 import typer.main
 from typer.testing import CliRunner
 
-from epicyclic.cli.command import PANELS, panel_of
+from epicyclic.cli.command import PANELS
 from epicyclic.cli.main import app
 from epicyclic.cli.output import progress_bar
 
@@ -19,9 +19,8 @@ def commands() -> dict[str, object]:
 def test_every_command_stands_below_one_question() -> None:
     listed = [name for names in PANELS.values() for name in names]
     assert len(listed) == len(set(listed))
-    assert set(commands()) - set(listed) == set()
-    assert panel_of("modes") == "How does it vibrate?"
-    assert panel_of("nosuch") == ""
+    assert set(commands()) == set(listed)
+    assert "modes" in PANELS["How does it vibrate?"]
 
 
 def test_help_is_one_screen() -> None:

@@ -49,8 +49,8 @@ def test_json_and_a_file_and_going_on_from_it(capsys: pytest.CaptureFixture[str]
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--duration", "-1 s"], "--duration = -1 s: not a time"),
-        (["--duration", "soon"], "--duration = soon: not a time"),
+        (["--duration", "-1 s"], "--duration = -1 s: out of range"),
+        (["--duration", "soon"], "--duration = soon: not a number with a unit"),
         (["--duration", "0 s"], "--duration = 0 s: out of range"),
         (["--stop", "20 Hz"], "--stop = 20 Hz: needs the frequency at the beginning too"),
         (["--start", "-3 Hz"], "--start = -3 Hz: not a frequency"),
@@ -58,7 +58,7 @@ def test_json_and_a_file_and_going_on_from_it(capsys: pytest.CaptureFixture[str]
         (["--torque-step", "1.5"], "--torque-step = 1.5: not a torque step"),
         (["--torque-step", "x@1"], "not a torque step"),
         (["--torque-step", "1.5.5@1"], "not a torque step"),
-        (["--torque-step", "2@1 kg"], "--torque-step = 1 kg: not a time"),
+        (["--torque-step", "2@1 kg"], "--torque-step = 1 kg: unit not known"),
         (["--torque", "none.csv"], "none.csv: cannot be read"),
         (["--resume"], "--resume: needs the file of the run"),
         (["--initial", "none.nc"], "none.nc: no such file"),

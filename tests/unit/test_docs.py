@@ -114,7 +114,8 @@ def parsed() -> Iterator[Callable[[list[str]], list[str]]]:
                 patch.setattr(entry, "callback", recorded(entry.callback, seen))
         program = get_group(app)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("epicyclic.cli.command.run_verb", lambda verb, *_, **__: seen.append(verb.name))
+        for module in ("command", "main"):
+            patch.setattr(f"epicyclic.cli.{module}.run_verb", lambda verb, *_, **__: seen.append(verb.name))
 
         def names(words: list[str]) -> list[str]:
             seen.clear()

@@ -458,7 +458,7 @@ def test_a_nested_record_is_refused(tmp_path: Path) -> None:
         ("stability ren2021 --variation 1e300", "--variation"),
         ("sweep ren2021 --tolerance -1", "--tolerance"),
         ("sweep ren2021 --tolerance nan", "--tolerance"),
-        ("contact ren2021 --linear-at 0", "above 0"),
+        ("contact ren2021 --linear-at 0", "> 0"),
         ("contact ren2021 --samples 100000 --slices 1000", "would need some"),
         ("contact ren2021 --load-points 3", "is the number of loads in a range"),
         ("steady ren2021 --relative-speed nan", "--relative-speed"),

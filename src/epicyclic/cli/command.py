@@ -15,17 +15,19 @@ import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from enum import StrEnum
+from glob import escape, glob
 from inspect import Parameter, Signature, signature
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from typer.core import TyperGroup
 
 from ..errors import ModelError
-from ..options import Option, shape_of
+from ..options import Option, default_words, shape_of
 from ..results.files import write_text
-from ..verbs.record import Verb, help_of, keywords, verbs
+from ..verbs.record import Options, Verb, help_of, keywords, verbs
 from .output import (
     FORMATS,
     complain,
@@ -93,12 +95,7 @@ PANELS: Mapping[str, Mapping[str, str]] = {
         "export": "A REXS file of a train.",
     },
 }
-"""Question -> command -> what it does in a line; commands that are not there are left out."""
-
-
-def panel_of(name: str) -> str:
-    """The question that a command answers; "" of one that stands below none."""
-    return next((question for question, names in PANELS.items() if name in names), "")
+"""Question -> command -> what it does in a line; each command stands once."""
 
 
 class Commands(TyperGroup):
@@ -116,16 +113,11 @@ class Commands(TyperGroup):
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """Write usage, commands by question, options."""
-        shown = {name: one for name, one in self.commands.items() if not getattr(one, "hidden", False)}
-        width = max(map(len, shown), default=0) + 2
+        width = max(map(len, self.commands)) + 2
         lines = [self.help or "", "Usage: epicyclic COMMAND [MODEL] [OPTIONS]; epicyclic COMMAND --help tells more."]
         for question, names in PANELS.items():
-            own = {name: words for name, words in names.items() if name in shown}
-            lines += [typer.style(question, bold=True)] if own else []
-            lines += [_line(name, words, width) for name, words in own.items()]
-        rest = [name for name in shown if not panel_of(name)]
-        lines += [typer.style("Further", bold=True)] if rest else []
-        lines += [_line(name, shown[name].get_short_help_str(60), width) for name in rest]
+            lines.append(typer.style(question, bold=True))
+            lines += [_line(name, words, width) for name, words in names.items()]
         lines.append(typer.style("Options", bold=True))
         for parameter in self.get_params(ctx):
             words = getattr(parameter, "help", None)
@@ -139,7 +131,6 @@ def _line(name: str, words: str, width: int) -> str:
 
 
 _MODELS = (".toml", ".rexs", ".rexsj", ".rexsz")
-_RESULTS = (".nc", ".json")
 # folder of the ready drives: reading its names must not import the model, which takes longer than a key stroke
 _DRIVES = Path(__file__).parents[1] / "systems"
 
@@ -151,7 +142,7 @@ def model_names(incomplete: str) -> list[str]:
 
 def source_names(incomplete: str) -> list[str]:
     """The same and saved results."""
-    return _names(incomplete, (*_MODELS, *_RESULTS))
+    return _names(incomplete, (*_MODELS, ".nc", ".json"))
 
 
 def explained_names(incomplete: str) -> list[str]:
@@ -173,17 +164,13 @@ def _names(incomplete: str, suffixes: tuple[str, ...]) -> list[str]:
 def _files(incomplete: str, suffixes: tuple[str, ...]) -> list[str]:
     """Files and folders below the folder that is typed; hidden ones where a point is typed."""
     head, begin = os.path.split(incomplete)
-    folder = Path(head).expanduser() if head else Path()
-    found = []
-    for entry in sorted(os.scandir(folder), key=lambda entry: entry.name):
-        hidden = entry.name.startswith(".") and not begin.startswith(".")
-        if hidden or not entry.name.startswith(begin):
-            continue
-        name = os.path.join(head, entry.name)  # as it is typed: ~ and ./ stay
-        if entry.is_dir():
-            found.append(f"{name}/")
-        elif entry.name.lower().endswith(suffixes):
-            found.append(name)
+    folder, found = Path(head).expanduser(), list[str]()
+    for name in sorted(glob(f"{escape(begin)}*", root_dir=folder)):
+        typed = os.path.join(head, name)  # ~ and ./ stay
+        if (folder / name).is_dir():
+            found.append(f"{typed}/")
+        elif name.lower().endswith(suffixes):
+            found.append(typed)
     return found
 
 
@@ -234,7 +221,7 @@ def _command_message(name: str, group: TyperGroup) -> str:
     from ..document.document import ready_drives
 
     known = [own for own, one in group.commands.items() if not getattr(one, "hidden", False)]
-    if name in ready_drives() or name.endswith((".toml", ".rexs", ".rexsj", ".rexsz")):
+    if name in ready_drives() or name.endswith(_MODELS):
         return f"no such command '{name}'; a model stands behind the command: epicyclic check {name}"
     return f"no such command '{name}'{_nearest(name, known)}"
 
@@ -298,18 +285,14 @@ def _tell(error: KeyboardInterrupt | ModelError, folder: Path | None, keeps: str
     stopped = isinstance(error, KeyboardInterrupt)
     broken = isinstance(error, ModelError) and error.problem.startswith(("cannot be written", "the connection"))
     if folder is not None and (stopped or broken) and begun(folder):
-        command = _command(*([str(folder)] if takes_folder else []))
-        complain(f"what is done is kept in {folder}; this command continues it:\n  {command}")
+        words = ["epicyclic", *sys.argv[1:]]
+        if "--resume" not in words:
+            words += ["--resume", *[str(folder)] * takes_folder]
+        complain(f"what is done is kept in {folder}; this command continues it:\n  {shlex.join(words)}")
     elif stopped and keeps and folder is not None:
         complain("nothing was done yet that could be kept")
     elif stopped and keeps:
         complain(f"nothing is kept without {keeps}; with it, --resume goes on from where a run was stopped")
-
-
-def _command(*folder: str) -> str:
-    """The command that goes on; folder : that ``--resume`` takes."""
-    words = sys.argv[1:]
-    return shlex.join(["epicyclic", *words, *([] if "--resume" in words else ["--resume", *folder])])
 
 
 def run_verb(
@@ -350,9 +333,11 @@ def run_verb(
         named=Path(named) if named else None,
         takes_folder=takes_folder,
     )
-    with reported(), _flagged(flags), keeping as folder:
-        suffixes = (*verb.writers, *((".toml",) if verb.model_text else ()))
-        require_output(output, figure, verb.gives, as_json=as_json, further=suffixes)
+    writers: dict[str, Callable[[xr.Dataset, Path], object]] = dict(verb.writers)
+    if (model_text := verb.model_text) is not None:
+        writers[".toml"] = lambda result, file: write_text(file, model_text(result))
+    with reported(), flagged({"overrides": "--set", "case": "--case", **flags}), keeping as folder:
+        require_output(output, figure, verb.gives, as_json=as_json, further=tuple(writers))
         if figure and every and not getattr(verb.run, "joint", False):
             raise ModelError("is of one case", path="--figure", given=", ".join(figure), allowed="--case with its name")
         if verb.reads and every:
@@ -366,11 +351,8 @@ def run_verb(
             if "progress" in signature(verb.run).parameters:
                 more["progress"] = lambda done, of=1: step(done if of == 1 else done / of)
             result = further(verb.run(model, overrides=overrides or None, **options, **more))
-        if output is not None and not figure and (kind := output.suffix.lower()) in suffixes:
-            if verb.model_text is not None and kind == ".toml":
-                write_text(output, verb.model_text(result))
-            else:
-                verb.writers[kind](result, output)
+        if output is not None and not figure and (kind := output.suffix.lower()) in writers:
+            writers[kind](result, output)
             complain(f"written: {output}")
             print_result(result, as_json=as_json, beside_file=True)
         else:
@@ -400,19 +382,25 @@ def _keep_model(output: Path) -> None:
         )
 
 
+_PAIR = re.compile(r'"(\w+)": "([^"]+)"')
+_TABLE = re.compile(r"(?:\w+ = )?\{[^{}]+\}")
+
+
 @contextmanager
-def _flagged(flags: Mapping[str, str]) -> Iterator[None]:
-    """Name keywords by their flags in errors."""
-    names = {"overrides": "--set", "case": "--case", **flags}
+def flagged(flags: Mapping[str, str]) -> Iterator[None]:
+    """Name keywords by their flags in errors; a table by member is several flags on the command line."""
     try:
         yield
     except ModelError as error:
-        path = ", ".join(names.get(part, part) for part in error.path.split(", "))
+        path = ", ".join(flags.get(part, part) for part in error.path.split(", "))
         rest = str(error).removeprefix(error.path)
         if error.path in flags and isinstance(error.given, bool):
             # a flag without a value, as it was typed
             path = path if error.given else path.replace("--", "--no-", 1)
             rest = rest.removeprefix(f" = {error.given!r}")
+        if error.path in flags and (table := _TABLE.search(error.allowed)):
+            several = " ".join(f"{path} '{member}={value}'" for member, value in _PAIR.findall(table[0]))
+            rest = rest.replace(table[0], several)
         raise ModelError(path + rest) from error
 
 
@@ -450,29 +438,35 @@ Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON, xa
 Output = Annotated[Path | None, file_option(f"Write the result: {FORMATS}.")]
 
 
-def command(verb: Verb) -> Callable[..., None]:
-    """Function that runs a verb, with the signature, the name and the help that typer makes a command of."""
+def command(
+    verb: Verb, own: Callable[..., None] | None = None, more: Mapping[str, tuple[Any, Any]] = MappingProxyType({})
+) -> Callable[..., None]:
+    """Function that runs a verb, with the signature, the name and the help that typer makes a command of.
+
+    own : runs it in place of `run_verb`, with the options of its own of `more`, name -> annotation and default.
+    """
     shown = {name: entry for name, entry in keywords(verb.run).items() if entry[2].flag is not None}
     flags = {name: str(option.flag_of(name)) for name, (_, _, option) in shown.items()}
 
     def run(**given: Any) -> None:
         run_verb(verb, flags, **given)
 
+    run.__name__, run.__doc__ = verb.name, _unmarked(help_of(verb))
     words = f"Write the result: {', '.join([*verb.writers, FORMATS])}."
     if verb.model_text:
         words = f"Write it for a model file (.toml), or the result ({FORMATS})."
     source = Annotated[str, typer.Argument(metavar="FILE", help=_unmarked(verb.reads))] if verb.reads else Model
     typed = {
         "model": (source, Parameter.empty),
-        **typed_options({name: (one.default, kind, option) for name, (one, kind, option) in shown.items()}),
+        **more,
+        **typed_options(shown),
         "sets": (Sets, None),
         **({} if verb.reads else {"case": (Case, None)}),
         "as_json": (Json, False),
         "figure": (Annotated[list[str] | None, figure_option(verb.gives)], None),
         "output": (Annotated[Path | None, file_option(words)], None),
     }
-    run.__name__, run.__doc__ = verb.name, _unmarked(help_of(verb))
-    return with_signature(run, typed)
+    return with_signature(own or run, typed)
 
 
 def with_signature(run: Callable[..., None], typed: Mapping[str, tuple[Any, Any]]) -> Callable[..., None]:
@@ -487,34 +481,31 @@ def with_signature(run: Callable[..., None], typed: Mapping[str, tuple[Any, Any]
     return run
 
 
-def typed_options(options: Mapping[str, tuple[Any, Any, Option]], *, asked: bool = False) -> dict[str, tuple[Any, Any]]:
-    """Keyword -> annotation and default for typer, of keyword -> default, type and option.
+def typed_options(options: Options, *, asked: bool = False) -> dict[str, tuple[Any, Any]]:
+    """Keyword -> annotation and default for typer.
 
     asked : a person is asked for what is not typed, so that every default is left open.
     """
-    return {
-        name: _option(option, str(option.flag_of(name)), kind, default, left=asked)
-        for name, (default, kind, option) in options.items()
-    }
+    return {name: _option(name, *options[name], left=asked) for name in options}
 
 
-def _option(option: Option, flag: str, kind: Any, default: Any, *, left: bool = False) -> tuple[Any, Any]:
+def _option(name: str, default: Any, kind: Any, option: Option, *, left: bool) -> tuple[Any, Any]:
     """Annotation and default of one option; a default that is left, or that nobody could type, is shown alone."""
-    typed = _type(kind)
+    flag, typed = str(option.flag_of(name)), _type(kind)
     if typed is bool and default is not False:
         flag = f"{flag}/--no-{flag.removeprefix('--')}"
     if isinstance(typed, type) and issubclass(typed, StrEnum) and isinstance(default, str):
         default = typed(default)
     entry = typed if isinstance(typed, type) else ()
     left = left or (default is not Parameter.empty and not isinstance(default, entry))
-    words = option.default or (_worded(default) if left and default is not None else "")
+    words = option.default or (default_words(default) if left else "")
     number = {float: "number", int: "whole number"}.get(typed, "")
     made = typer.Option(
         flag,
         help=_unmarked(option.help),
         # the bounds of a number are the verb's, which tells them in its own words
         parser=_parsed(typed, number) if number else None,
-        metavar=option.metavar or (f"<{number}{_range(option)}>" if number else None),
+        metavar=option.metavar or (f"<{', '.join(filter(None, (number, option.range)))}>" if number else None),
         show_default=words or default is not None,
     )
     return (Annotated[typed | None, made], None) if left else (Annotated[typed, made], default)
@@ -537,18 +528,6 @@ def _parsed(kind: type[float] | type[int], words: str) -> Callable[[str], float]
             raise typer.BadParameter(f"{text!r} is no {words}") from None
 
     return parse
-
-
-def _range(option: Option) -> str:
-    """Words of the bounds of an option; "" without any."""
-    least, most = option.least, option.most
-    if least is None:
-        return "" if most is None else f", at most {most:g}"
-    return f", {least:g} or more" if most is None else f", {least:g} to {most:g}"
-
-
-def _worded(default: Any) -> str:
-    return ", ".join(map(str, default)) if isinstance(default, tuple) else str(default)
 
 
 def _type(kind: Any) -> Any:

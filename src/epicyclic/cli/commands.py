@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
@@ -13,7 +12,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ..errors import ConvergenceError, ModelError
-from ..results.files import write_text
 from ..rexs.file import is_rexs_name
 from .command import (
     Case,
@@ -22,6 +20,7 @@ from .command import (
     Sets,
     explained_names,
     file_option,
+    flagged,
     kept,
     model_names,
     source_names,
@@ -34,9 +33,9 @@ from .output import (
     import_model_rooms,
     on_stdout,
     parsed_overrides,
-    print_file,
     progress_bar,
     put,
+    put_text,
     reported,
     require_output,
     require_stdout,
@@ -153,11 +152,8 @@ def compare(
     from ..questions.studies.compare import compare as run
 
     overrides = parsed_overrides(sets) or None
-    try:
+    with flagged({"overrides": "--set", "variants": "--with", "sources": "A B ..."}):
         result = run(*sources, overrides=overrides, variants=[_variant(text) for text in variants or ()])
-    except ModelError as error:
-        names = {"overrides": "--set", "variants": "--with", "sources": "A B ..."}
-        raise (error.at(names[error.path]) if error.path in names else error) from None
     put({"compare": result}, output=output, figures=figure, as_json=as_json)
 
 
@@ -239,14 +235,15 @@ def report(
     """What passes and what to change, and everything the model allows, in one HTML file that opens offline."""
     cases = every_case(sets, case)
     several = len(models) > 1 or cases
-    with reported(), kept(None if several else output, keeps="" if several else "-o FILE") as folder:
+    flags = {"sections": "--sections"}
+    with reported(), flagged(flags), kept(None if several else output, keeps="" if several else "-o FILE") as folder:
         target_of(output, (".html",))
         require_stdout()
         if len(models) > _MOST:
             raise ModelError("too many models", path="MODEL", given=len(models), allowed=f"{_MOST} at most")
         if several and resume:
             raise ModelError("goes with one model and one case", path="--resume", given=", ".join(models))
-        from ..verbs.record import STUDIES, report_verbs
+        from ..verbs.record import STUDIES, report_verbs, run_report
 
         variants = _variants(models, parsed_overrides(sets, case), cases)
         if several:  # every model is read before the first is computed, which takes seconds
@@ -265,8 +262,8 @@ def report(
         results: dict[str, dict[str, Any]] = {}
         with progress_bar(f"report {' '.join(models)}", steps * len(variants) + 1) as step:
             for name, (model, overrides) in variants.items():
-                more = {} if several else {"folder": folder, "resume": resume}
-                results[name] = _run(model, overrides, names, step, more)
+                more: dict[str, Any] = {} if several else {"folder": folder, "resume": resume}
+                results[name] = run_report(model, overrides=overrides, sections=names, progress=step, **more)
             step("figures")
             from ..engine.workers import each
             from ..show.report import variants_report, write_report
@@ -298,17 +295,6 @@ def _variants(
         names += [case if len(models) == 1 else f"{stem}, {case}" for case in cases] or [stem]
         found += [(model, {**overrides, "case": case}) for case in cases] or [(model, overrides)]
     return dict(zip(distinct_names(names), found, strict=True))
-
-
-def _run(
-    model: str, overrides: dict[str, object], sections: list[str] | None, step: Any, more: dict[str, Any]
-) -> dict[str, Any]:
-    from ..verbs.record import run_report
-
-    try:
-        return run_report(model, overrides=overrides, sections=sections, progress=step, **more)
-    except ModelError as error:
-        raise (error.at("--sections") if error.path == "sections" else error) from None
 
 
 def _compared(models: Sequence[str], sets: list[str] | None, case: str | None) -> Any:
@@ -416,14 +402,13 @@ def study(
     scheduler: Annotated[
         str | None, typer.Option(metavar="URL", help="A Dask scheduler that runs: tcp://HOST:8786.")
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON on stdout.")] = False,
+    as_json: Json = False,
     figure: Annotated[list[str] | None, figure_option(["study"])] = None,
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="FILE", help=f"Write the result: {FORMATS}.")
-    ] = None,
+    output: Output = None,
 ) -> None:
     """A verb over a grid, a list or a sample of values in the model file and of options, as one labelled Dataset."""
-    with reported(), _flagged(), kept(None, keeps="--store DIR", named=store):
+    flags = {name: f"--{name}" for name in ("store", "resume", "workers", "scheduler")}
+    with reported(), flagged(flags), kept(None, keeps="--store DIR", named=store):
         require_output(output, figure, ["study"], as_json=as_json)
         import_model_rooms()
         from ..questions.studies.verbs import study as run
@@ -431,19 +416,6 @@ def study(
         with progress_bar(f"study {job}") as step:
             result = run(job, store=store, resume=resume, workers=workers, scheduler=scheduler, progress=step)
         put({"study": result}, output=output, figures=figure, as_json=as_json)
-
-
-@contextmanager
-def _flagged() -> Iterator[None]:
-    """Name keywords by their flags in errors."""
-    flags = {"store", "resume", "workers", "scheduler"}
-    try:
-        yield
-    except ModelError as error:
-        if not error.path or not set(error.path.split(", ")) <= flags:
-            raise
-        path = ", ".join(f"--{part}" for part in error.path.split(", "))
-        raise ModelError(path + str(error).removeprefix(error.path)) from error
 
 
 @reported()
@@ -456,12 +428,15 @@ def systems(
     force: Annotated[bool, typer.Option("--force", help="Replace FILE where there is one.")] = False,
 ) -> None:
     """The ready drives: names that every verb takes in place of a model file; with a name, its file."""
+    from ..document.document import drive_text, drive_titles
+
     if name is not None:
-        return _file_of(name, output, force=force, as_json=as_json)
+        if as_json:
+            allowed = f"epicyclic systems {name}, without it"
+            raise ModelError("prints names and titles only", path="--json", allowed=allowed)
+        return put_text(drive_text(name), output, ".toml", force=force)
     if output is not None:
         raise ModelError("is missing", path="NAME", allowed="the name of a ready drive, before -o FILE")
-    from ..document.document import drive_titles
-
     titles = drive_titles()
     with on_stdout():
         if as_json:
@@ -470,19 +445,3 @@ def systems(
             from ..show.console import show_pairs, stdout_console
 
             show_pairs(titles, stdout_console())
-
-
-def _file_of(name: str, output: Path | None, *, force: bool, as_json: bool) -> None:
-    """Print or copy the model file of a drive."""
-    from ..document.document import drive_text
-
-    if as_json:
-        raise ModelError("prints names and titles only", path="--json", allowed=f"epicyclic systems {name}, without it")
-    text = drive_text(name)
-    if output is None:
-        return print_file(text)
-    if not force and (output.exists() or output.is_symlink()):
-        raise ModelError("is there already", path="--output", given=str(output), allowed="another name, or --force")
-    target_of(output, (".toml",))
-    write_text(output, text)
-    complain(f"written: {output}")

@@ -10,26 +10,23 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from ..errors import ConvergenceError, ModelError
-from ..results.files import write_text
 from ..verbs.record import records, verbs
-from .command import Case, Commands, Json, Model, Output, Sets, command, file_option
+from .command import Commands, command, file_option, run_verb
 from .commands import app as cockpit
 from .commands import audit, compare, explain, report, show, study, systems
 from .new import export, import_rexs, new_command
 from .output import (
     collect_again,
     every_case,
-    figure_option,
     open_streams,
     parsed_overrides,
-    print_file,
+    put_text,
     reported,
-    target_of,
 )
 
 if TYPE_CHECKING:
@@ -64,60 +61,38 @@ def _root(version: Annotated[bool, typer.Option("--version", help="Print the ver
         raise typer.Exit
 
 
-def check(
-    model: Model,
-    resolved: Annotated[
-        bool, typer.Option("--resolved", help="Write the model with everything filled in: a model file again.")
-    ] = False,
-    everything: Annotated[
-        bool, typer.Option("--all", help="Print every table: bodies, gears, links, deviations, the origin of values.")
-    ] = False,
-    sets: Sets = None,
-    case: Case = None,
-    as_json: Json = False,
-    figure: Annotated[list[str] | None, figure_option(["check"])] = None,
-    output: Output = None,
-) -> None:
+def check(resolved: bool, everything: bool, **given: Any) -> None:
     """Ratio, speeds, torques, phases on one screen; every derived value and where it came from with --all."""
+    model, sets, case = given["model"], given["sets"], given["case"]
     if resolved:
         with reported():
             from ..document.writer import model_text
             from ..train.resolution import load, resolved_document
 
-            if output is not None:
-                target_of(output, (".toml",))
-            text = model_text(resolved_document(load(model, overrides=parsed_overrides(sets, case))))
-            if output is None:
-                print_file(text)
-            else:
-                write_text(output, text)
-    else:
-        run = command(verbs()["check"])
+            train = load(model, overrides=parsed_overrides(sets, case))
+            return put_text(model_text(resolved_document(train)), given["output"], ".toml")
 
-        def with_efficiency(result: xr.Dataset) -> xr.Dataset:
-            """Efficiency of every case beside what the train is in it, where it is known."""
-            if not every_case(sets, case):
-                return result
-            try:
-                found = verbs()["efficiency"].run(model, overrides=parsed_overrides(sets, case))
-            except (ModelError, ConvergenceError):
-                return result
-            return result.assign(train_efficiency=found["train_efficiency"])
+    def with_efficiency(result: xr.Dataset) -> xr.Dataset:
+        """Efficiency of every case beside what the train is in it, where it is known."""
+        if not every_case(sets, case):
+            return result
+        try:
+            found = verbs()["efficiency"].run(model, overrides=parsed_overrides(sets, case))
+        except (ModelError, ConvergenceError):
+            return result
+        return result.assign(train_efficiency=found["train_efficiency"])
 
-        run(
-            model=model,
-            sets=sets,
-            case=case,
-            as_json=as_json,
-            figure=figure,
-            output=output,
-            whole=everything,
-            further=with_efficiency,
-        )
+    run_verb(verbs()["check"], {}, whole=everything, further=with_efficiency, **given)
 
+
+_OF_CHECK = {
+    "resolved": ("--resolved", "Write the model with everything filled in: a model file again."),
+    "everything": ("--all", "Print every table: bodies, gears, links, deviations, the origin of values."),
+}
+_FLAGS = {name: (Annotated[bool, typer.Option(flag, help=words)], False) for name, (flag, words) in _OF_CHECK.items()}
 
 for _verb in records().values():
-    app.command()(check if _verb.name == "check" else command(_verb))
+    app.command()(command(_verb, check, _FLAGS) if _verb.name == "check" else command(_verb))
 for _function in (audit, study, import_rexs, export, compare, explain, report, show, new_command(), cockpit, systems):
     app.command("import" if _function is import_rexs else None)(_function)
 
@@ -130,9 +105,4 @@ def schema(
     with reported():
         from ..document.writer import json_schema_text
 
-        text = json_schema_text()
-        if output is None:
-            print_file(text)
-        else:
-            target_of(output, (".json",))
-            write_text(output, text)
+        put_text(json_schema_text(), output, ".json")

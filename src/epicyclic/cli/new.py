@@ -6,11 +6,11 @@
 from __future__ import annotations
 
 import json
-import re
 import shlex
 import sys
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -18,30 +18,28 @@ import typer
 
 from ..errors import ModelError
 from ..options import option_fields
-from ..results.files import require_writable, write_text
+from ..results.files import write_text
 from ..rexs.file import HEADINGS, SUFFIXES
 from ..train import NewTrainOptions
-from .command import Model, Sets, file_name, file_option, plain, typed_options, with_signature
+from ..verbs.record import command_words
+from .command import Model, Sets, file_name, file_option, flagged, plain, typed_options, with_signature
 from .output import complain, complain_of, on_stdout, parsed_overrides, reported, require_stdout, target_of
 
 if TYPE_CHECKING:
-    from ..rexs.import_train import RexsImport
     from ..rexs.stages import Entry
     from ..train.new_train import NewTrain
 
-_PAIR = re.compile(r'"(\w+)": "([^"]+)"')
-_TABLE = re.compile(r"(?:\w+ = )?\{[^{}]+\}")
 _FLAGS = {name: str(option.flag_of(name)) for name, (_, _, option) in option_fields(NewTrainOptions).items()}
 _BY_LOAD = "by load"  # answer to a question: let it be chosen
 
 
 def new(file: Path, force: bool, **given: Any) -> None:
     """A model file of a new train from teeth or ratio, power and speed; asks for what is missing in a terminal."""
-    with reported(), _flagged():
-        _check_target(file, force=force)
+    with reported(), flagged(_FLAGS):
+        target_of(file, (".toml",), name="FILE", force=force)  # before any question
         words = {name: plain(value) for name, value in given.items() if value not in (None, [])}
         train, words = _asked(words) if _asks(words) else (_made(words), words)
-        command = shlex.join(["epicyclic", "new", str(file), *_typed(words)])
+        command = shlex.join(["epicyclic", "new", str(file), *command_words(option_fields(NewTrainOptions), words)])
         chosen = f"Values under [assumed] are chosen, not given. Next: epicyclic check {file}"
         write_text(file, train.text((f"Written by: {command}", chosen)))
         with on_stdout():
@@ -56,32 +54,10 @@ def new_command() -> Callable[..., None]:
     return with_signature(new, {"file": (Annotated[Path, place], Path("train.toml")), **options, **further})
 
 
-def _check_target(file: Path, *, force: bool) -> None:
-    """Raise ModelError, before any question, for a file that cannot be written or is there already."""
-    if file.suffix.lower() != ".toml":
-        raise ModelError("no model file", path="FILE", given=str(file), allowed="a name that ends in .toml")
-    if not force and (file.exists() or file.is_symlink()):
-        raise ModelError("is there already", path="FILE", given=str(file), allowed="another name, or --force")
-    try:
-        require_writable(file)
-    except ModelError as error:
-        raise ModelError(error.problem, path="FILE", given=str(file), allowed=error.allowed) from None
-
-
 def _made(given: Mapping[str, Any]) -> NewTrain:
     from ..train.new_train import new_train
 
-    return new_train(**({"kind": "planetary"} | dict(given)))
-
-
-def _typed(words: Mapping[str, Any]) -> Iterator[str]:
-    """The flags that make the same train."""
-    for name, value in words.items():
-        if isinstance(value, Mapping):
-            yield from (word for member, text in value.items() for word in (_FLAGS[name], f"{member}={text}"))
-        else:
-            for text in value if isinstance(value, list) else [value]:
-                yield from (_FLAGS[name], str(text))
+    return new_train(**given)
 
 
 def _tell(file: Path, train: NewTrain) -> None:
@@ -117,101 +93,70 @@ def _asks(given: Mapping[str, Any]) -> bool:
 def _asked(given: dict[str, Any]) -> tuple[NewTrain, dict[str, Any]]:
     """Train and words of a person who is asked for all that is missing; a wrong answer is asked for again."""
     words = dict(given)
-    questions = _questions()
-    for name in questions:
-        _ask(name, words, questions)
+    for name in _QUESTIONS:
+        _ask(name, words)
     while True:
         try:
             return _made(words), words
         except ModelError as error:
-            name = {"ratio": "teeth", "power": "torque"}.get(error.path, error.path)
-            if name not in questions:
+            name = next((name for name in _QUESTIONS if error.path in _answers(name)), "")
+            if not name:
                 raise
             complain(f"{error.problem}; allowed: {error.allowed}" if error.allowed else error.problem)
-            for key in {"teeth": ("teeth", "ratio"), "torque": ("torque", "power")}.get(name, (name,)):
+            for key in _answers(name):
                 words.pop(key, None)
-            _ask(name, words, questions)
+            _ask(name, words)
 
 
-Question = tuple[str, str | None, Callable[[str, dict[str, Any]], None]]
+# keyword -> question, and the answer that is taken where none is given
+_QUESTIONS: Mapping[str, tuple[str, str | None]] = {
+    "kind": ("Kind: planetary, star, differential ..., or planetary,parallel", "planetary"),
+    "teeth": ("Teeth sun/planet/ring (21/39/99), or a ratio (5.7)", None),
+    "planets": ("Planets", "3"),
+    "held": ("Held member: ring or sun", "ring"),
+    "speed": ('Speed of what drives ("1000 rpm")', None),
+    "torque": ('Its torque or power ("7.2 kN m", "750 kW")', None),
+    "module": ("Normal module", _BY_LOAD),
+    "face_width": ("Face width", _BY_LOAD),
+    "helix_angle": ("Helix angle", "0 deg"),
+}
+_OF_MEMBERS = {
+    "speed": 'Speeds of two members ("sun=1000 rpm, carrier=100 rpm")',
+    "torque": 'Torque or power of one ("sun=500 N m")',
+}
 
 
-def _questions() -> dict[str, Question]:
-    """Keyword -> text of the question, its default, and what takes the answer."""
-
-    def plain(name: str) -> Callable[[str, dict[str, Any]], None]:
-        return lambda answer, words: words.update({name: answer}) if answer != _BY_LOAD else None
-
-    return {
-        "kind": ("Kind: planetary, star, differential ..., or planetary,parallel", "planetary", plain("kind")),
-        "teeth": ("Teeth sun/planet/ring (21/39/99), or a ratio (5.7)", None, _take_teeth),
-        "planets": ("Planets", "3", _take_planets),
-        "held": ("Held member: ring or sun", "ring", plain("held")),
-        "speed": ('Speed of what drives ("1000 rpm")', None, _take_speed),
-        "torque": ('Its torque or power ("7.2 kN m", "750 kW")', None, _take_load),
-        "module": ("Normal module", _BY_LOAD, plain("module")),
-        "face_width": ("Face width", _BY_LOAD, plain("face_width")),
-        "helix_angle": ("Helix angle", "0 deg", plain("helix_angle")),
-    }
+def _answers(name: str) -> tuple[str, ...]:
+    """Keywords that answer a question."""
+    return {"teeth": ("teeth", "ratio"), "torque": ("torque", "power")}.get(name, (name,))
 
 
-def _ask(name: str, words: dict[str, Any], questions: Mapping[str, Question]) -> None:
+def _ask(name: str, words: dict[str, Any]) -> None:
     """Ask one question unless it is answered. Raises KeyboardInterrupt where nobody answers any more."""
     kind = words.get("kind", "planetary")
-    taken = {"teeth": ("teeth", "ratio"), "torque": ("torque", "power")}.get(name, (name,))
-    if any(key in words for key in taken) or (name == "held" and kind != "planetary"):
+    if any(key in words for key in _answers(name)) or (name == "held" and kind != "planetary"):
         return
     if name == "speed" and "torque" in words and "power" in words:
         return
-    text, default, take = questions[name]
-    if kind == "differential" and name in ("speed", "torque"):
-        text = {
-            "speed": 'Speeds of two members ("sun=1000 rpm, carrier=100 rpm")',
-            "torque": 'Torque or power of one ("sun=500 N m")',
-        }[name]
+    text, default = _QUESTIONS[name]
+    if kind == "differential":
+        text = _OF_MEMBERS.get(name, text)
     try:
-        answer = typer.prompt(text, default=default, err=True)
+        answer = str(typer.prompt(text, default=default, err=True)).strip()
     except typer.Abort:
         raise KeyboardInterrupt from None
-    take(str(answer).strip(), words)
+    if answer != _BY_LOAD:
+        words |= _answer(name, answer)
 
 
-def _take_teeth(answer: str, words: dict[str, Any]) -> None:
-    try:
-        words["ratio"] = float(answer)
-    except ValueError:
-        words["teeth"] = answer
-
-
-def _take_planets(answer: str, words: dict[str, Any]) -> None:
-    words["planets"] = int(answer) if answer.isdecimal() else answer
-
-
-def _take_speed(answer: str, words: dict[str, Any]) -> None:
-    words["speed"] = answer.split(",") if "=" in answer else answer
-
-
-def _take_load(answer: str, words: dict[str, Any]) -> None:
-    name = "power" if answer.rstrip().endswith(("W", "hp")) else "torque"
-    words[name] = answer.split(",") if "=" in answer else answer
-
-
-@contextmanager
-def _flagged() -> Iterator[None]:
-    """Name keywords by their flags in errors."""
-    try:
-        yield
-    except ModelError as error:
-        if error.path not in _FLAGS:
-            raise
-        flag = _FLAGS[error.path]
-        text = str(error).removeprefix(error.path)
-        # a table by member is several flags on the command line
-        pairs = _TABLE.search(error.allowed)
-        if pairs is not None:
-            flags = " ".join(f"{flag} '{member}={value}'" for member, value in _PAIR.findall(pairs[0]))
-            text = text.replace(pairs[0], flags)
-        raise ModelError(flag + text) from error
+def _answer(name: str, answer: str) -> dict[str, Any]:
+    """Keyword and value that an answer gives."""
+    if name == "teeth":
+        with suppress(ValueError):
+            return {"ratio": float(answer)}
+    if name == "torque" and answer.endswith(("W", "hp")):
+        name = "power"
+    return {name: answer.split(",") if "=" in answer else answer}
 
 
 @reported()
@@ -242,42 +187,40 @@ def import_rexs(
         write_text(output, rexs_model_text(found, file))
         complain(f"written: {output}")
     complain_of(found.warnings)
+    entries: dict[str, tuple[Entry, ...]] = {kind: getattr(found, kind) for kind in HEADINGS}
     with on_stdout():
         if as_json:
-            keys = ("component", "attribute", "path", "text")
-            lists = {kind: [{key: getattr(e, key) for key in keys} for e in getattr(found, kind)] for kind in HEADINGS}
+            lists = {kind: list(map(asdict, own)) for kind, own in entries.items()}
             typer.echo(json.dumps({"version": found.file.version, "title": found.document["title"], **lists}))
         else:
-            _print_import(found)
+            types = {component.id: component.type for component in found.file.components}
+            lines = {f"{HEADINGS[kind]} ({len(own)})": _lines(own, types) for kind, own in entries.items()}
+            _print_lists(str(found.document["title"]), lines)
 
 
-def _print_import(found: RexsImport) -> None:
-    """Print the lists: of what was dropped one line for all components of a type that lost the same."""
+def _print_lists(title: str, lists: Mapping[str, Sequence[str]]) -> None:
+    """Print lines by heading."""
     from ..show.console import stdout_console
 
     console = stdout_console()
-    console.print(str(found.document["title"]), style="bold", markup=False, soft_wrap=True)
-    types = {component.id: component.type for component in found.file.components}
-    for kind, heading in HEADINGS.items():
-        entries: tuple[Entry, ...] = getattr(found, kind)
-        console.print(f"\n{heading} ({len(entries)})", style="bold", markup=False)
-        for line in _lines(entries, types):
-            console.print(line, markup=False, highlight=False, soft_wrap=True)
+    console.print(title, style="bold", markup=False, soft_wrap=True)
+    for heading, lines in lists.items():
+        console.print(f"\n{heading}", style="bold", markup=False)
+        for line in lines:
+            console.print(f"  {line}", markup=False, highlight=False, soft_wrap=True)
 
 
-def _lines(entries: tuple[Entry, ...], types: dict[int, str]) -> list[str]:
+def _lines(entries: Sequence[Entry], types: dict[int, str]) -> list[str]:
     """Lines of entries, those of one type with equal words together."""
-    groups: dict[tuple[str, str, str, str], list[int]] = {}
+    groups: dict[tuple[str, str, str], list[int]] = {}
     for entry in entries:
-        kind = "" if entry.component is None else types[entry.component]
-        groups.setdefault((kind, entry.attribute, entry.path, entry.text), []).extend(
-            [] if entry.component is None else [entry.component]
-        )
+        ids = [] if entry.component is None else [entry.component]
+        kind = "".join(types[one] for one in ids)
+        groups.setdefault((kind, entry.attribute, entry.where), []).extend(ids)
     lines = []
-    for (kind, attribute, path, text), ids in groups.items():
+    for (kind, attribute, where), ids in groups.items():
         who = f"{kind} {', '.join(map(str, ids))}: " if kind else ""
-        where = f"{path} = {text}" if path and text else path or text
-        lines.append(f"  {who}{attribute}: {where}")
+        lines.append(f"{who}{attribute}: {where}")
     return lines
 
 
@@ -295,18 +238,12 @@ def export(
 
     found = write_rexs(model, output, overrides=parsed_overrides(sets))
     complain(f"written: {output}")
+    counts = {"components": len(found.file.components), "relations": len(found.file.relations)}
     with on_stdout():
         if as_json:
-            dropped = [{"path": entry.path, "text": entry.text} for entry in found.dropped]
-            counts = {"components": len(found.file.components), "relations": len(found.file.relations)}
+            dropped = list(map(asdict, found.dropped))
             typer.echo(json.dumps({"version": found.file.version, **counts, "dropped": dropped}))
         else:
-            from ..show.console import stdout_console
-
-            console = stdout_console()
-            file = found.file
-            head = f"REXS {file.version}: {len(file.components)} components, {len(file.relations)} relations"
-            console.print(head, style="bold", markup=False)
-            console.print(f"\nNot carried ({len(found.dropped)})", style="bold", markup=False)
-            for entry in found.dropped:
-                console.print(f"  {entry.path}: {entry.text}", markup=False, highlight=False, soft_wrap=True)
+            head = f"REXS {found.file.version}: {counts['components']} components, {counts['relations']} relations"
+            lines = [f"{entry.path}: {entry.text}" for entry in found.dropped]
+            _print_lists(head, {f"Not carried ({len(lines)})": lines})

@@ -21,7 +21,7 @@ import typer
 
 from ..errors import ConvergenceError, ModelError
 from ..options import ALL_CASES
-from ..results.files import require_writable
+from ..results.files import require_writable, write_text
 from ..show.plot import FIGURE_FILES, companions, figure_names, plot, require_figures, write_figure
 from ..user_input import as_output, outputs_apart
 
@@ -128,8 +128,18 @@ def on_stdout() -> Iterator[None]:
         raise ModelError(f"cannot be written: {error.strerror or error}", path="stdout") from None
 
 
-def print_file(text: str) -> None:
-    """Print the text of a file, in UTF-8 whatever the encoding of stdout: escapes of a terminal are none of TOML."""
+def put_text(text: str, output: Path | None, suffix: str, *, force: bool = True) -> None:
+    """Write the text of a file, or print it, in UTF-8 whatever the encoding of stdout: escapes of a terminal are none
+    of TOML.
+
+    Raises
+    ------
+    ModelError : as of `target_of`; stdout is closed.
+    """
+    if output is not None:
+        target_of(output, (suffix,), force=force)
+        write_text(output, text)
+        return complain(f"written: {output}")
     with on_stdout():
         typer.echo(text.encode("utf-8"), nl=False)
 
@@ -210,19 +220,23 @@ def every_case(sets: list[str] | None, case: str | None) -> bool:
     return f"case={ALL_CASES}" in (sets or ()) if case is None else case == ALL_CASES
 
 
-def target_of(path: Path, suffixes: tuple[str, ...]) -> None:
+def target_of(path: Path, suffixes: tuple[str, ...], *, name: str = "--output", force: bool = True) -> None:
     """Make sure, before the work, that a result can be written there, and let the work not read from there.
+
+    name : of the option, for an error.  force : whether a file that is there is replaced.
 
     Raises
     ------
-    ModelError : another suffix, a file that has been read, or as of `require_writable`.
+    ModelError : another suffix, a file that is there or has been read, or as of `require_writable`.
     """
     if not path.suffix or not path.name.lower().endswith(suffixes):
-        raise ModelError("no such kind of output", path="--output", given=str(path), allowed=" or ".join(suffixes))
+        raise ModelError("no such kind of output", path=name, given=str(path), allowed=" or ".join(suffixes))
+    if not force and (path.exists() or path.is_symlink()):
+        raise ModelError("is there already", path=name, given=str(path), allowed="another name, or --force")
     try:
         require_writable(path)
     except ModelError as error:
-        raise ModelError(error.problem, path="--output", given=str(path), allowed=error.allowed) from None
+        raise ModelError(error.problem, path=name, given=str(path), allowed=error.allowed) from None
     as_output(path)
 
 

@@ -60,6 +60,7 @@ UNIT_PATTERNS: dict[str, str] = {
     "density": f"{_MASS}{_OVER}{_LENGTH}{_CUBED}",
     "pressure": f"(?:{_STRESS}|{_FORCE}{_OVER}{_AREA})",
     "viscosity": f"m?Pa{_TIMES}s",
+    "load_per_length": f"{_FORCE}{_OVER}{_LENGTH}",
     "stiffness": f"{_FORCE}{_OVER}{_LENGTH}",
     "stiffness_per_width": f"(?:{_FORCE}(?:{_OVER}{_AREA}|{_per(_LENGTH, _LENGTH)})|{_STRESS})",
     "torsional_stiffness": f"{_TORQUE}{_OVER}{_ANGLE}",
@@ -169,6 +170,7 @@ KINDS: dict[str, Kind] = {
     "density": Kind("density", "kg/m^3", 1e6, "kg/m^3, g/cm^3"),
     "pressure": Kind("stress", "Pa", 1e15, "Pa, MPa, GPa"),
     "viscosity": Kind("dynamic viscosity", "Pa s", 1e6, "mPa s, Pa s"),
+    "load_per_length": Kind("load per length", "N/m", 1e12, "N/mm, N/m"),
     "stiffness": Kind("stiffness", "N/m", 1e16, "N/m, N/um, kN/mm"),
     "stiffness_per_width": Kind("stiffness per face width", "N/m^2", 1e16, "N/(mm um), N/m^2"),
     "torsional_stiffness": Kind("torsional stiffness", "N m/rad", 1e18, "N m/rad, kN m/rad"),
@@ -488,6 +490,7 @@ LIKELY: dict[str, Ladder] = {
     "density": ((100.0, "kg/m^3"), (0.0, "g/cm^3")),
     "pressure": ((1e8, "Pa"), (1e4, "MPa"), (0.0, "GPa")),  # Young's modulus: 2.1e11, 2.1e5, 210
     "viscosity": ((1.0, "mPa s"), (0.0, "Pa s")),  # oils in gears have 3 to 300 mPa s
+    "load_per_length": ((1e5, "N/m"), (0.0, "N/mm")),  # teeth bear some hundreds of N/mm
     "stiffness": ((1e5, "N/m"), (0.0, "N/um")),
     "torsional_stiffness": ((1e4, "N m/rad"), (0.0, "kN m/rad")),
     "power": ((1e4, "W"), (10.0, "kW"), (0.0, "MW")),
@@ -594,15 +597,13 @@ class Reading:
 def stated(value: float | str, kind: str, path: str, *, bounds: Bounds = _ANY) -> float:
     """Return a number in SI as it is, and a text that a person typed in SI; a text must state its unit.
 
-    path : keyword or option, for an error.  Raises ModelError.
+    path : keyword or option, for an error.  Raises ModelError, also for a number out of bounds.
     """
-    if not isinstance(value, str):
-        return float(value)
-    if _PLAIN.fullmatch(value) and float(value) != 0:
+    if isinstance(value, str) and _PLAIN.fullmatch(value) and float(value) != 0:
         bare = BareNumber(float(value), (kind,), None)
         raise ModelError(bare.problem, path=path, given=value, allowed=bare.allowed)
     try:
-        read = read_quantity(value, (kind,), bounds)
+        read = read_quantity(value if isinstance(value, str) else float(value), (kind,), bounds)
     except ModelError as error:
         raise ModelError(error.problem, path=path, given=value, allowed=error.allowed) from None
     assert isinstance(read, float)

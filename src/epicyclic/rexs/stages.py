@@ -66,6 +66,11 @@ class Entry:
     path: str
     text: str
 
+    @property
+    def where(self) -> str:
+        """What became of it, in words."""
+        return f"{self.path} = {self.text}" if self.path and self.text else self.path or self.text
+
 
 @dataclass(slots=True, kw_only=True)
 class View:

@@ -11,11 +11,11 @@ import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal, get_args
+from typing import Any, Literal, cast, get_args
 
 from ..document.document import read
 from ..document.schema import KIND_BY_NAME, nearest
-from ..document.units import Bounds, stated
+from ..document.units import Bounds, read_quantity, stated
 from ..document.writer import commented_text, quantity_text
 from ..errors import ModelError
 from ..teeth import geometry
@@ -37,7 +37,7 @@ _POWER_GAP = 0.01  # power, torque and speed agree within the rounding of a data
 _MOST_PLANETS = 12  # more do not fit around any sun that a search finds
 _MOST_STAGES = 6
 _SPREAD = 3  # teeth by which the meshes of an axis may differ: shifts serve 1.5 modules of centre distance
-_MOST_SHIFT = 2  # of a gear that is given: beyond it no tooth is left
+_SHIFTS = Bounds(low=-2, high=2)  # of a gear that is given: beyond it no tooth is left
 _ABOVE_ZERO = Bounds(low=0, above=True)
 _SLANT = Bounds(low=0, high=math.radians(45))
 _SIZES: Mapping[str, tuple[str, Bounds]] = {
@@ -85,12 +85,11 @@ def read_wishes(options: NewTrainOptions) -> Wishes:
         raise ModelError("not a train of these stages", path="kind", given=options.kind, allowed=allowed)
     names = ["main"] if len(kinds) == 1 else [f"stage{i + 1}" for i in range(len(kinds))]
     given = {key: _by_stage(getattr(options, key), len(kinds), key) for key in ("teeth", "planets", "held", *_SIZES)}
+    given["kind"] = list(kinds)
     shifts = _shifts(options.profile_shift, dict(zip(names, kinds, strict=True)))
-    drafts = [
-        _draft(name, kind, {key: values[i] for key, values in given.items()}, shifts[name])
-        for i, (name, kind) in enumerate(zip(names, kinds, strict=True))
-    ]
-    blanks, others = _with_teeth(drafts, given["teeth"], options.ratio)
+    of_stages = [dict(zip(given, values, strict=True)) for values in zip(*given.values(), strict=True)]
+    drafts = [_draft(name, own, shifts[name]) for name, own in zip(names, of_stages, strict=True)]
+    blanks, others = _with_teeth(drafts, options.ratio)
     path = () if kinds == ["differential"] else _through(blanks, options.driver)
     operation, derived = _operation(blanks, path, options) if path else (_differential(options), {})
     for blank in blanks:
@@ -124,9 +123,10 @@ def _by_stage(value: Any, count: int, path: str) -> list[Any]:
     return entries
 
 
-def _draft(name: str, kind: str, given: Mapping[str, Any], shifts: Mapping[str, float]) -> Blank:
-    """A stage before its teeth and its size. Raises ModelError."""
-    layout, planets, held = LAYOUTS[kind], given["planets"], given["held"]
+def _draft(name: str, given: Mapping[str, Any], shifts: Mapping[str, float]) -> Blank:
+    """A stage before its size, and before its teeth where a ratio asks for them. Raises ModelError."""
+    kind, planets, held = given["kind"], given["planets"], given["held"]
+    layout = LAYOUTS[kind]
     planets = 3 if planets is None else int(planets) if isinstance(planets, str) and planets.isdecimal() else planets
     if isinstance(planets, bool) or not isinstance(planets, int) or not 1 <= planets <= _MOST_PLANETS:
         raise ModelError("no number of planets", path="planets", given=planets, allowed=f"1 to {_MOST_PLANETS}")
@@ -145,7 +145,8 @@ def _draft(name: str, kind: str, given: Mapping[str, Any], shifts: Mapping[str, 
         allowed = "profile shifts, or a distance and one shift less"
         raise ModelError(problem, path="centre_distance", given=texts["centre_distance"], allowed=allowed)
     held = held or next(iter(layout.held), None)
-    return Blank(name=name, kind=kind, teeth={}, planets=planets, held=held, shifts=shifts, texts=texts, **sizes)
+    blank = Blank(name=name, kind=kind, teeth={}, planets=planets, held=held, shifts=shifts, texts=texts, **sizes)
+    return blank if given["teeth"] is None else replace(blank, teeth=_given_teeth(given["teeth"], blank))
 
 
 def _shifts(value: ByMember, kinds: Mapping[str, str]) -> dict[str, dict[str, float]]:
@@ -157,12 +158,12 @@ def _shifts(value: ByMember, kinds: Mapping[str, str]) -> dict[str, dict[str, fl
         _one_of(word, tuple(gears), "profile_shift")
         name, gear = gears[word]
         try:
-            shifts[name][gear] = float(shift)
-        except ValueError:
-            shifts[name][gear] = math.nan
-        if not abs(shifts[name][gear]) <= _MOST_SHIFT:
-            allowed = f"a number within +-{_MOST_SHIFT:g}"
-            raise ModelError("no profile shift", path="profile_shift", given=f"{word}={shift}", allowed=allowed)
+            shifts[name][gear] = cast(float, read_quantity(shift, ("ratio",), _SHIFTS))
+        except ModelError:
+            allowed = f"a number within +-{_SHIFTS.high:g}"
+            raise ModelError(
+                "no profile shift", path="profile_shift", given=f"{word}={shift}", allowed=allowed
+            ) from None
     return shifts
 
 
@@ -188,9 +189,6 @@ def _read(value: Number | None, kind: str, path: str, bounds: Bounds, texts: dic
     if value is None:
         return None
     number = stated(value, kind, path, bounds=bounds)
-    if number not in bounds:
-        words = " to ".join(quantity_text(end, kind) for end in (bounds.low, bounds.high) if end is not None)
-        raise ModelError("out of range", path=path, given=value, allowed=f"{'above ' * (bounds.high is None)}{words}")
     texts[path] = value.strip() if isinstance(value, str) else quantity_text(float(value), kind)
     return number
 
@@ -198,9 +196,7 @@ def _read(value: Number | None, kind: str, path: str, bounds: Bounds, texts: dic
 # teeth ----------------------------------------------------------------------------------------------------------------
 
 
-def _with_teeth(
-    drafts: Sequence[Blank], given: Sequence[str | Sequence[int] | None], ratio: float | None
-) -> tuple[list[Blank], tuple[Teeth, ...]]:
+def _with_teeth(blanks: list[Blank], ratio: float | None) -> tuple[list[Blank], tuple[Teeth, ...]]:
     """Stages with their teeth, given or those of a ratio, and further teeth of that ratio, of a single stage.
 
     Raises
@@ -209,8 +205,6 @@ def _with_teeth(
     """
     if ratio is not None and (isinstance(ratio, bool) or not isinstance(ratio, (int, float)) or not abs(ratio) < 1e5):
         raise ModelError("not a ratio", path="ratio", given=ratio, allowed="a number below 100 000 in size, 5.7")
-    pairs = zip(drafts, given, strict=True)
-    blanks = [draft if teeth is None else replace(draft, teeth=_given_teeth(teeth, draft)) for draft, teeth in pairs]
     if ratio is not None and blanks[0].kind == "differential" and blanks[0].teeth:
         raise ModelError("says nothing of a differential", path="ratio", given=ratio, allowed="leave it out")
     if any(not blank.teeth for blank in blanks):

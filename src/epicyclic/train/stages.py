@@ -36,6 +36,12 @@ class Level(NamedTuple):
 Levels = tuple[Level, ...]  # nearest first
 
 
+def _levels(name: LevelName, path: str, table: object, side: str | None) -> Levels:
+    """A table, and before it that of one of its sides."""
+    own = (Level("side", f"{path}.{side}", getattr(table, side, None)),) if side else ()
+    return (*own, Level(name, path, table))
+
+
 class Stated(NamedTuple):
     """A value the file states: the value in SI, the level and the path of its key."""
 
@@ -115,8 +121,7 @@ class GearPair:
 
     def levels(self, side: str | None) -> Levels:
         """The tables that may state a key of one side of the mesh, nearest first."""
-        own = (Level("side", f"{self.path}.{side}", getattr(self.keys, side)),) if side else ()
-        return (*own, Level("mesh", self.path, self.keys))
+        return _levels("mesh", self.path, self.keys, side)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -151,9 +156,7 @@ class Plan:
 
     def member_levels(self, member: str, side: str | None = None) -> Levels:
         """The tables of a side and of its member, nearest first."""
-        table, path = self.stage.members[member], self.member_path(member)
-        own = (Level("side", f"{path}.{side}", getattr(table, side, None)),) if side else ()
-        return (*own, Level("member", path, table))
+        return _levels("member", self.member_path(member), self.stage.members[member], side)
 
     def levels(self, member: str, side: str | None = None) -> Levels:
         """The tables that may state a key of a member, or of a side of it, nearest first."""
@@ -173,9 +176,7 @@ class Plan:
 
     def split(self, member: str) -> bool:
         """Whether its halves are bodies of their own."""
-        if self.stage.members[member].neck is not None:
-            return True
-        return bool(stated_value(self.levels(member), "split", False))
+        return self.stage.members[member].neck is not None or bool(stated_value(self.levels(member), "split", False))
 
     def herringbone(self, member: str) -> bool:
         """Whether it carries two helices."""
@@ -281,13 +282,9 @@ def _branches(
 
 def _pairs(stage_name: str, stage: StageTable, gears: Mapping[str, MemberTable]) -> list[GearPair]:
     """The pairs that mesh: named ones, and those that a single planet gear or two fixed gears leave no doubt about."""
-    implied = _implied(gears)
-    named = {frozenset(key.split("-")): (key, keys) for key, keys in stage.meshes.items()}
-    meshing = []
-    for a, b in implied:
-        key, keys = named.pop(frozenset((a, b)), (f"{a}-{b}", MeshTable()))
-        meshing.append(_pair(stage_name, key, keys, gears))
-    meshing += [_pair(stage_name, key, keys, gears) for key, keys in named.values()]
+    tables = {frozenset((a, b)): (f"{a}-{b}", MeshTable()) for a, b in _implied(gears)}
+    tables |= {frozenset(key.split("-")): (key, keys) for key, keys in stage.meshes.items()}
+    meshing = [_pair(stage_name, key, keys, gears) for key, keys in tables.values()]
     if not meshing:
         raise ModelError(
             "these gears do not say which of them mesh",

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
+from ..document.units import Bounds, read_quantity, stated
 from ..errors import ModelError
 from ..options import MOST_SPEED, Option
 
@@ -26,7 +27,6 @@ _MOST_LOAD = 10_000  # per operating load: beyond any drive; squares of much mor
 # short circuits of generators and jammed mills reach some ten times the rated torque; a hundred times that is a slip
 _LARGEST_FACTOR = 1000.0
 _HERTZ = {"Hz": 1.0, "kHz": 1e3}
-_SECONDS = {"s": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0}
 
 
 def mesh_frequency(value: float | str, *, path: str, tone: float, train: Train | None) -> float:
@@ -69,20 +69,26 @@ def _given_speed(train: Train | None, path: str, value: str) -> float:
     )
 
 
-def share(value: float | str, path: str) -> float:
+def share(value: float | str, path: str, most: float | None = None) -> float:
     """A share [1] from a number [1], or a text with or without %.
+
+    most : largest one; None without a limit.
 
     Raises
     ------
-    ModelError : a text that is no positive number.
+    ModelError : no positive number, or one above `most`.
     """
-    if not isinstance(value, str):
-        return float(value)
-    found = re.fullmatch(rf"\s*{_NUMBER}\s*(%)?\s*", value)
-    number = float(found[1]) / (100 if found[2] else 1) if found else 0.0
-    if not 0.0 < number < 1e9:
-        raise ModelError("not a share", path=path, given=value, allowed='above zero, e.g. "20 %" or 0.2')
-    return number
+    limit = "" if most is None else f", at most {100 * most:g} %"
+    return _positive(value, path, f'above zero{limit}, e.g. "20 %" or 0.2', most)
+
+
+def _positive(value: float | str, path: str, allowed: str, most: float | None = None) -> float:
+    """A number above 0 [1], at most `most`, from a number or a text with or without %. Raises ModelError."""
+    try:
+        number = value if isinstance(value, str) else float(value)
+        return cast(float, read_quantity(number, ("ratio",), Bounds(low=0.0, high=most, above=True)))
+    except ModelError as error:
+        raise ModelError(error.problem, path=path, given=value, allowed=allowed) from None
 
 
 def frequency_band(text: str, path: str) -> tuple[float, float]:
@@ -117,21 +123,6 @@ def frequency(value: float | str, path: str) -> float:
     return number * _HERTZ[unit]
 
 
-def seconds(value: float | str, path: str) -> float:
-    """A time [s] from a number [s], or a text with its unit s, ms, min or h.
-
-    Raises
-    ------
-    ModelError : a text that is no time of zero or more, or that has no unit.
-    """
-    if not isinstance(value, str):
-        return float(value)
-    number, unit = _quantity(value, tuple(_SECONDS), path)
-    if not 0.0 <= number < 1e9:
-        raise ModelError("not a time", path=path, given=value, allowed='a time, e.g. "0.5 s" or "20 ms"')
-    return number * _SECONDS[unit]
-
-
 def torque_step(value: tuple[float, float] | str) -> tuple[float, float]:
     """Factor and time [s] of a torque step, from ``FACTOR@TIME`` where it is a text.
 
@@ -145,7 +136,7 @@ def torque_step(value: tuple[float, float] | str) -> tuple[float, float]:
     found = re.fullmatch(rf"\s*{_NUMBER}\s*", factor)
     if found is None or not at:
         raise ModelError("not a torque step", path="torque_step", given=value, allowed='FACTOR@TIME, e.g. "1.5@0.2 s"')
-    return _real_step(float(found[1]), seconds(time, "torque_step"), value)
+    return _real_step(float(found[1]), stated(time, "time", "torque_step", bounds=Bounds(low=0.0)), value)
 
 
 def _real_step(factor: float, time: float, given: object) -> tuple[float, float]:
@@ -215,7 +206,9 @@ def loads_of(value: Sequence[float] | str | None, points: int | None, default: i
     return tuple(float(one) for one in found)
 
 
-def settings(value: Mapping[str, object] | Sequence[str], path: str) -> dict[str, object]:
+def settings(
+    value: Mapping[str, Any] | Sequence[str], path: str, example: str = 'tip_relief.amount="0..40 um"'
+) -> dict[str, Any]:
     """Name -> text of entries ``NAME=TEXT``; a mapping stays what it is.
 
     Raises
@@ -225,13 +218,12 @@ def settings(value: Mapping[str, object] | Sequence[str], path: str) -> dict[str
     if isinstance(value, Mapping):
         return dict(value)
     found: dict[str, object] = {}
-    for text in value:
-        name, _, bounds = text.partition("=")
-        if not name.strip() or not bounds.strip():
-            raise ModelError("not bounds", path=path, given=text, allowed='tip_relief.amount="0..40 um"')
+    for name, equals, text in (str(entry).rpartition("=") for entry in value):
+        if not name.strip() or not text.strip():
+            raise ModelError("not a value with a name", path=path, given=f"{name}{equals}{text}", allowed=example)
         if name.strip() in found:
-            raise ModelError("stated twice", path=f"{path}.{name.strip()}", given=bounds.strip(), allowed="once")
-        found[name.strip()] = bounds.strip()
+            raise ModelError("stated twice", path=f"{path}.{name.strip()}", given=text.strip(), allowed="once")
+        found[name.strip()] = text.strip()
     return found
 
 
@@ -242,39 +234,8 @@ def references(reference: Mapping[str, float] | Sequence[str], path: str) -> dic
     ------
     ModelError : one is no ``NAME=K``, or K is no number above 0.
     """
-    if not isinstance(reference, Mapping):
-        pairs = [str(text).rpartition("=") for text in reference]
-        for text, (name, equals, _) in zip(reference, pairs, strict=True):
-            if not equals or not name.strip():
-                raise ModelError("not a value with a name", path=path, given=text, allowed="NAME=1.35")
-        reference = {name.strip(): value for name, _, value in pairs}  # type: ignore[misc]
-    values = {}
-    for name, value in reference.items():
-        try:
-            values[str(name)] = number = float(value)
-        except (TypeError, ValueError):
-            raise ModelError("not a number", path=path, given=value, allowed="a load factor, 1.15") from None
-        if not 0 < number < float("inf"):
-            raise ModelError("out of range", path=path, given=number, allowed="above 0")
-    return values
-
-
-def load_per_length(value: float | str, path: str) -> float:
-    """A load per length [N/m] from a number [N/m], or a text with its unit.
-
-    Raises
-    ------
-    ModelError : a text without a unit, or of another quantity.
-    """
-    from ..document.units import Bounds, stated
-
-    if isinstance(value, str):
-        _refuse_bare(value, "N/mm", path)  # teeth bear some hundreds of N/mm
-    try:
-        return stated(value, "stiffness", path, bounds=Bounds(low=0.0, above=True))
-    except ModelError as error:
-        allowed = 'a load per length above 0, e.g. "200 N/mm"'
-        raise ModelError(error.problem, path=path, given=value, allowed=allowed) from None
+    values = settings(reference, path, "NAME=1.35")
+    return {str(name): _positive(value, path, "a load factor above 0, 1.15") for name, value in values.items()}
 
 
 def _quantity(text: str, units: tuple[str, ...], path: str) -> tuple[float, str]:
@@ -284,16 +245,11 @@ def _quantity(text: str, units: tuple[str, ...], path: str) -> tuple[float, str]
     ------
     ModelError : a number other than 0 without a unit.
     """
-    _refuse_bare(text, units[0], path)
-    found = re.fullmatch(rf"\s*{_NUMBER}\s*({'|'.join(units)})?\s*", text)
-    return (float(found[1]), found[2] or units[0]) if found else (float("nan"), units[0])
-
-
-def _refuse_bare(text: str, unit: str, path: str) -> None:
-    """Refuse a number other than 0 without a unit, with the likely one."""
     number = text.strip()
     if re.fullmatch(_NUMBER, number) and float(number) != 0.0:
-        raise ModelError(f'a number without a unit: "{number} {unit}"?', path=path, given=text)
+        raise ModelError(f'a number without a unit: "{number} {units[0]}"?', path=path, given=text)
+    found = re.fullmatch(rf"{_NUMBER}\s*({'|'.join(units)})?", number)
+    return (float(found[1]), found[2] or units[0]) if found else (float("nan"), units[0])
 
 
 def relative_speed(speed: float | str, path: str, drive: Drive) -> float:
@@ -380,8 +336,6 @@ def _quantity_of(kind: str) -> Reader:
     """Reader of a quantity within the bounds of its option: a number in SI, a text must say its unit."""
 
     def read(value: float | str, path: str, _: Drive, option: Option) -> float:
-        from ..document.units import Bounds, stated
-
         low = option.least if option.above is None else option.above
         return stated(value, kind, path, bounds=Bounds(low=low, high=option.most, above=option.above is not None))
 
@@ -392,21 +346,11 @@ def _bins_of(kind: str) -> Reader:
     """Reader of a number of bins, or of their edges: in SI, or a text with the unit behind the last."""
 
     def read(value: int | Sequence[float] | str, path: str, *_: Any) -> int | Sequence[float]:
-        from ..document.units import stated
-
         if not isinstance(value, str):
             return value.tolist() if hasattr(value, "tolist") else value
         return int(value) if value.isdecimal() else [stated(str(one), kind, path) for one in spread(value, 2, path)]
 
     return read
-
-
-def _share_within(value: float | str, path: str, _: Drive, option: Option) -> float:
-    """A share [1] within the bounds of its option."""
-    number = share(value, path)
-    if option.most is not None and number > option.most:
-        raise ModelError("out of range", path=path, given=value, allowed=f"at most {100 * option.most:g} %")
-    return number
 
 
 Reader = Callable[[Any, str, "Drive", Option], Any]
@@ -415,14 +359,12 @@ Reader = Callable[[Any, str, "Drive", Option], Any]
 READERS: Mapping[str, Reader] = {
     "relative speed": lambda value, path, drive, _: relative_speed(value, path, drive),
     "frequency": lambda value, path, *_: frequency(value, path),
-    "share": _share_within,
-    "time": lambda value, path, *_: seconds(value, path),
-    "load per length": lambda value, path, *_: load_per_length(value, path),
+    "share": lambda value, path, _, option: share(value, path, option.most),
     "torque step": lambda value, *_: torque_step(value),
     "torque bins": _bins_of("torque"),
     "speed bins": _bins_of("speed"),
     "settings": lambda value, path, *_: settings(value, path),
     "references": lambda value, path, *_: references(value, path),
-    **{kind: _quantity_of(kind) for kind in ("angle", "length", "torque", "viscosity")},
+    **{kind: _quantity_of(kind) for kind in ("angle", "length", "load_per_length", "time", "torque", "viscosity")},
 }
 """Name, as `Option.reads` has it -> reader."""

@@ -93,25 +93,27 @@ def records() -> Mapping[str, Verb]:
     return {record.name: record for record in sorted(found, key=lambda record: record.name)}
 
 
-def keywords(run: Callable[..., Any]) -> dict[str, tuple[Parameter, Any, Option]]:
-    """Keyword -> parameter, type and option of every keyword of a verb that has an option."""
-    found = {}
-    for name, parameter in signature(run).parameters.items():
-        annotation = run.__annotations__.get(name)
-        if get_origin(annotation) is Annotated:
-            kind, option = get_args(annotation)
-            found[name] = parameter, kind, option
-    return found
+Options = Mapping[str, tuple[Any, Any, Option]]
+"""Keyword -> default, `Parameter.empty` of what must be given, type and option."""
 
 
-def command_words(run: Callable[..., Any], values: Mapping[str, Any]) -> list[str]:
-    """Words of the command line that give the keywords of a verb these values; of None there are none."""
-    known, words = keywords(run), list[str]()
+def keywords(run: Callable[..., Any]) -> dict[str, tuple[Any, Any, Option]]:
+    """`Options` of a verb: every keyword that has an option."""
+    return {
+        name: (parameter.default, *get_args(annotation))
+        for name, parameter in signature(run).parameters.items()
+        if get_origin(annotation := run.__annotations__.get(name)) is Annotated
+    }
+
+
+def command_words(known: Options, values: Mapping[str, Any]) -> list[str]:
+    """Words of the command line that give keywords these values; of None there are none."""
+    words: list[str] = []
     for name, value in given(**values).items():
-        parameter, kind, option = known[name]
+        default, kind, option = known[name]
         flag = str(option.flag_of(name))
         if isinstance(value, bool):
-            no = [] if parameter.default is False else [f"--no-{flag.removeprefix('--')}"]
+            no = [] if default is False else [f"--no-{flag.removeprefix('--')}"]
             words += [flag] if value else no
         elif isinstance(value, Mapping):
             words += [word for key, one in value.items() for word in (flag, f"{key}={one}")]
@@ -233,10 +235,7 @@ def _check_bounds(name: str, value: object, option: Option) -> None:
     number, least, most, above = float(value), option.least, option.most, option.above
     below = (least is not None and number < least) or (above is not None and number <= above)
     if not isfinite(number) or below or (most is not None and number > most):
-        low = f"above {above:g}" if above is not None else "" if least is None else f"{least:g} or more"
-        high = "" if most is None else f"at most {most:g}"
-        allowed = f"{least:g} to {most:g}" if least is not None and high else ", ".join(filter(None, (low, high)))
-        raise ModelError("out of range", path=name, given=value, allowed=allowed or "a finite number")
+        raise ModelError("out of range", path=name, given=value, allowed=option.range or "a finite number")
 
 
 def given(**options: Any) -> dict[str, Any]:
@@ -289,8 +288,10 @@ _SOURCE = "source : name of a ready drive, model file, dict, Train or System."
 _OVERRIDES = "overrides : path of the model file -> value; of a model, not of a Train or System."
 _PROGRESS = "progress : called with the share done, 0..1."
 _PLAIN = {"source": _SOURCE, "overrides": _OVERRIDES, "progress": _PROGRESS}
-_WIDTH = 112  # of a docstring, behind its indent
-Options = Mapping[str, tuple[Parameter, Any, Option]]
+# of a docstring, behind its indent
+_WRAPPER = textwrap.TextWrapper(
+    112, initial_indent="    ", subsequent_indent="        ", break_long_words=False, break_on_hyphens=False
+)
 
 
 class _Type(str):
@@ -317,7 +318,7 @@ def described(signature: Signature, doc: str, options: Options) -> tuple[Signatu
 
     Parameters
     ----------
-    options : keyword -> parameter, type and option, as of `keywords`.
+    options : as of `keywords`.
     """
     parameters = []
     for name, one in signature.parameters.items():
@@ -334,47 +335,25 @@ def _with_keywords(doc: str, shown: Signature, options: Options) -> str:
         head, raises, rest = doc.partition("    Raises\n    ------\n")
         head, rest = f"{head.rstrip()}\n\n", f"\n{raises}{rest}" if raises else ""
     said = set(re.findall(r"(?:^ {4}|[.;]  )(\w+) :", rest, re.MULTILINE))
-    lines = [
-        line
-        for name, parameter in shown.parameters.items()
-        if name not in said
-        for line in _lines(name, parameter, options, list(shown.parameters))
-    ]
-    return f"{head}    Parameters\n    ----------\n{''.join(lines)}{rest}"
+    entries = [_entry(name, one, options, shown) for name, one in shown.parameters.items() if name not in said]
+    return f"{head}    Parameters\n    ----------\n{''.join(entries)}{rest}"
 
 
-def _lines(name: str, parameter: Parameter, options: Options, names: list[str]) -> list[str]:
+def _entry(name: str, parameter: Parameter, options: Options, shown: Signature) -> str:
     if name not in options:
         text = _PLAIN.get(name, f"{name} : {parameter.annotation!r}.")
     else:
         option = options[name][2]
-        default = option.default and f", default {option.default}"
-        words = re.sub(r"--([a-z][a-z-]*)", lambda flag: _keyword(flag[1], names), option.help)
-        text = f"{name} : {type_words(options[name][1])}{_bounds(option)}{default}. {words}"
-    return [
-        f"{line}\n"
-        for line in textwrap.wrap(
-            text,
-            _WIDTH,
-            initial_indent="    ",
-            subsequent_indent="        ",
-            break_long_words=False,
-            break_on_hyphens=False,
-        )
-    ]
+        bounds, default = option.range and f", {option.range}", option.default and f", default {option.default}"
+        words = re.sub(r"--([a-z][a-z-]*)", lambda flag: _keyword(flag[1], shown), option.help)
+        text = f"{name} : {type_words(options[name][1])}{bounds}{default}. {words}"
+    return f"{_WRAPPER.fill(text)}\n"
 
 
-def _keyword(flag: str, names: list[str]) -> str:
+def _keyword(flag: str, shown: Signature) -> str:
     """Keyword of a flag; the flag itself where the verb has none of that name."""
     name = flag.replace("-", "_")
-    return f"`{name}`" if name in names else f"--{flag}"
-
-
-def _bounds(option: Option) -> str:
-    parts = [] if option.least is None else [f"{option.least:g} or more"]
-    parts += [] if option.most is None else [f"at most {option.most:g}"]
-    parts += [] if option.above is None else [f"above {option.above:g}"]
-    return f", {', '.join(parts)}" if parts else ""
+    return f"`{name}`" if name in shown.parameters else f"--{flag}"
 
 
 STUDIES = ("support stiffness", "run-out")
@@ -399,10 +378,7 @@ def report_verbs() -> tuple[str, ...]:
 
 def report_sections() -> tuple[str, ...]:
     """Names of what a report computes, as `run_report` takes them in ``sections``."""
-    names: list[str] = []
-    for name in report_verbs():
-        names += [name, TO_MODES] if name == "sweep" else [name]
-    return tuple(_section(name) for name in (*names, *STUDIES))
+    return tuple(_section(name) for name in (*report_verbs(), TO_MODES, *STUDIES))
 
 
 def _section(name: str) -> str:
@@ -479,7 +455,7 @@ def _run_steps(
     names = list(steps)
     # what takes longest begins first, after the one that says what the train is: no core waits for it at the end
     order = sorted(range(len(names)), key=lambda at: (at > 0, names[at] not in STUDIES))
-    done: set[int] = set()
+    done: set[str] = set()
 
     def made(name: str) -> xr.Dataset | str:
         try:
@@ -493,15 +469,15 @@ def _run_steps(
         except ConvergenceError as error:
             return str(error)
 
+    ordered, untold = [names[at] for at in order], list(names)
+
     def arrived(turn: int, _: xr.Dataset | str) -> None:
-        before = next((i for i in range(len(names)) if i not in done), len(names))
-        done.add(order[turn])
-        after = next((i for i in range(len(names)) if i not in done), len(names))
-        for name in names[before:after]:
+        done.add(ordered[turn])
+        while untold and untold[0] in done:
+            name = untold.pop(0)
             if progress is not None:
                 progress(name)
 
-    ordered = [names[at] for at in order]
     found = each(made, ordered, arrived=arrived, kept=kept.part("sections", ordered), pickled=False)
     return [one for _, one in sorted(zip(order, found, strict=True), key=lambda pair: pair[0])]
 
@@ -530,20 +506,16 @@ def _steps(train: Train, folder: Path | None) -> dict[str, Callable[[], xr.Datas
     from ..system.tooth_pairs import first_mesh
 
     system = cache(lambda: system_of(train))
+    names = (*report_verbs(), *["static"] * train.kinematics.locked)  # in place of all that needs speeds
     steps: dict[str, Callable[[], xr.Dataset]] = {
-        name: partial(_run, verbs()[name], train, system, folder) for name in report_verbs()
+        name: partial(_run, verbs()[name], train, system, folder) for name in names
     }
-    if train.kinematics.locked:  # in place of all that needs speeds
-        steps["static"] = partial(_run, verbs()["static"], train, system, folder)
-    if "contact" in steps:
-        steps["contact"] = lambda: verbs()["contact"].run(train, mesh=first_mesh(train), tolerance=_CONTACT)
-    if "tolerance" in steps:
-        steps |= {"tolerance": partial(verbs()["tolerance"].run, train, samples=_SAMPLES, effects="shares")}
-        if not train.document.get("tolerance"):  # nothing is missing in a model without tolerances
-            del steps["tolerance"]
-    if "sweep" in steps:
-        steps["sweep"] = partial(_sweep, system, folder, "operation", 0)
-        steps[TO_MODES] = partial(_sweep, system, folder, "modes", 1)
+    steps["contact"] = lambda: verbs()["contact"].run(train, mesh=first_mesh(train), tolerance=_CONTACT)
+    steps["tolerance"] = partial(verbs()["tolerance"].run, train, samples=_SAMPLES, effects="shares")
+    if not train.document.get("tolerance"):  # nothing is missing in a model without tolerances
+        del steps["tolerance"]
+    steps["sweep"] = partial(_sweep, system, folder, "operation", 0)
+    steps[TO_MODES] = partial(_sweep, system, folder, "modes", 1)
     support, run_out = _STUDY_POINTS
     studies = (partial(support_study, train, points=support), partial(run_out_study, train, points=run_out))
     return steps | dict(zip(STUDIES, studies, strict=True))
@@ -552,8 +524,7 @@ def _steps(train: Train, folder: Path | None) -> dict[str, Callable[[], xr.Datas
 def _sweep(system: Callable[[], System], folder: Path | None, speed_range: str, which: int) -> xr.Dataset:
     """One of the two sweeps of a report."""
     points = _POINTS if len(system().tones) < 2 else _POINTS_OF_MANY_TONES
-    own = None if folder is None else folder / f"sweep-{speed_range}"
-    more = {} if own is None else {"folder": own, "resume": True}
+    more = _kept_in(folder, f"sweep-{speed_range}")
     result = verbs()["sweep"].run(system(), range=speed_range, points=points[which], **more)
     if speed_range == "modes":  # what is only far from operation is said to be so
         highest = 100 * float(result["speed"].max())
@@ -567,6 +538,10 @@ def _sweep(system: Callable[[], System], folder: Path | None, speed_range: str, 
 
 
 def _run(verb: Verb, train: Train, system: Callable[[], System], folder: Path | None) -> xr.Dataset:
-    keeps = folder is not None and "folder" in signature(verb.run).parameters
-    more: dict[str, Any] = {"folder": folder / verb.name, "resume": True} if keeps and folder is not None else {}
+    more = _kept_in(folder, verb.name) if "folder" in signature(verb.run).parameters else {}
     return verb.run(train if verb.drawing else system(), **more)
+
+
+def _kept_in(folder: Path | None, name: str) -> dict[str, Any]:
+    """Keywords with which a verb keeps what is done, or goes on with it, in a folder of its own."""
+    return {} if folder is None else {"folder": folder / name, "resume": True}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -32,6 +32,13 @@ class FakeJob:
     message: str = ""
     dataset_path: Path | None = None
     asked_to_end: bool = False
+    rev: int = 1
+    died: bool = False
+    head: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def ended(self) -> bool:
+        return self.status in ("done", "cancelled", "failed")
 
     def cancel(self) -> None:
         self.asked_to_end = True
@@ -128,6 +135,8 @@ class FakeSession:
         return self.others
 
     async def save(self, path: Path, *, force: bool = False) -> Path:
+        if path.suffix != ".toml":
+            raise ModelError("is no model file", path="save", given=str(path), allowed="a path that ends in .toml")
         if path.exists() and not force:
             raise ModelError("is there already", path="save", given=str(path), allowed="overwrite it, or another name")
         text = text_of(self.now)

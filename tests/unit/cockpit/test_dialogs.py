@@ -315,7 +315,7 @@ def test_the_report_is_a_job_that_can_be_cancelled(tmp_path: Path) -> None:
     async def talk(user: User, session: FakeSession) -> None:
         user.find("Take away").click()
         user.find("HTML report").click()
-        await user.should_see("25%, 9 s left")
+        await user.should_see("25 %, about 9 s left")
         user.find("Cancel").click()
         assert session.job.asked_to_end
         session.job.status = "cancelled"

@@ -613,16 +613,14 @@ def test_the_fields_of_a_job_are_options_of_its_verb(name: str) -> None:
     kind = JOBS[name]
     keywords = kind.keywords()
     assert set(keywords) == set(kind.options)
-    for parameter, accepted, option in keywords.values():
+    for name_of, (usual, accepted, option) in keywords.items():
         shape = shape_of(accepted)
         assert option.help
-        default = kind.defaults.get(parameter.name, parameter.default)
+        default = kind.defaults.get(name_of, usual)
         if isinstance(default, (bool, int, float)):  # what a field shows as usual may be typed into it
             typed = ("no", "yes")[default] if isinstance(default, bool) else str(default)
-            read = shape.read(typed, parameter.name)
-            assert (
-                READERS[option.reads](read, parameter.name, Drive("ren2021"), option) if option.reads else read
-            ) == default
+            read = shape.read(typed, name_of)
+            assert (READERS[option.reads](read, name_of, Drive("ren2021"), option) if option.reads else read) == default
 
 
 def test_what_stands_in_the_fields_of_a_job_is_what_it_runs_with() -> None:

@@ -177,7 +177,7 @@ def test_a_train_of_few_words_runs() -> None:
         ({"teeth": "21/39/99", "speed": "1 rpm"}, "torque", "or power"),
         ({"teeth": "21/39/99", "torque": "9 kN m", **LOAD}, "power", "two of power, torque and speed"),
         ({"teeth": "21/39/99", "module": "10", **LOAD}, "module", "length"),
-        ({"teeth": "21/39/99", "module": 10, **LOAD}, "module", "100 mm"),
+        ({"teeth": "21/39/99", "module": 10, **LOAD}, "module", "<= 0.1 m"),
         ({"teeth": "21/39/99", "held": "carrier", **LOAD}, "held", "a star"),
         ({"teeth": "21/39/99", "driver": "ring", **LOAD}, "driver", "sun or carrier"),
         ({"teeth": "21/39/99", "kind": "planetry", **LOAD}, "kind", "planetary"),

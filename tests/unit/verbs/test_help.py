@@ -33,8 +33,8 @@ def test_help_has_every_keyword_with_its_type(name: str) -> None:
 def test_help_has_units_and_defaults(name: str) -> None:
     verb = verbs()[name]
     said = " ".join((verb.run.__doc__ or "").split())
-    for keyword, (parameter, _, option) in keywords(verb.run).items():
-        assert parameter.default is signature(verb.run).parameters[keyword].default
+    for keyword, (default, _, option) in keywords(verb.run).items():
+        assert default is signature(verb.run).parameters[keyword].default
         for unit in re.findall(r"\[[^\]]+\]", option.help):
             assert unit in said
         assert not option.default or option.default in said
@@ -64,7 +64,7 @@ def test_flags_become_keywords() -> None:
     text = "Do it.\n\n    Raises\n    ------\n    ModelError : no.\n    "
     shown, doc = described(signature(run), text, {"contact_loss": (parameter, bool, option)})
     assert isinstance(shown, Signature)
-    assert "contact_loss : bool, 1 or more, above 0, default chosen. With `contact_loss`, not with --other." in doc
+    assert "contact_loss : bool, above 0, 1 or more, default chosen. With `contact_loss`, not with --other." in doc
     assert doc.index("Parameters") < doc.index("contact_loss :") < doc.index("Raises")
 
 

@@ -8,7 +8,16 @@ import pytest
 
 from epicyclic.document.units import Bounds, read_quantity, stated
 from epicyclic.errors import ModelError
-from epicyclic.verbs.options import frequency, load_per_length, loads_of, seconds, settings, spread, torque_step
+from epicyclic.options import Option
+from epicyclic.verbs.options import READERS, frequency, loads_of, settings, share, spread, torque_step
+
+
+def seconds(value: float | str, path: str) -> float:
+    return float(READERS["time"](value, path, None, Option("", least=0)))  # type: ignore[arg-type]
+
+
+def load_per_length(value: float | str, path: str) -> float:
+    return float(READERS["load_per_length"](value, path, None, Option("", above=0)))  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(("text", "value"), [("20 Hz", 20.0), ("0.6kHz", 600.0), ("2e1 Hz", 20.0)])
@@ -38,18 +47,27 @@ def test_times_and_steps() -> None:
 
 @pytest.mark.parametrize("text", ["20", "2e1", "-3", " 20 "])
 def test_a_number_without_a_unit_is_refused_with_the_likely_one(text: str) -> None:
-    number = text.strip()
-    for read, unit in ((frequency, "Hz"), (seconds, "s")):
-        with pytest.raises(ModelError, match=re.escape(f'start = {text}: a number without a unit: "{number} {unit}"?')):
+    number = f"{float(text):g}"
+    for read, unit, shown in ((frequency, "Hz", text.strip()), (seconds, "s", number)):
+        with pytest.raises(ModelError, match=re.escape(f'start = {text}: a number without a unit: "{shown} {unit}"?')):
             read(text, "start")
     with pytest.raises(ModelError, match=re.escape(f'"{number} s"?')):
         torque_step(f"1.5@{text}")
 
 
+def test_shares() -> None:
+    assert [share(value, "band") for value in (0.2, "0.2", "20 %", " 20% ")] == [0.2] * 4
+    for value in ("0", "-1 %", "much", "20 Hz", 0.0, float("nan")):
+        with pytest.raises(ModelError, match=r'band.*allowed: above zero, e\.g\. "20 %" or 0\.2'):
+            share(value, "band")
+    with pytest.raises(ModelError, match="at most 90 %"):
+        share("91 %", "near", 0.9)
+
+
 def test_a_load_per_length() -> None:
     assert [load_per_length(value, "linear_at") for value in (3e5, "300 N/mm", "0.3 kN/mm")] == [3e5, 3e5, 3e5]
     for text in ("300 N", "0 N/m", "-1 N/m", "much"):
-        with pytest.raises(ModelError, match=r"linear_at.*200 N/mm"):
+        with pytest.raises(ModelError, match=r"linear_at.*load per length \(N/mm, N/m\), > 0"):
             load_per_length(text, "linear_at")
     with pytest.raises(ModelError, match=r'linear_at = 300: a number without a unit: "300 N/mm"\?'):
         load_per_length("300", "linear_at")

@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
-from inspect import Parameter, signature
+from inspect import signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 from warnings import catch_warnings
@@ -475,8 +475,8 @@ class JobKind:
     question: str = ""
     frame: Callable[..., PageFrame] | None = None
 
-    def keywords(self) -> dict[str, tuple[Parameter, Any, Option]]:
-        """Keyword -> parameter, type and option of the verb, of those that may be chosen."""
+    def keywords(self) -> dict[str, tuple[Any, Any, Option]]:
+        """Keyword -> default, type and option of the verb, of those that may be chosen."""
         from ...verbs.record import keywords, verbs
 
         known = keywords(verbs()[self.verb].run)

@@ -7,9 +7,10 @@ sweep and the evidence.
 
 from __future__ import annotations
 
+import asyncio
 import base64
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Awaitable, Callable, Iterator, Mapping
 from contextlib import contextmanager
 from inspect import isawaitable
 from typing import Any, Literal
@@ -26,26 +27,33 @@ from ..state.state import PageState
 
 
 class Words(TextElement):
-    """An element with a text; an equal one is not sent again."""
+    """An element with a text; an equal one is not sent again.  attributes : as of `box`."""
 
-    def __init__(self, tag: str = "span", text: str = "", *, classes: str = "") -> None:
+    def __init__(self, tag: str = "span", text: str = "", *, classes: str = "", **attributes: object) -> None:
         super().__init__(tag=tag, text=text)
-        self.classes(classes)
+        self.classes(classes).props.update(_dashed(attributes))
 
     def say(self, text: str) -> None:
         if self.text != text:
             self.set_text(text)
 
 
-def box(classes: str, tag: str = "div") -> Element:
-    """A container."""
-    return Element(tag).classes(classes)
+def _dashed(attributes: Mapping[str, object]) -> dict[str, object]:
+    return {name.replace("_", "-"): value for name, value in attributes.items()}
 
 
-def button(text: str, on_click: Callable[..., Any], *, classes: str = "ck-small", label: str = "") -> Words:
-    """A native button; label : its name where the text is none."""
-    control = Words("button", text, classes=classes)
-    control.props["type"] = "button"
+def box(classes: str, tag: str = "div", **attributes: object) -> Element:
+    """A container.  attributes : of HTML, with underscores for dashes."""
+    element = Element(tag).classes(classes)
+    element.props.update(_dashed(attributes))
+    return element
+
+
+def button(
+    text: str, on_click: Callable[..., Any], *, classes: str = "ck-small", label: str = "", **attributes: object
+) -> Words:
+    """A native button; label : its name where the text is none.  attributes : as of `box`."""
+    control = Words("button", text, classes=classes, type="button", **attributes)
     if label:
         control.props["aria-label"] = label
         control.props["title"] = label
@@ -201,6 +209,16 @@ def refused(error: Exception, what: str = "") -> None:
     ui.notify(f"{what}{error}", type="negative", multi_line=True, timeout=_SHOWN, close_button="Close")
 
 
+def applied(session: Session, values: Mapping[str, Any], label: str, what: str = "") -> bool:
+    """Apply values to the model; whether it takes them, which is told where it does not."""
+    try:
+        session.apply(values, label)
+    except ModelError as error:
+        refused(error, what)
+        return False
+    return True
+
+
 def sentence(problem: str, allowed: str) -> str:
     """What is wrong, and what is allowed where that is known."""
     return f"{problem}; allowed: {allowed}" if allowed else problem
@@ -244,6 +262,25 @@ def heard(session: Session, element: Element, **callbacks: Callable[..., Any]) -
         return call
 
     session.listen(**{name: within(callback) for name, callback in callbacks.items()})
+
+
+class Later:
+    """Work that is done once, a moment after it was last asked for, in the slot of an element that is still there."""
+
+    def __init__(self, place: Element, work: Callable[[], Awaitable[object]]) -> None:
+        self._place, self._work = place, work
+        self._asked = 0
+
+    def ask(self, seconds: float) -> None:
+        """Ask for the work, so many seconds from now."""
+        self._asked += 1
+        background_tasks.create(self._wait(seconds, self._asked))
+
+    async def _wait(self, seconds: float, number: int) -> None:
+        await asyncio.sleep(seconds)
+        if number == self._asked and not self._place.is_deleted:
+            with self._place:
+                await self._work()
 
 
 # panes ----------------------------------------------------------------------------------------------------------------

@@ -15,7 +15,7 @@ from ..computing.job_kinds import JOBS
 from ..processes.jobs import Job, newest_of
 from ..processes.session import Session
 from ..state.frames import QUESTIONS, Answer, number
-from .controls import Board, Words, box, button, hide, prop, refused
+from .controls import Board, Words, applied, box, button, hide, prop, refused
 from .job_bar import JobBar, JobsList, progress_text, result_of
 from .limit_window import LimitButton
 
@@ -28,14 +28,11 @@ class ModesList:
     def __init__(self, choose: Callable[[int | None], None]) -> None:
         self._choose = choose
         self._rows: list[_ModeRow] = []
-        with box("ck-box ck-modes", "section") as root:
-            root.props["aria-label"] = "Modes"
+        with box("ck-box ck-modes", "section", aria_label="Modes"):
             with box("ck-title"):
                 Words("h2", "Modes")
-                self._said = Words(classes="ck-pale", text=_MODES)
-                self._said.props["role"] = "status"
-            self._list = box("ck-mode-list")
-            self._list.props["data-keys"] = "go"
+                self._said = Words(classes="ck-pale", text=_MODES, role="status")
+            self._list = box("ck-mode-list", data_keys="go")
         self._chosen_index: int | None = None
 
     def follow(self, head: Mapping[str, Any]) -> None:
@@ -65,8 +62,7 @@ class ModesList:
 class _ModeRow:
     def __init__(self, click: Callable[[int], None]) -> None:
         self._index = -1
-        self.root = box("ck-mode", "button").on("click", lambda _: click(self._index))
-        self.root.props["type"] = "button"
+        self.root = box("ck-mode", "button", type="button").on("click", lambda _: click(self._index))
         with self.root:
             self._number = Words("small")
             self._frequency, self._label, self._met = Words("b"), Words(), Words("i")
@@ -119,10 +115,8 @@ class EvidenceTabs:
         self._bars: dict[str, JobBar] = {}
         self._sent: dict[str, tuple[int, int]] = {}
         self._size: tuple[float, int] = (0.0, 0)  # of the train of which the times are told
-        with box("ck-box ck-evidence", "section") as root:
-            root.props["aria-label"] = "Evidence"
-            with box("ck-tabs") as tabs:
-                tabs.props.update({"role": "tablist", "aria-label": "Evidence", "data-keys": "choose"})
+        with box("ck-box ck-evidence", "section", aria_label="Evidence"):
+            with box("ck-tabs", role="tablist", aria_label="Evidence", data_keys="choose"):
                 jobs = {name: (kind.label, kind.purpose) for name, kind in JOBS.items()}
                 first = (
                     *(next(name for name, kind in JOBS.items() if kind.quick is quick) for quick in (True, False)),
@@ -130,13 +124,9 @@ class EvidenceTabs:
                 )
                 for name, (words, purpose) in (_TABS | jobs | {_LIST: ("Jobs", "All jobs of this page")}).items():
                     # a line before computed views, before jobs of some time, and before their list
-                    tab = button(
-                        words,
-                        partial(self.show, name),
-                        classes=f"ck-tab{' ck-first' * (name in first)}{' ck-has-mark' * (name in JOBS)}",
-                    )
-                    tab.props.update({"role": "tab", "title": purpose})
-                    self._tabs[name] = tab
+                    classes = f"ck-tab{' ck-first' * (name in first)}{' ck-has-mark' * (name in JOBS)}"
+                    show = partial(self.show, name)
+                    self._tabs[name] = button(words, show, classes=classes, role="tab", title=purpose)
             for name, kind in JOBS.items():
                 self._bars[name] = JobBar(session, kind, run=self.run, cancel=self.cancel)
             with box("ck-grow") as self._drawn:
@@ -244,15 +234,13 @@ class AnswersPane:
         self.session = session
         self._told: list[str] | None = None
         self.show, self.run, self.cancel, self.preview = show, run, cancel, preview
-        with box("ck-box ck-answers", "section") as root:
-            root.props["aria-label"] = "Answers"
+        with box("ck-box ck-answers", "section", aria_label="Answers"):
             with box("ck-title ck-columns"):
                 Words("h2", "Answers")
                 for name in (*_COLUMNS, "limit"):
                     Words(text="now" if name == "figure" else name, classes="ck-figure ck-pale")
                 Words(text="No strength rating: nothing here says that the teeth are strong enough.", classes="ck-pale")
-            with box("ck-answer-list") as self._list:
-                self._list.props["aria-live"] = "polite"
+            with box("ck-answer-list", aria_live="polite") as self._list:
                 self._checks = box("ck-checks")
                 self._lines = {key: _Line(key, question, self) for key, question in QUESTIONS.items()}
         for kind in JOBS.values():
@@ -272,9 +260,8 @@ class AnswersPane:
             self._checks.clear()
             with self._checks:
                 for text in texts:
-                    with box("ck-answer ck-check") as failing:
-                        failing.props.update({"data-check": "", "title": text})
-                        Words(text="✗", classes="ck-mark bad").props.update({"aria-label": "fails", "role": "img"})
+                    with box("ck-answer ck-check", data_check="", title=text):
+                        Words(text="✗", classes="ck-mark bad", aria_label="fails", role="img")
                         Words(text=text, classes="ck-answer-text")
         for answer in head.get("answers") or ():
             if (line := self._lines.get(str(answer["key"]))) is not None:
@@ -286,10 +273,7 @@ class AnswersPane:
             line.follow_jobs(newest, self.session.rev)
 
     def apply(self, values: Mapping[str, Any], label: str) -> None:
-        try:
-            self.session.apply(values, label)
-        except ModelError as error:
-            refused(error, "It cannot be applied: ")
+        applied(self.session, values, label, "It cannot be applied: ")
 
 
 # Changes that a line has room for.
@@ -302,8 +286,7 @@ class _Changes:
     def __init__(self, pane: AnswersPane) -> None:
         self._pane = pane
         self._changes: Sequence[Mapping[str, Any]] = ()
-        with box("ck-changes") as self._row:
-            self._row.props.update({"role": "group", "aria-label": "Changes that move it away"})
+        with box("ck-changes", role="group", aria_label="Changes that move it away") as self._row:
             self._buttons = [self._button(place) for place in range(_MOST_CHANGES)]
         hide(self._row, True)
 
@@ -338,14 +321,11 @@ class _Line:
         self._of_frame: Mapping[str, Any] = self._answer
         self._jobs: Mapping[str, Job] = {}
         self._pane = pane
-        with box("ck-answer") as self._row:
-            self._row.props["data-answer"] = key
-            self._mark = Words(text="·", classes="ck-mark none")
-            self._mark.props["role"] = "img"
+        with box("ck-answer", data_answer=key) as self._row:
+            self._mark = Words(text="·", classes="ck-mark none", role="img")
             self._numbers = {name: Words(classes="ck-figure") for name in _COLUMNS}
             self._limit = LimitButton(pane.session)
-            self._more = button("", self._unfold, classes="ck-more", label="Whole answer")
-            self._more.props["aria-expanded"] = "false"
+            self._more = button("", self._unfold, classes="ck-more", label="Whole answer", aria_expanded="false")
             with box("ck-answer-text") as self._words:
                 self._text = Words(text=question, classes="ck-pale")
             self._words.on("click", self._unfold)
@@ -392,9 +372,7 @@ class _Line:
             mark, meaning = _MARKS.get(level, _MARKS["none"])
             self._mark.say(mark)
             prop(self._mark, "aria-label", meaning)
-            others = [mark for mark in _MARKS if mark != level and mark in self._mark.classes]
-            if others or level not in self._mark.classes:
-                self._mark.classes(add=level, remove=" ".join(others))
+            self._mark.classes(replace=f"ck-mark {level}")
             prop(self._row, "data-level", level)
             for name, words in self._numbers.items():  # a job that finds the second number leaves the first one
                 words.say(str(answer.get(name) or self._of_frame.get(name) or ""))

@@ -12,7 +12,7 @@ from collections.abc import Awaitable, Callable, Mapping, Sequence
 from itertools import takewhile
 from typing import Any
 
-from nicegui import background_tasks, ui
+from nicegui import ui
 
 from ...document.tables import PlainTable
 from ...document.units import KINDS
@@ -33,7 +33,7 @@ from ..state.model_file import (
     typed_value,
 )
 from ..state.state import PageState, request_of, with_text
-from .controls import enlarge_button, fold, heard, icon_button, plain_button, sentence
+from .controls import Later, enlarge_button, fold, heard, icon_button, plain_button, sentence
 
 # text -----------------------------------------------------------------------------------------------------------------
 
@@ -106,7 +106,6 @@ class TextPanel:
         self.session = session
         self.shown = ""
         self.kept: str | None = None
-        self.waiting = False
         self.newest: PageState | None = None
         with ui.column().classes("w-full q-gutter-none cockpit-text").style("min-width: 0") as self.root:
             with ui.row().classes("w-full items-center"):
@@ -136,6 +135,7 @@ class TextPanel:
         ui.on("cockpit-dark", lambda event: self.editor.set_theme("vscodeDark" if event.args else "basicLight"))
         ui.add_css(_WRONG_LINE)
         ui.run_javascript(_WATCH)
+        self.later = Later(self.root, self._follow)
         heard(session, self.root, state=self._changed)
         self.conflict.set_visibility(False)
         self._marks()
@@ -145,34 +145,31 @@ class TextPanel:
 
     def _changed(self, _: object = None) -> None:
         """The state is another one: its text follows a moment later."""
-        if not self.waiting and self.session.state is not None:
-            self.waiting = True
-            background_tasks.create(self._follow())
+        self.later.ask(_FOLLOWS if self.shown else 0)
 
     async def _follow(self) -> None:
-        await asyncio.sleep(_FOLLOWS if self.shown else 0)
-        self.waiting = False
         state = self.session.state
-        if state is None or state is self.newest or self.root.is_deleted:
+        if state is None or state is self.newest:
             return
+        problem = ""
         try:
             text = await asyncio.to_thread(text_of, state)
         except ModelError as error:
-            if not self.root.is_deleted:
-                self.message.set_text(str(error))
-            return
+            text, problem = self.shown, str(error)
         if self.root.is_deleted:
             return
-        with self.root:
-            self.newest = state
-            if text == self.shown:
-                return
-            if (self.editor.value or "") in (self.shown, text):
-                self._show(text)
-            else:
-                self.shown = text
-                self.conflict.set_visibility(True)
-                self._marks()
+        if problem:
+            self.message.set_text(problem)
+            return
+        self.newest = state
+        if text == self.shown:
+            return
+        if (self.editor.value or "") in (self.shown, text):
+            self._show(text)
+        else:
+            self.shown = text
+            self.conflict.set_visibility(True)
+            self._marks()
 
     def _show(self, text: str) -> None:
         self.shown = text
@@ -260,8 +257,6 @@ class FieldsPanel:
         self.tables: PlainTable = {}
         self.base: str | None = None
         self.rows: dict[str, list[_Row]] = {}
-        self.waiting = False
-        self.searches = 0
         with ui.column().classes("w-full q-gutter-none cockpit-fields") as self.root:
             with ui.row().classes("w-full items-center no-wrap"):
                 self.search = ui.input("Search all fields", on_change=self._typed)
@@ -270,30 +265,26 @@ class FieldsPanel:
             self.found = ui.column().classes("w-full q-gutter-none")
             self.tree = ui.column().classes("w-full q-gutter-none")
         ui.add_css(_LOOK)
+        self.later, self.searching = Later(self.root, self._follow), Later(self.root, self._search)
         heard(session, self.root, state=self._changed, failed=self._failed)
         self._changed()
 
     # in step with the state -------------------------------------------------------------------------------------------
 
     def _changed(self, _: object = None) -> None:
-        if not self.waiting and self.session.state is not None:
-            self.waiting = True
-            background_tasks.create(self._follow())
+        self.later.ask(_FOLLOWS if self.base is not None else 0)
 
     async def _follow(self) -> None:
-        await asyncio.sleep(_FOLLOWS if self.base is not None else 0)
-        self.waiting = False
         state = self.session.state
-        if state is None or self.root.is_deleted:
+        if state is None:
             return
         self.tables = current_tables(state)
-        with self.root:
-            if state.base != self.base:
-                await self._renew(state)
-            else:
-                for path, rows in self.rows.items():
-                    for row in rows:
-                        row.follow(field_at(self.tables, path), is_set=path in state.overrides)
+        if state.base != self.base:
+            await self._renew(state)
+        else:
+            for path, rows in self.rows.items():
+                for row in rows:
+                    row.follow(field_at(self.tables, path), is_set=path in state.overrides)
 
     async def _renew(self, state: PageState) -> None:
         """Another model: build its tables anew, all closed."""
@@ -358,56 +349,32 @@ class FieldsPanel:
         state = self.session.state
         overrides = state.overrides if state is not None else {}
         for field in fields:
-            row = _Row(self, field, explained.get(field.path), whole=whole, is_set=field.path in overrides)
+            row = _Row(self.session, field, explained.get(field.path), whole=whole, is_set=field.path in overrides)
             self.rows.setdefault(field.path, []).append(row)
 
     # search -----------------------------------------------------------------------------------------------------------
 
     def _typed(self) -> None:
-        self.searches += 1
-        background_tasks.create(self._search(self.searches))
+        self.searching.ask(_FOLLOWS)
 
-    async def _search(self, number: int) -> None:
-        await asyncio.sleep(_FOLLOWS)
-        if number != self.searches or self.root.is_deleted:
-            return
-        words = str(self.search.value or "").lower().split()
+    async def _search(self) -> None:
+        typed = self.search.value
+        words = str(typed or "").lower().split()
         fields = await asyncio.to_thread(_matching, self.tables, words) if words else []
         shown = fields[:_MOST]
         explained = await asyncio.to_thread(_explained, shown)
-        if number != self.searches or self.root.is_deleted:
+        if typed != self.search.value or self.root.is_deleted:
             return
         for rows in self.rows.values():
             rows[:] = [row for row in rows if not row.whole]
         self.found.clear()
         self.tree.set_visibility(not words)
-        with self.root, self.found:
+        with self.found:
             self._build_rows(shown, explained, whole=True)
             if words and not shown:
                 ui.label("No field has these words in its path or its meaning.").classes("text-caption")
             elif len(fields) > _MOST:
                 ui.label(f"{len(fields) - _MOST} more: one more word narrows it.").classes("text-caption")
-
-    # values -----------------------------------------------------------------------------------------------------------
-
-    async def commit(self, path: str, text: str) -> str:
-        """Set what was typed; the message where it is refused. What is wrong elsewhere because of it is no refusal."""
-        state = self.session.state
-        if state is None:
-            return ""
-        try:
-            value = typed_value(path, text)
-            await asyncio.to_thread(_checked, state, path, value)
-            self.session.set(path, value, released=True)
-        except ModelError as error:
-            return sentence(error.problem, error.allowed)
-        return ""
-
-    def reset(self, path: str) -> None:
-        """Take the value of the file again, which may be none."""
-        state = self.session.state
-        if state is not None:
-            self.session.set(path, file_value(state, path), released=True)
 
 
 class _Row:
@@ -417,9 +384,9 @@ class _Row:
     """
 
     def __init__(
-        self, panel: FieldsPanel, field: Field, explained: Explanation | None, *, whole: bool, is_set: bool
+        self, session: Session, field: Field, explained: Explanation | None, *, whole: bool, is_set: bool
     ) -> None:
-        self.panel, self.path, self.whole, self.shown = panel, field.path, whole, field.text
+        self.session, self.path, self.whole, self.shown = session, field.path, whole, field.text
         if whole:  # beside each other whole paths do not fit into a column
             ui.label(field.path).classes("text-caption w-full").style("overflow-wrap: anywhere; line-height: 1.1")
         with ui.row().classes("w-full items-start no-wrap cockpit-field"):
@@ -492,16 +459,24 @@ class _Row:
             self.tell("")
 
     async def _commit(self) -> None:
-        before, text = self.shown, self.text
+        """Set what was typed, or say why it is refused. What is wrong elsewhere because of it is no refusal."""
+        state, before, text, words = self.session.state, self.shown, self.text, ""
+        if state is None:
+            return
         self.shown = text  # the state follows by itself; leaving the field twice is one change
-        words = await self.panel.commit(self.path, text)
-        if words:
-            self.shown = before
+        try:
+            value = typed_value(self.path, text)
+            await asyncio.to_thread(_checked, state, self.path, value)
+            self.session.set(self.path, value, released=True)
+        except ModelError as error:
+            self.shown, words = before, sentence(error.problem, error.allowed)
         self.tell(words)
 
     def _reset(self) -> None:
+        """Take the value of the file again, which may be none."""
         self._escape()
-        self.panel.reset(self.path)
+        if (state := self.session.state) is not None:
+            self.session.set(self.path, file_value(state, self.path), released=True)
 
 
 def _explained(fields: Sequence[Field]) -> dict[str, Explanation]:

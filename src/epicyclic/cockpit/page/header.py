@@ -42,7 +42,7 @@ from .controls import (
     show_model,
     window,
 )
-from .job_bar import TAKEN, replayed
+from .job_bar import TAKEN, progress_text, replayed
 from .open_model import open_button, save_buttons
 from .wizard import new_button
 
@@ -83,7 +83,7 @@ class ReportJob:
 
     @property
     def busy(self) -> bool:
-        return self.job is not None and self.job.status in ("waits", "runs")
+        return self.job is not None and not self.job.ended
 
     def begin(self) -> None:
         state = self.session.state
@@ -104,12 +104,9 @@ class ReportJob:
         job = self.job
         if job is None:
             return
-        if self.busy:
-            left = f", {job.remaining:.0f} s left" if job.remaining is not None else ""
-            self.words = f"{job.progress:.0%}{left}" if job.status == "runs" else "waits for another job"
-        else:
+        self.words = progress_text(job, job.rev)
+        if job.ended:
             self.job = None
-            self.words = f"failed: {job.message}" if job.status == "failed" else job.status
             if job.status == "done" and job.dataset_path is not None:
                 background_tasks.create(self._give(job.dataset_path))
             elif job.status == "failed":
@@ -177,11 +174,9 @@ def take_away_button(session: Session) -> None:
 
 def _model(state: PageState) -> None:
     async def save() -> None:
-        try:
-            text = await asyncio.to_thread(text_of, state)
-        except ModelError as error:
-            return refused(error)
-        give(text, file_name_of(state), "application/toml")
+        text = await _computed(asyncio.to_thread(text_of, state))
+        if text is not None:
+            give(text, file_name_of(state), "application/toml")
 
     with line("Model"):
         plain_button("Model file (.toml)", save, icon="description")
@@ -460,10 +455,8 @@ class Header:
         self._told: list[tuple[str, str]] | None = None
         self._title = ""
         with box("ck-head", "header"):
-            self._name = Words("h1", "Cockpit", classes="ck-name")
-            self._name.props["data-testid"] = "name"
-            self._edited = Words(text="edited", classes="ck-edited")
-            self._edited.props["data-testid"] = "edited"
+            self._name = Words("h1", "Cockpit", classes="ck-name", data_testid="name")
+            self._edited = Words(text="edited", classes="ck-edited", data_testid="edited")
             self.open_model = open_button(session)
             self.new_train = new_button(session)
             self._of_model = [box("ck-head-part"), box("ck-head-part ck-head-end")]
@@ -474,8 +467,8 @@ class Header:
                 box("ck-split")
                 with ui.button().props("flat dense no-caps").classes("ck-warnings") as self._warnings:
                     self._list = ui.menu().classes("ck-wide")
-                with box("ck-select", "select") as self._case:
-                    self._case.props.update({"aria-label": "Load case", "title": "Load case that is computed"})
+                words = "Load case that is computed"
+                self._case = box("ck-select", "select", aria_label="Load case", title=words)
                 self._case.on("change", self._choose, js_handler="(e) => emit(e.target.value)")
                 self._facts = Words(classes="ck-facts")
                 self._speed = button("", lambda: session.operate_at(1.0), classes="ck-small ck-main")
@@ -517,9 +510,7 @@ class Header:
         self._case.clear()
         with self._case:
             for name in ("", *cases):
-                option = Words("option", name or "nominal operation")
-                option.props["value"] = name
-                option.props["selected"] = name == case
+                Words("option", name or "nominal operation", value=name, selected=name == case)
 
     def _say(self, name: str, title: str) -> None:
         self._name.say(name)
@@ -548,6 +539,6 @@ class Header:
         with self._list:
             for level, text in checks:
                 with box("ck-warning"):
-                    mark = Words(text="✗" if level == "bad" else "!", classes=f"ck-mark {level}")
-                    mark.props.update({"role": "img", "aria-label": "fails" if level == "bad" else "look at"})
+                    mark, meaning = ("✗", "fails") if level == "bad" else ("!", "look at")
+                    Words(text=mark, classes=f"ck-mark {level}", role="img", aria_label=meaning)
                     Words(text=text)

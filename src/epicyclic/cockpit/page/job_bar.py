@@ -5,19 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from inspect import Parameter
 from typing import Any
 
 from nicegui import ui
 from nicegui.events import GenericEventArguments
 
 from ...errors import ModelError
-from ...options import YES, Shape, shape_of
+from ...options import YES, Shape, default_words, shape_of
 from ..computing.job_kinds import JOBS, JobKind, job_keywords
 from ..processes.jobs import Job
 from ..processes.session import Session
 from ..state.state import PageState, command_line, download_needed, file_name_of, request_of, verb_script
-from .controls import Words, box, button, copy, give, hide, plain_button, prop, refused, safe_name, window
+from .controls import Words, applied, box, button, copy, give, hide, plain_button, prop, refused, safe_name, window
 
 
 class OptionFields:
@@ -30,10 +29,10 @@ class OptionFields:
         with box("ck-options", "details") as self.root:
             Words("summary", "Options", classes="ck-small")
             with box("ck-fields"):
-                for name, (parameter, accepted, option) in kind.keywords().items():
-                    default = kind.defaults.get(name, option.default or parameter.default)
+                for name, (default, accepted, option) in kind.keywords().items():
                     self._shapes[name] = shape_of(accepted)
-                    self._field(name, self._shapes[name], _default_words(default), option.help)
+                    usual = default_words(kind.defaults.get(name, option.default or default))
+                    self._field(name, self._shapes[name], usual, option.help)
                 if kind.views:
                     self._shapes["show"] = Shape(str, kind.views, False)
                     self._field("show", self._shapes["show"], kind.views[0], "What is drawn of the result.")
@@ -41,13 +40,11 @@ class OptionFields:
     def _field(self, name: str, shape: Shape, default: str, help: str) -> None:
         words = name.replace("_", " ").capitalize()
         choices = tuple(YES) if shape.kind is bool else () if shape.several else shape.choices
-        with box("ck-choice", "label") as field:
-            field.props["title"] = help
+        with box("ck-choice", "label", title=help):
             Words(text=words, classes="ck-pale")
-            with box("ck-select", "select" if choices else "input") as control:
-                control.props["aria-label"] = words
+            with box("ck-select", "select" if choices else "input", aria_label=words) as control:
                 for word in ("", *choices) if choices else ():
-                    Words("option", word or f"as usual: {default}").props["value"] = word
+                    Words("option", word or f"as usual: {default}", value=word)
             if not choices:
                 control.props.update(
                     {"placeholder": f"{default or 'one'}; ..." if shape.several else default, "size": 14}
@@ -61,14 +58,6 @@ class OptionFields:
     def values(self) -> dict[str, Any]:
         """Option -> value of all that was typed or chosen; errors as of `Shape.read`."""
         return {name: self._shapes[name].read(text, name) for name, text in self._typed.items() if text}
-
-
-def _default_words(default: object) -> str:
-    if isinstance(default, bool):
-        return "yes" if default else "no"
-    if isinstance(default, Sequence) and not isinstance(default, str):
-        return ", ".join(map(str, default))
-    return "" if default is None or default is Parameter.empty else str(default)
 
 
 # Steps of the progress that are worth a message: a bar has no more pixels.
@@ -85,17 +74,15 @@ class JobBar:
         self._words = words
         self._job: Job | None = None
         self._head: Mapping[str, Any] = {}
-        with box("ck-job") as self.root:
-            self.root.props["data-job"] = name
-            self._again = button("Run again", lambda: run(name, self._job), classes="ck-small ck-main")
-            self._again.props["title"] = "With the same options, of the state that is shown"
+        with box("ck-job", data_job=name) as self.root:
+            again = "With the same options, of the state that is shown"
+            self._again = button("Run again", lambda: run(name, self._job), classes="ck-small ck-main", title=again)
             self._run = button("Run", lambda: run(name), classes="ck-small ck-main")
             self._cancel = button("Cancel", lambda: cancel(name))
             self._fields = OptionFields(kind, changed=self._offer)
             for what in TAKEN:
                 button(what, partial(self._take, what))
-            self._progress = box("", "progress")
-            self._progress.props.update({"max": 1, "aria-label": f"{words}: share done"})
+            self._progress = box("", "progress", max=1, aria_label=f"{words}: share done")
             self._apply = button("Apply", self._on_apply, classes="ck-small ck-main")
             self._text = Words(classes="ck-answer-text", text=kind.about)
         self._tables = ui.html("", sanitize=False).classes("ck-tables")  # of the report, which escapes what they hold
@@ -147,8 +134,7 @@ class JobBar:
         if state is None:
             return
         with window(f"{self._words}: {what.lower()}", width=720):
-            text = Words("pre", texts[what], classes="ck-code")
-            text.props["tabindex"] = "0"
+            Words("pre", texts[what], classes="ck-code", tabindex="0")
             if download_needed(state):
                 Words("p", f"Reads the model as {file_name_of(state)}: Take away has that file.", classes="ck-pale")
             with box("ck-row"):
@@ -190,10 +176,7 @@ class JobBar:
         if self._job is None:
             return
         result = result_of(self._job)
-        try:
-            self._session.apply(result["apply"], str(result.get("apply_label") or f"apply {self._words}"))
-        except ModelError as error:
-            refused(error)
+        applied(self._session, result["apply"], str(result.get("apply_label") or f"apply {self._words}"))
 
 
 TAKEN = ("Command line", "Script")
@@ -244,8 +227,7 @@ _BY_SIZE, _LIKE_LAST = 2.0, 1.3
 
 def result_of(job: Job) -> Mapping[str, Any]:
     """What a job says of its result; nothing before it is done."""
-    result = job.head.get("job")
-    return result if isinstance(result, Mapping) else {}
+    return dict(job.head.get("job") or {})
 
 
 def progress_text(job: Job, rev: int) -> str:

@@ -10,8 +10,8 @@ from nicegui import ui
 from ...errors import ModelError
 from ...limits import TABLES, stated_limit
 from ..processes.session import Session
+from .controls import applied, plain_button, prop, window
 from .controls import button as native_button
-from .controls import plain_button, prop, refused, window
 
 
 class LimitButton:
@@ -43,11 +43,8 @@ class LimitButton:
             ui.label(f"A number from 1 on, or a table by the number of planets: {tables}. Written to {path}.")
 
             def put(value: object) -> None:
-                try:
-                    self._session.apply({path: value}, "limit of K_gamma")
-                except ModelError as error:
-                    return refused(error)
-                dialog.close()
+                if applied(self._session, {path: value}, "limit of K_gamma"):
+                    dialog.close()
 
             def take() -> None:
                 try:

@@ -74,8 +74,7 @@ def rexs_entries(content: bytes) -> Mapping[str, Sequence[tuple[str, str]]]:
         lines = []
         for entry in getattr(reading, kind):
             who = "" if entry.component is None else f"{types.get(entry.component, '')} {entry.component}: "
-            where = f"{entry.path} = {entry.text}" if entry.path and entry.text else entry.path or entry.text
-            lines.append((f"{who}{entry.attribute}", where))
+            lines.append((f"{who}{entry.attribute}", entry.where))
         lists[kind] = lines
     return lists
 
@@ -210,14 +209,20 @@ def _from_file(session: Session, dialog: ui.dialog, picker: ui.upload) -> None:
 
 def _at_path(text: str) -> PageState:
     """The state of the file at a path as it was typed. Raises ModelError."""
-    path = Path(text)
+    return opened(_whole_path(text))
+
+
+def _whole_path(text: str) -> Path:
+    """A path as it was typed; `~` is the folder of the user. Raises ModelError."""
+    if not text:
+        raise ModelError("a path is missing")
     try:
-        path = path.expanduser()
+        path = Path(text).expanduser()
     except RuntimeError:
         raise ModelError("no such user", path=text, allowed="a whole path") from None
     if not path.is_absolute():
         raise ModelError("is no whole path", path=text, allowed="a path from the root on, or from ~")
-    return opened(path)
+    return path
 
 
 # files of the browser -------------------------------------------------------------------------------------------------
@@ -371,15 +376,14 @@ def _save_as(session: Session) -> None:
 
         async def save() -> None:
             try:
-                path = _target(field.value or "")
-            except ValueError as problem:
-                field.error = str(problem)
-                return
-            try:
+                path = _whole_path(str(field.value or "").strip())
+                path = path if path.suffix else path.parent / f"{path.name}.toml"
+                if not path.parent.is_dir():
+                    raise ModelError(f"no folder {path.parent}")
                 await session.save(path, force=bool(over.value))
             except ModelError as error:
                 field.error = f"{error.problem}; {error.allowed}" if error.allowed else error.problem
-                if path.exists():
+                if "overwrite" in error.allowed:
                     over.classes(remove="hidden")
                 return
             dialog.close()
@@ -394,28 +398,3 @@ def _save_as(session: Session) -> None:
         with ui.row().classes("w-full justify-end"):
             plain_button("Cancel", dialog.close)
             plain_button("Save", save, main=True)
-
-
-def _target(text: str) -> Path:
-    """A path to write as it was typed; `~` is the folder of the user.
-
-    Raises
-    ------
-    ValueError : what is wrong with it.
-    """
-    if not text.strip():
-        raise ValueError("a path is missing")
-    try:
-        path = Path(text.strip()).expanduser()
-        path = path if path.suffix else path.with_suffix(".toml")
-    except (RuntimeError, ValueError):
-        raise ValueError("no path") from None
-    if "\0" in text:
-        raise ValueError("no path")
-    if path.suffix.lower() != ".toml":
-        raise ValueError(f"no model file: a name that ends in .toml, not {path.suffix}")
-    if not path.is_absolute():
-        raise ValueError("the whole path, from the root on")
-    if not path.parent.is_dir():
-        raise ValueError(f"no folder {path.parent}")
-    return path

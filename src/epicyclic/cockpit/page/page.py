@@ -253,8 +253,7 @@ class LeversColumn:
         self._shown: object = None  # levers and words that stand on the page
         self._levers: list[LeverControl] = []
         self._assumed: Mapping[str, str] = {}
-        with box("ck-box ck-levers", "section") as root:
-            root.props["aria-label"] = "Levers"
+        with box("ck-box ck-levers", "section", aria_label="Levers"):
             with box("ck-title"):
                 Words("h2", "Levers")
             self._list = box("ck-lever-list")
@@ -295,19 +294,18 @@ class LeversColumn:
 
 def empty_page(session: Session, header: Header) -> Element:
     """Open a file, begin a train, or take a ready drive."""
-    with box("ck-box ck-empty-page", "section") as root:
-        root.props["aria-label"] = "No model is open"
+    with box("ck-box ck-empty-page", "section", aria_label="No model is open") as root:
         Words("h2", "Which gear train?", classes="ck-large")
         with box("ck-ways"):
-            with button("", header.new_train, classes="ck-drive ck-way"):
-                Words("b", "New train")
-                Words(text="from teeth or a ratio, power and speed; one page")
-            with button("", header.open_model, classes="ck-drive ck-way"):
-                Words("b", "Open a model")
-                Words(text="a .toml or REXS file; dropping it on the page does as well")
+            for name, words, way in (
+                ("New train", "from teeth or a ratio, power and speed; one page", header.new_train),
+                ("Open a model", "a .toml or REXS file; dropping it on the page does as well", header.open_model),
+            ):
+                with button("", way, classes="ck-drive ck-way"):
+                    Words("b", name)
+                    Words(text=words)
         Words("div", "A ready drive, to look at and to change", classes="ck-pale")
-        with box("ck-drives") as drives:
-            drives.props["data-keys"] = "go"
+        with box("ck-drives", data_keys="go"):
             for name, title in drive_titles().items():
 
                 async def show(name: str = name) -> None:
@@ -364,8 +362,7 @@ class _Page:
         self._late = False
         self._head: dict[str, Any] = {}
         self._header = Header(session)
-        with box("ck-banner") as self._banner:
-            self._banner.props["role"] = "alert"
+        with box("ck-banner", role="alert") as self._banner:
             Words(text="✗", classes="ck-mark bad")
             self._message = Words(classes="ck-answer-text")
             self._undo = button("Undo", session.undo)
@@ -377,11 +374,9 @@ class _Page:
             cancel=lambda name: self._evidence.cancel(name),
             preview=self._preview,
         )
-        with box("ck-box ck-train", "section") as train, box("ck-grow"):
-            train.props["aria-label"] = "Train"
+        with box("ck-box ck-train", "section", aria_label="Train"), box("ck-grow"):
             self._train = Board("train")
-        with box("ck-box ck-sweep", "section") as sweep, box("ck-grow"):
-            sweep.props["aria-label"] = "Sweep"
+        with box("ck-box ck-sweep", "section", aria_label="Sweep"), box("ck-grow"):
             self._sweep = Board("sweep")
         self._mode, self._modes = FollowedMode(), ModesList(self._chose)
         self._evidence = EvidenceTabs(session)
@@ -399,11 +394,7 @@ class _Page:
 
     def _preview(self, change: Mapping[str, Any] | None) -> None:
         """Show beside the curves what a change would give, its speed at once and its curves when they are computed."""
-        self._previewed = (
-            None
-            if change is None
-            else {"label": change["label"], **{name: change[name] for name in ("speed", "result")}}
-        )
+        self._previewed = change
         self._previewed_rev = self._session.rev
         self._sweep.preview(self._previewed)
         try:

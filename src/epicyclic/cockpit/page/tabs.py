@@ -18,13 +18,13 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from nicegui import Client, background_tasks, ui
+from nicegui import Client, ui
 
 from ...errors import ModelError
 from ..processes.session import Session
 from ..processes.worker import start_worker, stop_worker
 from ..state.state import PageState, from_fragment
-from .controls import literal
+from .controls import Later, literal
 from .page import cockpit_page
 
 # [s] between two writings: a drag has one, not one for each move
@@ -250,13 +250,11 @@ def _read(snapshot: object) -> dict[str, object]:
 
 def _keep(session: Session, client: Client) -> None:
     """Have the browser keep the state a moment after it has changed; say once where it cannot."""
-    waiting, told, results = False, False, 0
+    told, results = False, 0
 
     async def write() -> None:
-        nonlocal waiting, told
-        await asyncio.sleep(KEEP_SECONDS)
-        waiting = False
-        if client.is_deleted or not session.rev:
+        nonlocal told
+        if not session.rev:
             return
         text = json.dumps(session.snapshot())
         title = session.state.name if session.state is not None else ""
@@ -272,11 +270,10 @@ def _keep(session: Session, client: Client) -> None:
                 words = f"The browser cannot keep this model ({len(text) / 1e6:.1f} MB)"
                 ui.notify(f"{words}: save it, a restart of the server would lose it.", type="warning", timeout=0)
 
+    later = Later(client.layout, write)
+
     def changed(_: Session) -> None:
-        nonlocal waiting
-        if not waiting:
-            waiting = True
-            background_tasks.create(write())
+        later.ask(KEEP_SECONDS)
 
     def of_jobs(_: Session) -> None:
         nonlocal results

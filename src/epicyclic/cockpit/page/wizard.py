@@ -6,46 +6,59 @@ import asyncio
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
-from nicegui import background_tasks, ui
+from nicegui import ui
 
-from ...document.tables import PlainTable, merge, nested, value_at
+from ...document.tables import merge, value_at
 from ...document.writer import commented_text
 from ...errors import ModelError
+from ...options import option_fields
+from ...train import NewTrainOptions
+from ...train.layouts import tables_of
 from ...train.new_train import HELD, KINDS, MEMBERS, new_train
 from ...train.resolution import load
 from ..processes.session import Session
 from ..state.state import from_text
-from .controls import plain_button, refused, safe_name, sentence, show_model, window
+from .controls import Later, plain_button, refused, safe_name, sentence, show_model, window
 
-# Field -> label and unit of a bare number; a text with its unit is taken as it is.
-_FIELDS: Mapping[str, tuple[str, str]] = {
-    "kind": ("Kind", ""),
-    "planets": ("Planets", ""),
-    "by": ("Gears", ""),
-    "teeth": ("Teeth sun/planet/ring", ""),
-    "ratio": ("Ratio, input to output", ""),
-    "module": ("Normal module", "mm"),
-    "helix_angle": ("Helix angle", "deg"),
-    "face_width": ("Face width", "mm"),
-    "pressure_angle": ("Normal pressure angle", "deg"),
-    "held": ("Held member", ""),
-    "driver": ("Driving member", ""),
-    "speed": ("Speed", "rpm"),
-    **{f"speed.{member}": (f"Speed of the {member}", "rpm") for member in MEMBERS},
-    "load": ("Load", ""),
-    "power": ("Power", "kW"),
-    "torque": ("Torque", "N m"),
-    "load_member": ("Load of the", ""),
-    "title": ("Title", ""),
-    "damping.modal": ("Damping ratio of every mode", ""),
-    "stages.main.planet.bearing.radial": ("Planet bearing, radial", "N/m"),
-    "stages.main.sun.support.radial": ("Sun support, radial (0 floats, inf is rigid)", "N/m"),
-    "stages.main.ring.support.radial": ("Ring support, radial", "N/m"),
-    "stages.main.carrier.support.radial": ("Carrier bearing, radial", "N/m"),
-    "stages.main.carrier.mass": ("Carrier mass, without planets", "kg"),
-    "stages.main.carrier.inertia": ("Carrier inertia", "kg m^2"),
+
+class _Field(NamedTuple):
+    """A field: unit of a bare number, None of words; what stands in it while it is empty; what it begins with."""
+
+    label: str
+    unit: str | None = None
+    example: str = ""
+    first: str = ""
+
+
+# a text with its unit is taken as it is
+_FIELDS: Mapping[str, _Field] = {
+    "kind": _Field("Kind", first="planetary"),
+    "planets": _Field("Planets", first="3"),
+    "by": _Field("Gears", first="teeth"),
+    "teeth": _Field("Teeth sun/planet/ring", example="e.g. 21/39/99"),
+    "ratio": _Field("Ratio, input to output", "", "e.g. 5.7"),
+    "module": _Field("Normal module", "mm", "by load"),
+    "helix_angle": _Field("Helix angle", "deg", "0 deg"),
+    "face_width": _Field("Face width", "mm", "by load"),
+    "pressure_angle": _Field("Normal pressure angle", "deg", "20 deg"),
+    "held": _Field("Held member"),
+    "driver": _Field("Driving member"),
+    "speed": _Field("Speed", "rpm", "e.g. 1000 rpm"),
+    **{f"speed.{member}": _Field(f"Speed of the {member}", "rpm") for member in MEMBERS},
+    "load": _Field("Load", first="power"),
+    "power": _Field("Power", "kW", "e.g. 750 kW"),
+    "torque": _Field("Torque", "N m", "e.g. 7.2 kN m"),
+    "load_member": _Field("Load of the", first="sun"),
+    "title": _Field("Title"),
+    "damping.modal": _Field("Damping ratio of every mode", ""),
+    "stages.main.planet.bearing.radial": _Field("Planet bearing, radial", "N/m"),
+    "stages.main.sun.support.radial": _Field("Sun support, radial (0 floats, inf is rigid)", "N/m"),
+    "stages.main.ring.support.radial": _Field("Ring support, radial", "N/m"),
+    "stages.main.carrier.support.radial": _Field("Carrier bearing, radial", "N/m"),
+    "stages.main.carrier.mass": _Field("Carrier mass, without planets", "kg"),
+    "stages.main.carrier.inertia": _Field("Carrier inertia", "kg m^2"),
 }
 BESIDE = tuple(path for path in _FIELDS if path.startswith(("damping.", "stages.")))
 """Paths of what a running model needs beside teeth and load; empty, it follows a rule."""
@@ -72,22 +85,35 @@ class Preview:
 
 def drivers_of(kind: str, held: str) -> tuple[str, ...]:
     """Members that may drive; none of a differential, whose speeds are stated by member."""
-    if kind == "differential":
-        return ()
-    fixed = "carrier" if kind == "star" else "ring"
-    if kind == "planetary" and held in HELD["planetary"]:
-        fixed = held
-    return tuple(member for member in MEMBERS if member != fixed)
+    sides = HELD[kind]
+    fixed = held if held in sides else next(iter(sides), "")
+    return tuple(member for member in MEMBERS if member != fixed) if sides else ()
+
+
+def shown(fields: Mapping[str, Any]) -> dict[str, bool]:
+    """Whether each of the fields that depend on others is shown; what stands in one that is not does not count."""
+    several, by_ratio, torque = (
+        fields.get(name) == word for name, word in (("kind", "differential"), ("by", "ratio"), ("load", "torque"))
+    )
+    return {
+        "held": fields.get("kind", "planetary") == "planetary",
+        "teeth": several or not by_ratio,
+        "ratio": not several and by_ratio,
+        "power": not torque,
+        "torque": torque,
+        "load_member": several,
+        **dict.fromkeys(("driver", "by", "speed"), not several),
+        **{f"speed.{member}": several for member in MEMBERS},
+    }
 
 
 def needed(fields: Mapping[str, Any]) -> tuple[str, ...]:
     """Fields that nothing stands in for, and that are empty."""
-    names = [str(fields.get("by", "teeth")), str(fields.get("load", "power")), "speed"]
-    if fields.get("kind") == "differential":
-        names[0] = "teeth"
-        speeds = [member for member in MEMBERS if _typed(fields, f"speed.{member}")]
-        return (*(name for name in names[:2] if not _typed(fields, name)), *(names[2:] if len(speeds) < 2 else ()))
-    return tuple(name for name in names if not _typed(fields, name))
+    visible = shown(fields)
+    names = ("teeth", "ratio", "power", "torque", "speed")
+    empty = [name for name in names if visible[name] and not _typed(fields, name)]
+    few = not visible["speed"] and sum(bool(_typed(fields, f"speed.{member}")) for member in MEMBERS) < 2
+    return (*empty, *["speed"] * few)
 
 
 def preview_of(fields: Mapping[str, Any]) -> Preview:
@@ -104,7 +130,8 @@ def preview_of(fields: Mapping[str, Any]) -> Preview:
     """
     train = new_train(**_keywords(fields))
     beside = {path: _with_unit(path, text) for path in BESIDE if (text := _typed(fields, path))}
-    document = _with_values(train.document, beside)
+    assumed = {path: why for path, why in train.document["assumed"].items() if path not in beside}
+    document = merge({**train.document, "assumed": assumed}, tables_of(beside))
     try:
         model = load(document)
     except ModelError as error:
@@ -136,14 +163,12 @@ def _typed(fields: Mapping[str, Any], name: str) -> str:
     return str(fields.get(name) or "").strip()
 
 
-def _pointed(text: str) -> str:
-    """A quantity with its decimal comma as a point."""
-    return _COMMA.sub(r"\1.\2", text)
-
-
 def _with_unit(name: str, text: str) -> str | float:
     """A text as the model file has it: a bare number with the unit of its field, a ratio as a number."""
-    unit, text = _FIELDS[name][1], _pointed(text)
+    unit = _FIELDS[name].unit
+    if unit is None:
+        return text
+    text = _COMMA.sub(r"\1.\2", text)
     if not _BARE.fullmatch(text):
         return text
     if not unit:
@@ -152,63 +177,25 @@ def _with_unit(name: str, text: str) -> str | float:
 
 
 def _keywords(fields: Mapping[str, Any]) -> dict[str, Any]:
-    """Keywords of `new_train`. Raises ModelError."""
-    kind, held = str(fields.get("kind", "planetary")), _typed(fields, "held")
-    differential = kind == "differential"
-    load_ = "torque" if fields.get("load") == "torque" else "power"
-    keywords: dict[str, Any] = {"kind": kind}
-    if not differential and fields.get("by") == "ratio":
-        if text := _typed(fields, "ratio"):
-            try:
-                keywords["ratio"] = float(_pointed(text))
-            except ValueError:
-                raise ModelError("not a number", path="ratio", given=text, allowed="a number, 5.7") from None
-    elif text := _typed(fields, "teeth"):
-        keywords["teeth"] = text
-    if text := _typed(fields, "planets"):
-        keywords["planets"] = int(text) if text.isdecimal() else text
-    for name in ("module", "face_width", "helix_angle", "pressure_angle", "title", load_, "speed"):
-        if text := _typed(fields, name):
-            keywords[name] = text if name == "title" else _with_unit(name, text)
-    if differential:
+    """Keywords of `new_train`, of the fields that are shown."""
+    visible, known = shown(fields), option_fields(NewTrainOptions)
+    keywords: dict[str, Any] = {
+        name: _with_unit(name, text)
+        for name in _FIELDS
+        if name in known and visible.get(name, True) and (text := _typed(fields, name))
+    }
+    if keywords.get("driver") not in drivers_of(keywords.get("kind", "planetary"), _typed(fields, "held")):
+        keywords.pop("driver", None)
+    if visible["load_member"]:  # a differential names its members
+        member = str(fields.get("load_member") or "sun")
+        keywords |= {name: {member: keywords[name]} for name in ("power", "torque") if name in keywords}
         speeds = {m: _with_unit("speed", text) for m in MEMBERS if (text := _typed(fields, f"speed.{m}"))}
-        keywords.pop("speed", None)
         keywords |= {"speed": speeds} if speeds else {}
-        if load_ in keywords:
-            keywords[load_] = {str(fields.get("load_member") or "sun"): keywords[load_]}
-        return keywords
-    if kind == "planetary" and held:
-        keywords["held"] = held
-    driver = _typed(fields, "driver")
-    if driver in drivers_of(kind, held):
-        keywords["driver"] = driver
     return keywords
-
-
-def _with_values(document: Mapping[str, Any], values: Mapping[str, object]) -> PlainTable:
-    """The document with values put in, and without the reasons of those they replace."""
-    changed: PlainTable = {**document, "assumed": {k: v for k, v in document["assumed"].items() if k not in values}}
-    for path, value in values.items():
-        changed = merge(changed, nested(tuple(path.split(".")), value))
-    return changed
 
 
 # [s] after the last key until what comes out is worked out anew
 _PAUSE = 0.25
-# examples are marked as such, beside what a field holds that stays empty
-_PLACEHOLDERS = {
-    "teeth": "e.g. 21/39/99",
-    "ratio": "e.g. 5.7",
-    "power": "e.g. 750 kW",
-    "torque": "e.g. 7.2 kN m",
-    "speed": "e.g. 1000 rpm",
-    "module": "by load",
-    "face_width": "by load",
-    "helix_angle": "0 deg",
-    "pressure_angle": "20 deg",
-}
-# path of an error -> the field that shows it, where it is another one
-_SHOWN_AT = {"stages.main.planets": "planets", "stages.main.module": "module", "stages.main.face_width": "face_width"}
 
 
 def new_button(session: Session) -> Callable[[], None]:
@@ -229,8 +216,7 @@ class _Wizard:
         self.slot = ui.element("div").classes("hidden")
         self.window: ui.dialog | None = None
         self.fields: dict[str, Any] = {}
-        self.built = False
-        self.asked = 0
+        self.later = Later(self.slot, self._show)
         self.insists = False  # create was pressed: what is missing is an error now
         self.ready: Preview | None = None
 
@@ -248,12 +234,12 @@ class _Wizard:
             with ui.row().classes("w-full no-wrap items-start q-col-gutter-md"):
                 with ui.column().classes("q-gutter-none").style("flex: 3; min-width: 0"):
                     with ui.row().classes("w-full items-start"):
-                        self._choice("kind", {kind: kind for kind in KINDS}, "planetary")
-                        self._text("planets", "3")
-                        self._choice("held", {}, None)
-                        self._choice("driver", {}, None)
+                        self._choice("kind", {kind: kind for kind in KINDS})
+                        self._text("planets")
+                        self._choice("held", {})
+                        self._choice("driver", {})
                     with ui.row().classes("w-full items-start"):
-                        self._choice("by", {"teeth": "by their teeth", "ratio": "from a ratio"}, "teeth")
+                        self._choice("by", {"teeth": "by their teeth", "ratio": "from a ratio"})
                         self._text("teeth")
                         self._text("ratio")
                     self.proposals = ui.row().classes("w-full items-center q-gutter-xs")
@@ -264,8 +250,8 @@ class _Wizard:
                         self._text("speed")
                         for member in MEMBERS:
                             self._text(f"speed.{member}")
-                        self._choice("load", {"power": "power", "torque": "torque"}, "power")
-                        self._choice("load_member", {member: member for member in MEMBERS}, "sun")
+                        self._choice("load", {"power": "power", "torque": "torque"})
+                        self._choice("load_member", {member: member for member in MEMBERS})
                         self._text("power")
                         self._text("torque")
                     self._text("title").classes("w-full").style("flex: none")
@@ -282,21 +268,20 @@ class _Wizard:
                 self.status = ui.label("").classes("col text-caption").props('role="status" aria-live="polite"')
                 plain_button("Start over", self._clear)
                 self.create = plain_button("Create", self._create, main=True)
-        self.built = True
         self._rearrange()
 
-    def _text(self, name: str, value: str = "") -> ui.input:
-        label, unit = _FIELDS[name]
-        words = f"{label} [{unit}]" if unit else label
-        field = ui.input(words, value=value, placeholder=_PLACEHOLDERS.get(name, ""), on_change=self._ask)
+    def _text(self, name: str) -> ui.input:
+        label, unit, example, first = _FIELDS[name]
+        field = ui.input(f"{label} [{unit}]" if unit else label, value=first, placeholder=example, on_change=self._ask)
         field.props("dense stack-label hide-bottom-space autocomplete=off spellcheck=false").mark(f"new-{name}")
         field.style("flex: 1 1 7rem; min-width: 7rem")
         field.on("keydown.enter", self._create)
         self.fields[name] = field
         return field
 
-    def _choice(self, name: str, options: dict[str, str], value: str | None) -> None:
-        field = ui.select(options, value=value, label=_FIELDS[name][0], on_change=self._rearrange)
+    def _choice(self, name: str, options: dict[str, str]) -> None:
+        label, _, _, first = _FIELDS[name]
+        field = ui.select(options, value=first or None, label=label, on_change=self._rearrange)
         field.props("dense options-dense stack-label hide-bottom-space").style("min-width: 8rem").mark(f"new-{name}")
         self.fields[name] = field
 
@@ -306,33 +291,18 @@ class _Wizard:
 
     def _rearrange(self) -> None:
         """Show the fields that the kind and the choices ask for; those hidden keep what was typed."""
-        if not self.built:
+        if not self.fields.keys() >= _FIELDS.keys():  # while they are built
             return
         values = self._values()
         kind = str(values["kind"])
-        sides = HELD["planetary"] if kind == "planetary" else ()
-        self._offer("held", sides)
+        visible = shown(values)
+        self._offer("held", HELD[kind] if visible["held"] else ())
         self._offer("driver", drivers_of(kind, str(values["held"] or "")))
-        several = kind == "differential"
-        by, load = values["by"], values["load"]
-        shown = {
-            "held": bool(sides),
-            "driver": not several,
-            "by": not several,
-            "teeth": several or by == "teeth",
-            "ratio": not several and by == "ratio",
-            "speed": not several,
-            "load_member": several,
-            "power": load == "power",
-            "torque": load == "torque",
-            **{f"speed.{member}": several for member in MEMBERS},
-        }
-        for name, visible in shown.items():
-            self.fields[name].set_visibility(visible)
-        member = values["load_member"] if several else self.fields["driver"].value
+        for name, is_shown in visible.items():
+            self.fields[name].set_visibility(is_shown)
+        member = values["load_member"] if visible["load_member"] else self.fields["driver"].value
         for name in ("speed", "power", "torque"):
-            label, unit = _FIELDS[name]
-            self.fields[name].props["label"] = f"{label} of the {member} [{unit}]"
+            self.fields[name].props["label"] = f"{_FIELDS[name].label} of the {member} [{_FIELDS[name].unit}]"
         self._ask()
 
     def _offer(self, name: str, members: tuple[str, ...]) -> None:
@@ -346,36 +316,28 @@ class _Wizard:
 
     def _ask(self) -> None:
         """Work out what comes out, a moment after the last key."""
-        self.asked += 1
         self.ready = None
-        if self.built:
-            background_tasks.create(self._work_out(self.asked))
+        self.later.ask(_PAUSE)
 
-    async def _work_out(self, number: int) -> None:
-        await asyncio.sleep(_PAUSE)
-        if number == self.asked and not self.slot.is_deleted:
-            with self.slot:
-                await self._show(number)
-
-    async def _show(self, number: int) -> bool:
-        """Show what comes out of the fields; whether a train does."""
+    async def _show(self) -> None:
+        """Show what comes out of the fields; it is ready where a train does."""
         fields = self._values()
         missing = needed(fields)
         if missing and not self.insists:
             self._mark(None)
             self.status.set_text(f"Still needed: {', '.join(missing)}")
-            return False
+            return
         preview: Preview | ModelError
         try:
             preview = await asyncio.to_thread(preview_of, fields)
         except ModelError as error:
             preview = error
-        if number != self.asked or self.slot.is_deleted:
-            return False
+        if self.slot.is_deleted or self._values() != fields:
+            return
         if isinstance(preview, ModelError):
             self._mark(preview)
             self.status.set_text("")
-            return False
+            return
         self._mark(None)
         self.ready = preview
         self.status.set_text("Ready: a model that runs")
@@ -387,7 +349,6 @@ class _Wizard:
         for name, value in preview.by_rule.items():
             self.fields[name].props["placeholder"] = value
             self.fields[name].update()
-        return True
 
     def _mark(self, error: ModelError | None) -> None:
         """Put the message beside the field that it is of, and take it from all others."""
@@ -403,8 +364,8 @@ class _Wizard:
             self._propose(sets_in(error.allowed))
 
     def _field_of(self, path: str) -> str | None:
-        """The field of a path: its own, or that of the table that the path is in."""
-        name = _SHOWN_AT.get(path, path)
+        """The field of a path: its own, that of its key, or that of the table that the path is in."""
+        name = next((name for name in (path, path.rpartition(".")[2]) if name in self.fields), path)
         if name == "speed" and self.fields["kind"].value == "differential":
             return "speed.sun"
         if name in self.fields:
@@ -432,15 +393,15 @@ class _Wizard:
     async def _create(self) -> None:
         """Open the model of the fields; the window stays, with all that was typed, where there is none."""
         self.insists = True
-        self.asked += 1
+        self.ready = None
         self.create.props("loading")
         try:
-            if not await self._show(self.asked) or self.ready is None:
+            await self._show()
+            if self.ready is None:
                 return
-            try:
-                state = from_text(safe_name(self.ready.title, ".toml"), self.ready.text)
-            except ModelError as error:
-                return refused(error)
+            state = from_text(safe_name(self.ready.title, ".toml"), self.ready.text)
+        except ModelError as error:
+            return refused(error)
         finally:
             self.create.props(remove="loading")
         assert self.window is not None
@@ -454,10 +415,9 @@ class _Wizard:
 
     def _clear(self) -> None:
         """Empty fields again."""
-        first = {"kind": "planetary", "planets": "3", "by": "teeth", "load": "power", "load_member": "sun"}
         self.insists = False
         for name, field in self.fields.items():
             if name not in ("held", "driver"):
-                field.set_value(first.get(name, ""))
+                field.set_value(_FIELDS[name].first)
         self.facts.clear()
         self.proposals.clear()

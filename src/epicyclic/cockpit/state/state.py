@@ -435,8 +435,9 @@ def command_line(state: PageState, verb: str = "report", keywords: Mapping[str, 
     words = ["epicyclic", verb.replace("_", "-"), _source(state)]
     if keywords:
         from ...verbs.record import command_words, verbs
+        from ...verbs.record import keywords as known
 
-        words += command_words(verbs()[verb].run, keywords)
+        words += command_words(known(verbs()[verb].run), keywords)
     for path, value in state.overrides.items():
         words += ["--case", str(value)] if path == "case" and value else ["--set", setting(path, value)]
     return shlex.join(words)

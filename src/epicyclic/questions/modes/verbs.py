@@ -31,9 +31,7 @@ def modes(drive: "Drive", options: ModesOptions) -> "xr.Dataset":
 
     band = options.band
     hertz = frequency_band(band, "band") if isinstance(band, str) and ".." in band else None
-    width = None if band is None or hertz is not None else share(band, "band")
-    if width is not None and width > 1:
-        raise ModelError("more than the operating speed itself", path="band", given=band, allowed='e.g. "20 %" or 0.2')
+    width = None if band is None or hertz is not None else share(band, "band", most=1.0)
     result = modal(drive.system, relative_speed=options.relative_speed, damped=options.damped)
     return with_resonances(result, drive.system, band=width, hertz=hertz)
 

@@ -26,7 +26,8 @@ class TransientOptions:
     """
 
     duration: Annotated[
-        float | None, Option('Length of the run [s], or e.g. "0.5 s".', default="100 mesh cycles", reads="time")
+        float | None,
+        Option('Length of the run [s], or e.g. "0.5 s".', least=0, default="100 mesh cycles", reads="time"),
     ] = None
     cycles: Annotated[float | None, Option("Length in mesh cycles instead.", above=0, default="100")] = None
     start: Annotated[
@@ -54,7 +55,7 @@ class TransientOptions:
         ),
     ] = None
     torque_ramp: Annotated[
-        float | None, Option("Time in which all torques grow from zero [s]: a start-up.", reads="time")
+        float | None, Option("Time in which all torques grow from zero [s]: a start-up.", least=0, reads="time")
     ] = None
     initial: Annotated[
         "str | Path | NDArray[np.float64] | xr.Dataset",
