@@ -353,7 +353,7 @@ def _link_spectrum(ready: Response, block: Block, *, shifted: bool) -> Spectrum:
         ready.kernel(block.truncation, shifted=shifted).lattice,
         ready.lines.solved_together(shifted=shifted),
     )
-    error = placed(lattice.points, groups, (len(rows),), lambda line: line.link_gap)
+    error = placed(lattice.points, groups, (len(links.name),), lambda line: line.link_gap)
     if not shifted:
         error[0, 0] = error[0, 0].real
     stretch -= error.transpose(2, 0, 1)[:, None]
