@@ -32,7 +32,7 @@ from .schema import FORMAT, ModelFile, Names, check_names, collect, nearest
 from .schema_fields import curve_fault
 from .tables import PlainTable, clean, dotted_line, expand, expand_path, leaves, merge, nested, value_at
 from .tolerances import check_tolerance, still_toleranced
-from .units import COMMON, KINDS, BareNumber, factor, finite_float
+from .units import KINDS, BareNumber, finite_float, to_si
 from .validation import bare_numbers, validate
 
 _NAME_AND_UNIT = re.compile(r"([^\[\]]*)(?:\[([^\[\]]*)\])?")
@@ -84,11 +84,9 @@ class CsvTable:
         given, target = self.heading[column], KINDS[kind].unit
         if not name or not unit:
             raise self.error(self.lines[0], "a column needs a name and a unit", given=given, allowed=allowed)
-        scale, base = COMMON.get(unit, (0.0, ""))
-        scale_to_si = scale if base == target else factor(unit, target)
-        if scale_to_si is None:
+        if (scale := to_si(unit, target)) is None:
             raise self.error(self.lines[0], f"not a unit of {kind}", given=given, allowed=KINDS[kind].spellings)
-        return scale_to_si
+        return scale
 
     def quantities(self, column: int, kind: str, *, allowed: str) -> list[float]:
         """Return a column of a kind of quantity in SI. Raises ModelError with the line, beyond its limit too."""
