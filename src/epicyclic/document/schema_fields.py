@@ -491,7 +491,7 @@ class SolidTable(LinkTable):
 class CouplingTable(SolidTable):
     """A coupling or shaft between two members or bodies; rz rigid, the rest 0, unless named."""
 
-    between: tuple[str, str] = Field(description="the two members or bodies it joins")
+    between: tuple[str, str] = Field(description="the two members or bodies it joins", strict=False)
     radius: Length | None = key(None, "radius at which an rz in N/m acts")
     ends: Literal["splined", "fixed"] = key(
         "splined", "ends of a shaft: splined passes torque alone; fixed also forces and bending"

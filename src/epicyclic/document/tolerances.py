@@ -76,18 +76,13 @@ def tolerances(document: object, width: Width | None = None) -> tuple[Tolerance,
     return _table_of(document, width).entries()
 
 
-def costs(document: object, width: Width | None = None) -> dict[str, tuple[Grade, ...]]:
-    """Return the grades that `[tolerance.cost]` prices, by the path of their entry, in the order of the file.
-
-    document, width : as of `tolerances`.  Raises ModelError likewise.
-    """
-    return tolerances_and_costs(document, width)[1]
-
-
 def tolerances_and_costs(
     document: object, width: Width | None = None
 ) -> tuple[tuple[Tolerance, ...], dict[str, tuple[Grade, ...]]]:
-    """Return `tolerances` and `costs` of one reading.  Raises ModelError as both."""
+    """Return `tolerances`, and the grades that `[tolerance.cost]` prices, by the path of their entry, in their order.
+
+    document, width : as of `tolerances`.  Raises ModelError likewise.
+    """
     reading = _table_of(document, width)
     entries = reading.entries()
     return entries, {entry.path: tuple(reading.priced(entry)) for entry in entries if entry.path in reading.costs}
