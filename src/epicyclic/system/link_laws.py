@@ -135,14 +135,7 @@ class Law:
     @classmethod
     def profile(cls, laws: Sequence[Any]) -> PowerProfile:
         """These laws, all at once."""
-        return PowerProfile(
-            stiffness=_values(laws, "stiffness"),
-            friction=_values(laws, "friction"),
-            slip_start=_values(laws, "slip_start"),
-            clearance=_values(laws, "clearance"),
-            coefficient=_values(laws, "coefficient"),
-            exponent=_values(laws, "exponent"),
-        )
+        return PowerProfile(**_values(laws, *PowerProfile.__dataclass_fields__))
 
     def lower(self) -> Law:
         """Itself."""
@@ -585,8 +578,9 @@ def _or_one(values: Array) -> Array:
     return np.where(values > 0, values, 1.0)
 
 
-def _values(laws: Sequence[Any], name: str) -> Array:
-    return np.array([getattr(law, name) for law in laws], dtype=float)
+def _values(laws: Sequence[Any], *names: str) -> dict[str, Array]:
+    """Numbers (g,) of the laws, by name."""
+    return {name: np.array([getattr(law, name) for law in laws], dtype=float) for name in names}
 
 
 def stacked(groups: Sequence[LawGroup]) -> Laws:
@@ -603,10 +597,6 @@ def stacked(groups: Sequence[LawGroup]) -> Laws:
             owner=np.repeat(np.arange(len(groups)), counts),
         ),
         profiles=tuple(profiles),
-        stiffness=_values(laws, "stiffness"),
-        stiffest=_values(laws, "stiffest"),
-        friction=_values(laws, "friction"),
-        slip_start=_values(laws, "slip_start"),
-        clearance=_values(laws, "clearance"),
+        **_values(laws, "stiffness", "stiffest", "friction", "slip_start", "clearance"),
         memory=np.array([law.memory and law.friction > 0 for law in laws], dtype=bool),
     )
