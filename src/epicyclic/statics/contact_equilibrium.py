@@ -139,13 +139,11 @@ def _evaluated(problem: ContactProblem, instants: Index, q: Array, states: Seque
     energy = (
         0.5 * (elastic * q).sum(axis=1) - (load * q).sum(axis=1) + sum(p.energy.sum(axis=1) for p in contact_states)
     )
-    residual = elastic + pull - load
-    if system.groups:
-        stretch = q @ system.group_rows - gap[:, m:]
-        resisting = laws.force(stretch)
-        residual = residual + resisting @ system.group_rows.T
-        sizes += np.abs(resisting) @ np.abs(system.group_rows.T)
-        energy = energy + laws.potential(stretch).sum(axis=1)
+    stretch = q @ system.group_rows - gap[:, m:]
+    resisting = laws.force(stretch)
+    residual = elastic + pull - load + resisting @ system.group_rows.T
+    sizes += np.abs(resisting) @ np.abs(system.group_rows.T)
+    energy = energy + laws.potential(stretch).sum(axis=1)
     return _Point(
         q=q,
         rows=rows,
@@ -176,11 +174,10 @@ def _newton_steps(problem: ContactProblem, point: _Point, todo: Index, scale: Ar
         for j, mesh in enumerate(meshes.tolist()):
             rows = B[:, ROWS * mesh : ROWS * mesh + ROWS]
             matrix += rows @ pressed.tangent[todo, j] @ rows.T
-    if system.groups:
-        stretch = point.q[todo] @ system.group_rows - problem.gap[todo][:, B.shape[1] :]
-        groups = system.group_rows
-        matrix += groups @ system.laws.tangent(stretch) @ groups.T
-        matrix += _OPEN * (groups * system.laws.row_stiffness) @ groups.T
+    groups, laws = system.group_rows, system.laws
+    stretch = point.q[todo] @ groups - problem.gap[todo][:, B.shape[1] :]
+    matrix += groups @ laws.tangent(stretch) @ groups.T
+    matrix += _OPEN * (groups * laws.row_stiffness) @ groups.T
     scaled = scale[:, None] * matrix * scale + free @ free.T
     step = np.linalg.solve(scaled, (scale * point.residual[todo])[:, :, None])[:, :, 0]
     step -= (step @ free) @ free.T

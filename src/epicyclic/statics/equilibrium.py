@@ -239,8 +239,6 @@ class _Rows:
         """Force of every row at B'q (T, M) [N], and the tangents of the flanks (T, F) [N/m]."""
         opening, F = approach - self.gap, self.F
         contact, tangent = self.flanks.evaluate(opening[:, :F])
-        if opening.shape[1] == F:
-            return contact, tangent
         return np.hstack([contact, self.laws.force(opening[:, F:], self.anchor)]), tangent
 
     def newton(self, approach: Array, k0: Array, S: Array) -> Array:
@@ -250,8 +248,7 @@ class _Rows:
         soft[:, :F] -= np.maximum(self.flanks.evaluate(opening[:, :F])[1], _OPEN * k0[:F])
         soft[:, F:] *= 1.0 - _FLOATING
         matrix: Array = np.eye(len(k0)) - soft[:, :, None] * S
-        if opening.shape[1] > F:
-            matrix[:, F:] += self.laws.tangent(opening[:, F:], self.anchor) @ S[F:]
+        matrix[:, F:] += self.laws.tangent(opening[:, F:], self.anchor) @ S[F:]
         return matrix
 
     def kinks(self, opening: Array, closing: Array) -> Array:
