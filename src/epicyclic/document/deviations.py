@@ -497,8 +497,7 @@ def _truncated(u: NDArray[np.float64], mean: float, deviation: float, low: float
     # a normal distribution function near 1 has lost the digits that its complement still has
     with np.errstate(divide="ignore"):
         drawn = np.where(below <= 0.5, ndtri(below), -ndtri(above))
-    clipped: NDArray[np.float64] = np.clip(mean + deviation * drawn, low, high)
-    return clipped
+    return np.asarray(np.clip(mean + deviation * drawn, low, high))
 
 
 def _triangular(u: NDArray[np.float64], low: float, mode: float, high: float) -> NDArray[np.float64]:

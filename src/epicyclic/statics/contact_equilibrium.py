@@ -160,8 +160,7 @@ def _relative_residual(problem: ContactProblem, residual: Array, sizes: Array) -
     stiff = np.sqrt(np.maximum(np.diag(problem.system.mean_stiffness), np.finfo(float).tiny))
     floor = _FLOOR * np.max(sizes / stiff, axis=1)[:, None] * stiff
     allowed = np.maximum(_TOLERANCE * sizes, floor)
-    missed: Array = np.max(np.abs(residual) / np.where(allowed > 0, allowed, 1.0), axis=1, initial=0.0)
-    return missed
+    return np.asarray(np.max(np.abs(residual) / np.where(allowed > 0, allowed, 1.0), axis=1, initial=0.0))
 
 
 def _newton_steps(problem: ContactProblem, point: _Point, todo: Index, scale: Array, free: Array) -> Array:

@@ -313,8 +313,7 @@ def _free_unit_motions(rows: Array) -> Array:
     size = np.linalg.norm(unit, axis=1)
     scale = 1.0 / np.where(size > 0, size, 1.0)
     free = scale[:, None] * free_motions(scale[:, None] * unit)[0]
-    unit_motions: Array = free / np.maximum(np.linalg.norm(free, axis=0), np.finfo(float).tiny)
-    return unit_motions
+    return np.asarray(free / np.maximum(np.linalg.norm(free, axis=0), np.finfo(float).tiny))
 
 
 def _factorised(weighted: Array, held: Array) -> tuple[Array, Array]:
@@ -382,8 +381,7 @@ def _closed_pull(flexible: Compliance, stiffness: Array, gap: Values, free_gap: 
     soft = flexible.stiffness - stiffness
     matrix = np.eye(len(flexible.stiffness)) - soft[:, :, None] * flexible.to_mesh
     right = soft * free_gap + stiffness * gap
-    pull: Values = np.linalg.solve(matrix, right[..., None])[..., 0]
-    return pull
+    return np.linalg.solve(matrix, right[..., None])[..., 0]
 
 
 def equilibrium(
@@ -562,8 +560,7 @@ def _unstrained(flexible: Compliance, direction: Array) -> NDArray[np.bool_]:
     motion = direction @ flexible.to_body.T
     unit = flexible.elastic / np.max(np.abs(flexible.elastic), axis=0, initial=np.finfo(float).tiny)
     strain = np.max(np.abs(motion @ unit), axis=1, initial=0.0)
-    unstrained: NDArray[np.bool_] = strain <= _UNSTRAINED * np.max(np.abs(motion), axis=1, initial=0.0)
-    return unstrained
+    return np.asarray(strain <= _UNSTRAINED * np.max(np.abs(motion), axis=1, initial=0.0))
 
 
 def imbalance(flexible: Compliance, load: Values, pull: Values, contact: Values) -> tuple[Array, Array]:

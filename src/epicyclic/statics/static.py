@@ -450,8 +450,7 @@ def _ends_of_travel(held: HeldTrain, turn: Array) -> Array:
     links = held.system.links
     state = settled(held, here._replace(force=probe + (links.stiffness * here.link_gap) @ links.B.T))
     angle = np.einsum("bn,bfn->bf", turn, state.displacement.reshape(len(turn), 4, -1))
-    ends: Array = 2 * angle[:, ::2] - angle[:, 1::2]
-    return ends
+    return np.asarray(2 * angle[:, ::2] - angle[:, 1::2])
 
 
 def law_attributes(system: System, record: Record) -> dict[str, str]:

@@ -183,8 +183,7 @@ def mean_stretch(system: System) -> Array:
     ------
     ModelError, ConvergenceError : as of `linear`.
     """
-    stretch: Array = _mean_state(system).group_stretch[0]
-    return stretch
+    return np.asarray(_mean_state(system).group_stretch[0])
 
 
 def _mean_state(system: System) -> Equilibrium:
@@ -375,8 +374,7 @@ def _departure(meshes: MeshRows, part: LawRows) -> tuple[Array, Array]:
 
 def _largest(values: Array) -> Array:
     """The values largest in size along the first axis, with their signs; nan where one is."""
-    largest: Array = np.take_along_axis(values, np.abs(values).argmax(axis=0)[None], axis=0)[0]
-    return largest
+    return np.asarray(np.take_along_axis(values, np.abs(values).argmax(axis=0)[None], axis=0)[0])
 
 
 def _departure_text(load: Array, touch: float, error: float) -> str:

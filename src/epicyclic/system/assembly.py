@@ -300,8 +300,7 @@ def _relative_damping(ratio: float, structure: Structure, B: Array, stiffness: A
     count = member.sum(axis=1)
     rows = B @ member.T / count
     inverse = np.einsum("nm,nm->m", rows, np.linalg.lstsq(M, rows, rcond=None)[0])
-    damping: Array = (2 * ratio * np.sqrt(member @ stiffness / inverse) / count) @ member
-    return damping
+    return np.asarray((2 * ratio * np.sqrt(member @ stiffness / inverse) / count) @ member)
 
 
 def _variations(meshes: Sequence[Mesh], *, orders: int = 0) -> NDArray[np.complex128]:

@@ -131,8 +131,7 @@ class LinearLaw:
     @property
     def stiffest(self) -> Array:
         """Bound of the stiffness (c,) [N/m]: all orders in phase."""
-        bound: Array = self.stiffness * (1 + np.abs(self.variation).sum(axis=1))
-        return bound
+        return np.asarray(self.stiffness * (1 + np.abs(self.variation).sum(axis=1)))
 
     @property
     def end(self) -> Array:
@@ -194,8 +193,7 @@ class LinearAt:
 
     def energy(self, delta: Array) -> Array:
         """k <delta>^2 / 2, (..., P, c) [J]."""
-        energy: Array = self.stiffness * np.maximum(delta, 0.0) ** 2 / 2
-        return energy
+        return np.asarray(self.stiffness * np.maximum(delta, 0.0) ** 2 / 2)
 
     def constant(self, low: Array, high: Array) -> NDArray[np.bool_]:
         """Whether a row stays closed, or open, over the gaps low .. high (c,) [m]."""
@@ -310,8 +308,7 @@ class TabulatedAt:
     @property
     def touch(self) -> Array:
         """First touch (P, c) [m]."""
-        first: Array = self.gap[:, :, 0]
-        return first
+        return self.gap[:, :, 0]
 
     @property
     def kinks(self) -> Array:
@@ -371,8 +368,7 @@ class TabulatedAt:
     def _flat(self, cell: Index) -> Index:
         """Places of cells (..., P, c) in the flattened knots (P, c, L)."""
         P, c, L = self.gap.shape
-        places: Index = cell + L * np.arange(P * c).reshape(P, c)
-        return places
+        return np.asarray(cell + L * np.arange(P * c).reshape(P, c))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -410,8 +406,7 @@ class Blended:
 
     def energy(self, delta: Array) -> Array:
         """Energy (..., P, c) [J] at gaps delta [m]."""
-        energy: Array = (1 - self.share) * self.linear.energy(delta) + self.share * self.law.energy(delta)
-        return energy
+        return (1 - self.share) * self.linear.energy(delta) + self.share * self.law.energy(delta)
 
     def constant(self, low: Array, high: Array) -> NDArray[np.bool_]:
         """Whether both tangents keep one value over the gaps low .. high (c,) [m]."""

@@ -170,8 +170,7 @@ class PowerProfile:
         stuck = self.stiffness * rho**2 / 2
         with np.errstate(invalid="ignore"):
             dry = np.where(rho <= start, stuck, self.friction * (rho - start / 2))
-        energy: Array = dry + self.coefficient * pressed ** (n + 1) / (n + 1)
-        return energy
+        return dry + self.coefficient * pressed ** (n + 1) / (n + 1)
 
 
 # Slopes that differ by less than this of the largest are one: rounding of a table computed from a straight line.
@@ -327,13 +326,11 @@ class GroupRows:
     @property
     def pair(self) -> NDArray[np.bool_]:
         """Whether a group has two rows (G,); else one."""
-        two: NDArray[np.bool_] = np.diff(np.append(self.first, self.owner.size)) == 2
-        return two
+        return np.asarray(np.diff(np.append(self.first, self.owner.size)) == 2)
 
     def spread(self, values: NDArray[_T]) -> NDArray[_T]:
         """Values of groups (..., G) at each row (..., R)."""
-        result: NDArray[_T] = values[..., self.owner]
-        return result
+        return values[..., self.owner]
 
     def dot(self, a: Array, b: Array) -> Array:
         """Scalar products (..., G) of the parts of each group in a and b (..., R)."""

@@ -367,13 +367,11 @@ class Faces:
         """Sums (..., w, ...) over the rows of each mesh of values (..., m, ...), in their unit, along `axis`."""
         if len(self.first) == len(self.row):
             return values
-        summed: NDArray[Number] = np.add.reduceat(values, self.first, axis=axis)
-        return summed
+        return np.add.reduceat(values, self.first, axis=axis)
 
     def least(self, values: Array, axis: int = 0) -> Array:
         """Smallest value (..., w, ...) of the rows of each mesh, of values (..., m, ...), in their unit."""
-        lowest: Array = np.minimum.reduceat(values, self.first, axis=axis)
-        return lowest
+        return np.minimum.reduceat(values, self.first, axis=axis)
 
     def any(self, values: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """(w,) meshes of which any row (m,) is true."""
@@ -508,8 +506,7 @@ def _factor(matrix: Array) -> Array | None:
     if values[0] < -limit:
         return None
     kept = values > limit
-    factor: Array = scale[:, None] * vectors[:, kept] * np.sqrt(values[kept])
-    return factor
+    return np.asarray(scale[:, None] * vectors[:, kept] * np.sqrt(values[kept]))
 
 
 def free_motions(rows: Array) -> tuple[Array, Array]:
