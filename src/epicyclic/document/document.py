@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import csv
 import math
+import os
 import re
 import tomllib
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
@@ -512,15 +513,8 @@ def file_text(path: Path) -> str:
     name = str(path)
     drives = ready_drives()
     allowed = f"a .toml file, or one of the ready drives {', '.join(drives)}"
-    try:
-        if path.is_dir():
-            raise ModelError("a folder", path=name, allowed=allowed)
-        if not path.exists():
-            raise ModelError(f"no such file or ready drive{nearest(path.stem, drives)}", path=name, allowed=allowed)
-    except (OSError, ValueError) as error:
-        if isinstance(error, ModelError):
-            raise
-        raise ModelError(f"cannot be read ({error})", path=name[:80], allowed=allowed) from None
+    if not os.path.exists(path):
+        raise ModelError(f"no such file or ready drive{nearest(path.stem, drives)}", path=name, allowed=allowed)
     return decoded(read_bytes(path, most=MAX_BYTES, allowed=allowed), name)
 
 

@@ -97,7 +97,8 @@ def contact_equilibrium(problem: ContactProblem, start: Array) -> ContactEquilib
     ------
     ConvergenceError : not found.  ModelError : the load drives meshing bodies apart and nothing holds them.
     """
-    scale, free = _scaling(problem)
+    scale = problem.flexible.scale
+    free, _ = np.linalg.qr(problem.flexible.free / scale[:, None])
     todo = np.arange(len(start), dtype=np.int64)
     point = _evaluated(problem, todo, start.copy(), None)
     steps = np.zeros(len(start), np.int64)
@@ -108,16 +109,6 @@ def contact_equilibrium(problem: ContactProblem, start: Array) -> ContactEquilib
         _backtracked(problem, point, todo, _newton_steps(problem, point, todo, scale, free))
         steps[todo] += 1
     raise ConvergenceError(f"no static equilibrium with full contact after {_STEPS} steps at {todo.size} instants")
-
-
-def _scaling(problem: ContactProblem) -> tuple[Array, Array]:
-    """Scale (n,) that gives the closed train a unit diagonal, and its free motions in it, orthonormal (n, r)."""
-    diagonal = np.diag(problem.system.mean_stiffness).copy()
-    groups = problem.system.group_rows
-    diagonal += ((groups * problem.system.laws.row_stiffness) * groups).sum(axis=1)
-    scale = 1.0 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
-    free, _ = np.linalg.qr(problem.flexible.free / scale[:, None])
-    return scale, np.asarray(free)
 
 
 def _evaluated(problem: ContactProblem, instants: Index, q: Array, states: Sequence[Array] | None) -> _Point:

@@ -459,40 +459,37 @@ def stiffness_rows(system: System) -> Array | None:
 
     None where a part of it is negative.
     """
-    meshes, k = system.meshes, system.links.stiffness
-    linear = np.isfinite(k) & (k != 0)
-    if np.any(k[linear] < 0) or np.any(meshes.stiffness < 0):
+    meshes = system.meshes
+    if np.any(system.links.stiffness < 0) or np.any(meshes.stiffness < 0):
         return None
-    elastic = _elastic(system, linear)
+    elastic = _elastic(system)
     return None if elastic is None else np.concatenate([meshes.B * np.sqrt(meshes.stiffness), elastic], axis=1)
 
 
-def elastic_rows(system: System, without: NDArray[np.int64] | None = None) -> Array:
+def elastic_rows(system: System, without: Sequence[int] | NDArray[np.int64] = ()) -> Array:
     """Rows W (n, R) [sqrt(N/m)] with W W^T = K: links, those `without` left out of it, and what else K holds.
 
     Raises
     ------
     ModelError : K is negative along some motion.
     """
-    k = system.links.stiffness
-    linear = np.isfinite(k) & (k > 0)
-    elastic = _elastic(system, linear)
+    elastic = _elastic(system, without)
     if elastic is None:
         raise ModelError("the stiffness of links is negative along some motion", path="stages", allowed="0 or more")
-    if without is None or not without.size:
-        return elastic
-    return np.delete(elastic, np.flatnonzero(np.isin(np.flatnonzero(linear), without)), axis=1)
+    return elastic
 
 
-def _elastic(system: System, linear: NDArray[np.bool_]) -> Array | None:
-    """Rows (n, R) of the linear links and of what else K holds; None where that is negative."""
-    links = system.links
-    rows = links.B[:, linear] * np.sqrt(links.stiffness[linear])
+def _elastic(system: System, without: Sequence[int] | NDArray[np.int64] = ()) -> Array | None:
+    """Rows (n, R) of links but those `without`, and of what else K holds than links; None where that is negative."""
+    links, k = system.links, system.links.stiffness
+    linear = np.isfinite(k) & (k > 0)
+    rows = links.B[:, linear] * np.sqrt(k[linear])
     rest = system.K - rows @ rows.T
     size = np.sqrt(np.maximum(np.diag(system.K), 0.0))
     rest[np.abs(rest) <= REST * np.outer(size, size)] = 0.0
     further = _factor((rest + rest.T) / 2)
-    return None if further is None else np.concatenate([rows, further], axis=1)
+    kept = ~np.isin(np.flatnonzero(linear), without)
+    return None if further is None else np.concatenate([rows[:, kept], further], axis=1)
 
 
 def _factor(matrix: Array) -> Array | None:

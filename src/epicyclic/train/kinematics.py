@@ -13,6 +13,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import lru_cache
+from typing import Any
 
 from ..errors import ModelError
 
@@ -141,6 +142,16 @@ class Gearing:
     def signed_b(self) -> int:
         """Teeth of b, negative of a ring: torques on a and b are in the ratio of teeth_a to this."""
         return -self.teeth_b if self.internal else self.teeth_b
+
+    def equation(self, share: float = 1) -> dict[str, Any]:
+        """Coefficients of the members: speeds fulfil it, and a torque per tooth acts on the members by them.
+
+        share : of the torque on a per that on b, other than 1 with losses.
+        """
+        row: dict[str, Any] = {self.a: Fraction(self.teeth_a) * share, self.b: Fraction(self.signed_b)}
+        if self.carrier is not None:
+            row[self.carrier] = row.get(self.carrier, 0) - row[self.a] - row[self.b]
+        return row
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -314,13 +325,7 @@ def _equations(gearings: Iterable[Gearing], ties: Iterable[Tie], held: Iterable[
 
     Of a mesh teeth_a (w_a - w_c) +- teeth_b (w_b - w_c) = 0, + external, - internal.
     """
-    rows: list[dict[str, Fraction]] = []
-    for g in gearings:
-        row = {g.a: Fraction(g.teeth_a), g.b: Fraction(g.signed_b)}
-        if g.carrier is not None:
-            row[g.carrier] = row.get(g.carrier, Fraction(0)) - g.teeth_a - g.signed_b
-        rows.append(row)
-    rows += [{tie.a: Fraction(1), tie.b: Fraction(-1)} for tie in ties]
+    rows = [*(g.equation() for g in gearings), *({tie.a: Fraction(1), tie.b: Fraction(-1)} for tie in ties)]
     return [*rows, *({name: Fraction(1)} for name in held)]
 
 

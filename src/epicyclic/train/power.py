@@ -446,12 +446,8 @@ def _columns(kinematics: Kinematics, ends: Sequence[str], directions: Directions
     """
     index = {name: i for i, name in enumerate(kinematics.ratio)}
     columns: list[dict[str, float]] = [{name: 1.0} for name in ends]
-    for g, sign, lost in zip(kinematics.gearings, directions, share, strict=True):
-        on_a, on_b = g.teeth_a * (1 - lost) ** -sign, float(g.signed_b)
-        column = {g.a: on_a, g.b: on_b}
-        if g.carrier is not None:
-            column[g.carrier] = column.get(g.carrier, 0.0) - on_a - on_b
-        columns.append(column)
+    lossy = zip(kinematics.gearings, directions, share, strict=True)
+    columns += [g.equation((1 - float(lost)) ** -sign) for g, sign, lost in lossy]
     columns += [{tie.a: 1.0, tie.b: -1.0} for tie in kinematics.ties]
     matrix = np.zeros((len(index), len(columns)))
     for at, column in enumerate(columns):
