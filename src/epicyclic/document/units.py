@@ -507,28 +507,6 @@ class BareNumber(ModelError):
         super().__init__(f'a number without a unit: "{self.likely}"?', given=value, allowed=kind_words(kinds))
 
 
-class Probe(ModelError):
-    """Answer to the question which quantity stands at a place.
-
-    kinds : names in `units.KINDS`.  ladder : the units a bare number likely means.  bounds : what it may be [SI].
-    many : one value per planet may stand there.  whole : it is a count.  lists : only a list may stand there.
-    """
-
-    def __init__(
-        self,
-        kinds: tuple[str, ...],
-        ladder: Ladder | None = None,
-        *,
-        bounds: Bounds = _ANY,
-        many: bool = False,
-        whole: bool = False,
-        lists: bool = False,
-    ) -> None:
-        self.kinds, self.ladder, self.bounds = kinds, ladder, bounds
-        self.many, self.whole, self.lists = many, whole, lists
-        super().__init__("asked for")
-
-
 class _Asked(float):
     """The value that asks which quantity stands in its place."""
 

@@ -27,9 +27,9 @@ from .schema import (
     check_label,
     nearest,
 )
-from .schema_fields import LinkDampingTable, LinkTable, Unit, metadata_of
+from .schema_fields import LinkDampingTable, LinkTable, Probe, Unit, metadata_of
 from .tables import PlainTable, expand, leaves, merge, nested, normalise, value_at
-from .units import ASKED, BareNumber, Probe, Quantity, Reading
+from .units import ASKED, BareNumber, Quantity, Reading
 
 _WORDS = {
     "int_type": "a whole number",
@@ -397,7 +397,7 @@ def quantity_at(data: PlainTable, path: str, names: Names) -> Probe:
         return found
     here = [detail for detail in faults if path_of(detail["loc"]).startswith(path)]
     if any(detail["type"].startswith("int_") for detail in here):  # a count
-        return Probe(("ratio",), whole=True)
+        return Probe(None)
     raise error_of(here) if here else ModelError("no number stands here", path=path)
 
 

@@ -120,7 +120,6 @@ def commented_text(
     *,
     head: Sequence[str] = (),
     comments: Mapping[str, str] = {},
-    assumed: Mapping[str, str] = {},
 ) -> str:
     """A model document as a TOML text that a person reads and goes on with.
 
@@ -130,16 +129,12 @@ def commented_text(
     head : lines of comment ahead of all.
     comments : by path as the document spells it (``"stages.main.module"``), of a value or a table; behind it, or above
         where that would be too long.  Those of a path that is not there stand at the nearest table above it.
-    assumed : reasons by path, added to those of the document.
 
     Raises
     ------
     ModelError : tables that are no plain ones, references to nothing.
     """
     plain = _with_units(clean(document))
-    reasons = {**plain.pop("assumed", {}), **clean(assumed)}
-    if reasons:
-        plain["assumed"] = reasons
     ordered = {name: plain[name] for name in (*_ORDER, *plain) if name in plain}
     return fragment_text(ordered, head=head, comments=comments)
 

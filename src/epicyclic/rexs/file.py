@@ -214,7 +214,7 @@ def _matrix(values: Sequence[Value], shape: tuple[object, object], attribute: st
     """Values in rows. Raises ModelError where they do not fill them."""
     rows, columns = (_whole(size) for size in shape)
     if rows is None and columns is None:
-        rows = math.isqrt(len(values))
+        rows = columns = math.isqrt(len(values))
     rows = len(values) // max(columns or 1, 1) if rows is None else rows
     columns = len(values) // max(rows, 1) if columns is None else columns
     # rows without columns would fit no values, a thousand million of them too
