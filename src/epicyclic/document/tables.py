@@ -274,8 +274,7 @@ def _renamed(table: PlainTable, stage: str, names: Names, path: str) -> PlainTab
     """Return a table of meshes with their gears in the order sun, planet, ring."""
     result: PlainTable = {}
     for name, value in table.items():
-        right = mesh_name(name, stage, names, path=f"{path}.{name}")
-        result = union(result, {right: value}, path)
+        result = union(result, {mesh_name(name, stage, names, path=f"{path}.{name}"): value}, path)
     return result
 
 

@@ -386,8 +386,7 @@ def quantity_at(data: PlainTable, path: str, names: Names) -> Probe:
 
     Raises ModelError where no number may, or where a number alone is not enough.
     """
-    trial = merge(data, expand(nested(tuple(path.split(".")), ASKED), names))
-    faults = _faults(trial, names, Reading())
+    faults = _faults(merge(data, expand(nested(tuple(path.split(".")), ASKED), names)), names, Reading())
     answers = [detail for detail in faults if isinstance(detail.get("ctx", {}).get("error"), Probe)]
     if answers:
         found: Probe = answers[0]["ctx"]["error"]

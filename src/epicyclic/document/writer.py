@@ -115,12 +115,7 @@ class _Line(NamedTuple):
     comment: str
 
 
-def commented_text(
-    document: Mapping[str, Any],
-    *,
-    head: Sequence[str] = (),
-    comments: Mapping[str, str] = {},
-) -> str:
+def commented_text(document: Mapping[str, Any], *, head: Sequence[str] = (), comments: Mapping[str, str] = {}) -> str:
     """A model document as a TOML text that a person reads and goes on with.
 
     Reading the text gives the same model as reading the document, to the bit.
@@ -257,8 +252,7 @@ def _in_braces(value: Mapping[str, object], path: str, notes: Mapping[str, str])
     """Whether a table stands in braces: short, of several plain values or of distributions, none with a comment."""
     if any(isinstance(inner, Mapping) for inner in value.values()) or any(_join(path, name) in notes for name in value):
         return False
-    several = len(value) > 1 or path.startswith("tolerance.")
-    return several and len(value_text(value)) <= _BRACES
+    return (len(value) > 1 or path.startswith("tolerance.")) and len(value_text(value)) <= _BRACES
 
 
 def _aligned(rows: Sequence[_Line]) -> list[str]:
@@ -498,14 +492,12 @@ def _operation(operation: Schema) -> None:
     for name in ("speed", "torque", "power"):
         table = operation["properties"][name]
         value = table["additionalProperties"]
-        side = {"type": "object", "additionalProperties": value}
-        member = {"anyOf": [*value["anyOf"], side]}
+        member = {"anyOf": [*value["anyOf"], {"type": "object", "additionalProperties": value}]}
         table["additionalProperties"] = {
             "anyOf": [*value["anyOf"], {"type": "object", "additionalProperties": member}],
             "x-quantity": value.get("x-quantity", ""),
         }
-    gravity = operation["properties"]["gravity"]
-    operation["properties"]["gravity"] = _either({"type": "boolean"}, gravity)
+    operation["properties"]["gravity"] = _either({"type": "boolean"}, operation["properties"]["gravity"])
 
 
 def _either(first: Schema, second: Schema) -> Schema:

@@ -317,8 +317,7 @@ def read_rexs_file(source: str | Path | bytes) -> RexsFile:
     except ModelError as error:
         if error.path.startswith(name):
             raise
-        where = f"{name}, {error.path}" if error.path else name
-        raise error.at(where) from None
+        raise error.at(f"{name}, {error.path}" if error.path else name) from None
     return file
 
 

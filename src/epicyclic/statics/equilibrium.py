@@ -71,8 +71,7 @@ def line_minimum(slope: Slope, kinks: Array, start: Array) -> Array:
     count, J = kinks.shape
     here = np.arange(count, dtype=np.int64)
     places = np.sort(np.where(np.isfinite(kinks) & (kinks > 0), kinks, np.inf), axis=1)
-    known = np.sum(np.isfinite(places), axis=1)
-    before, after = np.full(count, -1), known.copy()
+    before, after = np.full(count, -1), np.sum(np.isfinite(places), axis=1)
     low, high = np.zeros(count), np.full(count, np.inf)
     slope_low, slope_high = start.copy(), np.full(count, np.inf)
     for _ in range(J.bit_length() + 1):
@@ -380,8 +379,7 @@ def _closed_pull(flexible: Compliance, stiffness: Array, gap: Values, free_gap: 
     """p = k0 w - k (w - e) with w = B'H^+ F + S p, (..., T, m) [N]."""
     soft = flexible.stiffness - stiffness
     matrix = np.eye(len(flexible.stiffness)) - soft[:, :, None] * flexible.to_mesh
-    right = soft * free_gap + stiffness * gap
-    return np.linalg.solve(matrix, right[..., None])[..., 0]
+    return np.linalg.solve(matrix, (soft * free_gap + stiffness * gap)[..., None])[..., 0]
 
 
 def equilibrium(

@@ -394,8 +394,7 @@ def mesh_phases(system: System, tone: Fraction, index: NDArray[np.int64], sample
 def stiffness_at(system: System, phases: Array) -> Array:
     """k_m at phases (T, tones) of every mesh frequency [turns], (T, m) [N/m], positive."""
     meshes = system.meshes
-    law = LinearLaw(stiffness=meshes.stiffness, variation=meshes.variation, tone=meshes.tone)
-    return law.at(phases).stiffness
+    return LinearLaw(stiffness=meshes.stiffness, variation=meshes.variation, tone=meshes.tone).at(phases).stiffness
 
 
 def excitation(system: System, tone: Fraction, index: NDArray[np.int64], samples: int) -> RecordExcitation:

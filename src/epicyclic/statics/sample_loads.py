@@ -436,8 +436,7 @@ def _leaves(
     size = np.abs(force).max(axis=1, initial=0.0)
     leaves = falls_below(force, wave, phases, -_NONE * size[:, None])
     if c:
-        shut = loads.flexible.stiffness[m : m + c] > 0
-        side = np.where(shut, 1.0, -1.0)
+        side = np.where(loads.flexible.stiffness[m : m + c] > 0, 1.0, -1.0)
         reach, swing = side * closed[:, m : m + c], side * waves[:, :, m : m + c]
         leaves |= falls_below(reach, swing, phases, np.zeros((len(reach), 1)))
     return leaves

@@ -417,8 +417,7 @@ def eased(law: FlankAt, mean: Array, share: float) -> FlankAt:
     """A law with a share of its variation and curvature, the rest linear with the mean stiffness (c,) [N/m]."""
     if isinstance(law, LinearAt):
         return LinearAt(stiffness=mean + share * (law.stiffness - mean))
-    linear = LinearAt(stiffness=np.broadcast_to(mean, law.touch.shape))
-    return Blended(linear=linear, law=law, share=share)
+    return Blended(linear=LinearAt(stiffness=np.broadcast_to(mean, law.touch.shape)), law=law, share=share)
 
 
 # along the face -------------------------------------------------------------------------------------------------------

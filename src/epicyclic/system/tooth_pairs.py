@@ -193,8 +193,7 @@ def _series(history: ContactHistory) -> tuple[float, ComplexArray, ComplexArray]
     """Mean stiffness [N/m], relative series (L,) and error of orders 0 .. L [m], over mesh time."""
     if not (np.isfinite(history.tangent).all() and (history.tangent > 0).all()):
         raise ModelError("the teeth do not keep contact over the mesh cycle", given=float(np.min(history.tangent)))
-    T = len(history.tangent)
-    count = (T - 1) // 2
+    count = (len(history.tangent) - 1) // 2
     mean, series = table_series(history.tangent)
     return mean, series[:count], harmonics(history.approach - history.force / history.tangent, count)
 
@@ -316,8 +315,7 @@ class MeshFaceLaw:
 
     def at(self, cycles: Array) -> _At:
         """Contact at times (T, g) [mesh cycles], as of `system.flank_laws.FaceLaw`."""
-        sigma = self.sense * (cycles + self.lead)
-        segments = contact_segments(self.pair, sigma.ravel())
+        segments = contact_segments(self.pair, (self.sense * (cycles + self.lead)).ravel())
         return _At(segments=segments, weight=row_weights(segments, _stations(self.pair)))
 
 

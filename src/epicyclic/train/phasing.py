@@ -107,8 +107,7 @@ class StagePhases:
 
 def flank_of_torque(torque_on_b: float, *, internal: bool) -> int:
     """Flank d of a mesh from the torque [N m] its teeth put on b: the mean mesh force is positive (+1 for 0)."""
-    along = torque_on_b if internal else -torque_on_b
-    return -1 if along < 0 else 1
+    return -1 if (torque_on_b if internal else -torque_on_b) < 0 else 1
 
 
 def stage_leads(
