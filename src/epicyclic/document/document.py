@@ -481,8 +481,7 @@ def _open(source: object) -> tuple[PlainTable, str, Path | None]:
     if isinstance(source, Mapping):
         return clean(source), "dict", None
     if isinstance(source, str) and source in ready_drives():
-        text = resources.files("epicyclic.systems").joinpath(f"{source}.toml").read_text(encoding="utf-8")
-        return parse_text(text, source), source, None
+        return parse_text(drive_text(source), source), source, None
     if not isinstance(source, (str, Path)):
         raise ModelError(
             "not a model", path=type(source).__name__, allowed="a path, the name of a ready drive, or a dict"

@@ -539,10 +539,9 @@ def stated(value: float | str, kind: str, path: str, *, bounds: Bounds = _ANY) -
     """
     if not isinstance(value, str):
         return float(value)
-    if _PLAIN.fullmatch(value) and float(value) != 0:
-        bare = BareNumber(float(value), (kind,), None)
-        raise ModelError(bare.problem, path=path, given=value, allowed=bare.allowed)
     try:
+        if _PLAIN.fullmatch(value) and float(value) != 0:
+            raise BareNumber(float(value), (kind,), None)
         read = read_quantity(value, (kind,), bounds)
     except ModelError as error:
         raise ModelError(error.problem, path=path, given=value, allowed=error.allowed) from None

@@ -274,10 +274,8 @@ def _aligned(rows: Sequence[_Line]) -> list[str]:
 
 def _comment_lines(text: str) -> list[str]:
     """Lines of a comment; what no comment may hold is a blank."""
-    lines = []
-    for line in text.splitlines():
-        lines += textwrap.wrap(_CONTROL.sub(" ", line), _WIDTH - 2, break_long_words=False, break_on_hyphens=False)
-    return [f"# {line}" for line in lines]
+    wrapper = textwrap.TextWrapper(_WIDTH - 2, break_long_words=False, break_on_hyphens=False)
+    return [f"# {line}" for whole in text.splitlines() for line in wrapper.wrap(_CONTROL.sub(" ", whole))]
 
 
 def _join(path: str, name: str) -> str:

@@ -622,14 +622,10 @@ def _pattern(system: System) -> str:
     meshes, links = _coupled(system.meshes.B, owner), _coupled(np.concatenate(groups, axis=1), owner)
     left = 0.62 * _LABEL * max((len(name) for name in names), default=0) + 6
     cells = [_cell(left, i, i, _BODY, name) for i, name in enumerate(names)]
-    for i, j in sorted(links):
-        cells.append(_cell(left, i, j, _LINK, f"{names[i]}, {names[j]}: link"))
-        if (i, j) not in meshes:
-            cells.append(_cell(left, j, i, _LINK, f"{names[i]}, {names[j]}: link"))
-    for i, j in sorted(meshes):
-        if (i, j) not in links:
-            cells.append(_cell(left, i, j, _MESH, f"{names[i]}, {names[j]}: mesh"))
-        cells.append(_cell(left, j, i, _MESH, f"{names[i]}, {names[j]}: mesh"))
+    for i, j in sorted(links | meshes):
+        for row, column, by_link in ((i, j, (i, j) in links), (j, i, (i, j) not in meshes)):
+            colour, kind = (_LINK, "link") if by_link else (_MESH, "mesh")
+            cells.append(_cell(left, row, column, colour, f"{names[i]}, {names[j]}: {kind}"))
     labels = "".join(
         f'<text x="{left - 4:.1f}" y="{_CELL * i + _LABEL:.1f}">{escape(name)}</text>' for i, name in enumerate(names)
     )

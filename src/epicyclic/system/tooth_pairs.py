@@ -82,16 +82,9 @@ def _torsion(form: GearForm, end: End | None) -> Torsion | None:
 
 def axial_offsets(train: Train, mesh: Mesh) -> tuple[float, float]:
     """Axial offsets of both gears of a mesh from the drawing, by deviations at rest [m]."""
-    return _slide(train, mesh.a), _slide(train, mesh.b)
-
-
-def _slide(train: Train, body: str) -> float:
-    """Axial offset of a body from the drawing, by deviations at rest [m]."""
-    return math.fsum(
-        float(displacement.vector[2].real)
-        for displacement in train.displacements
-        if displacement.body == body and displacement.cause == "position" and displacement.frequency == 0
-    )
+    still = [one for one in train.displacements if one.cause == "position" and one.frequency == 0]
+    a, b = (math.fsum(one.vector[2].real for one in still if one.body == body) for body in (mesh.a, mesh.b))
+    return a, b
 
 
 def tooth_warnings(pair: ContactPair, mesh: Mesh) -> tuple[CodedText, ...]:

@@ -291,7 +291,7 @@ def solve_kinematics(
         mesh_frequency=None if speed is None else _tooth_rates(gearings, names, speed, 60),
         mesh_order=_tooth_rates(gearings, names, next(iter(motions.values()))) if len(motions) == 1 else {},
         torque=None if torque is None else {name: float(torque[name]) for name in members},
-        power=None if torque is None or speed is None else {m: _watts(torque[m], speed[m]) for m in members},
+        power=None if torque is None or speed is None else {m: watts(torque[m], speed[m]) for m in members},
         mesh_torque=None if inner is None else inner[0],
         tie_torque=None if inner is None else inner[1],
         held=tuple(held),
@@ -429,7 +429,7 @@ def _loads(
                 raise ModelError(
                     f"no torque follows from this power, {state}", path=path, given=value, allowed="a torque"
                 )
-            loads[name] = Fraction(value) if key == "torque" else Fraction(value / _watts(1, (speed or {})[name]))
+            loads[name] = Fraction(value) if key == "torque" else Fraction(value / watts(1, (speed or {})[name]))
     return loads
 
 
@@ -519,7 +519,8 @@ def _internal_torques(
     )
 
 
-def _watts(torque: Fraction | int, speed: Fraction) -> float:
+def watts(torque: Fraction | float, speed: Fraction) -> float:
+    """Power [W] of a torque [N m] at a speed [rev/min]."""
     return float(torque * speed) * math.tau / 60
 
 
