@@ -27,7 +27,7 @@ of load in between is internal to the law, which returns the force of each row, 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any, Protocol
 
@@ -206,7 +206,7 @@ class TabulatedLaw:
 
     tone : (c,) mesh tone of each row.  lead, sense : (c,) sigma = sense (cycles + lead).
     force : (L,) from zero up [N].  gap : (S, L) delta at sigma = 0, 1/S, ... [m].  slope : (S, L) [N/m].
-    load : (c,) at which the tangent of a row was taken [N]; nan where it is not known, left out where it is of none.
+    load : (c,) at which the tangent of a row was taken [N]; nan where it is not known.
     last : force up to which all phases have data, where less than the last one [N].
     """
 
@@ -216,13 +216,8 @@ class TabulatedLaw:
     force: Array
     gap: Array
     slope: Array
-    load: Array = field(default_factory=lambda: np.zeros(0))
+    load: Array
     last: float = np.inf
-
-    def __post_init__(self) -> None:
-        """nan for loads left out."""
-        if not self.load.size:
-            object.__setattr__(self, "load", np.full(len(self.lead), np.nan))
 
     def __repr__(self) -> str:
         """One line: number of rows, size of the table and largest force."""
