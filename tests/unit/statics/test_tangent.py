@@ -45,7 +45,6 @@ def straight(system: System, rows: ArrayLike, touch: Array, **changes: Any) -> S
         force=LOAD * np.arange(3.0),
         gap=touch[:, None] + LOAD * np.arange(3.0) / slope[:, None],
         slope=np.repeat(slope[:, None], 3, axis=1),
-        load=np.full(index.size, np.nan),
         **{"load": np.full(index.size, LOAD), **changes},
     )
     return replace(system, meshes=replace(system.meshes, laws=(*system.meshes.laws, LawRows(law=law, rows=index))))
