@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ..errors import ConvergenceError, ModelError
+from ..results.files import write_text
 from ..rexs.file import is_rexs_name
 from .command import (
     Case,

@@ -461,17 +461,13 @@ def _normal_cdf(x: float) -> float:
     return 0.5 * math.erfc(-x / math.sqrt(2))
 
 
-def _is_point(deviation: float, low: float, high: float) -> bool:
-    return deviation == 0 or high == low
-
-
 def _truncated_moments(mean: float, deviation: float, low: float, high: float) -> tuple[float, float]:
     """Return mean and standard deviation of a truncated normal distribution.
 
     The closed form cancels where the truncation is narrow. Below a hundredth of a deviation the density is a straight
     line to 1e-5, whose moments are those of the even one, with the mean moved by its slope.
     """
-    if _is_point(deviation, low, high):
+    if deviation == 0 or high == low:
         return min(max(mean, low), high), 0.0
     a, b = (low - mean) / deviation, (high - mean) / deviation
     if b - a < 1e-2:
@@ -489,7 +485,7 @@ def _truncated(u: NDArray[np.float64], mean: float, deviation: float, low: float
     import numpy as np
     from scipy.special import ndtr, ndtri
 
-    if _is_point(deviation, low, high):
+    if deviation == 0 or high == low:
         return np.full(u.shape, min(max(mean, low), high))
     a, b = (low - mean) / deviation, (high - mean) / deviation
     below = ndtr(a) + u * (ndtr(b) - ndtr(a))
@@ -497,8 +493,7 @@ def _truncated(u: NDArray[np.float64], mean: float, deviation: float, low: float
     # a normal distribution function near 1 has lost the digits that its complement still has
     with np.errstate(divide="ignore"):
         drawn = np.where(below <= 0.5, ndtri(below), -ndtri(above))
-    clipped: NDArray[np.float64] = np.clip(mean + deviation * drawn, low, high)
-    return clipped
+    return np.asarray(np.clip(mean + deviation * drawn, low, high))
 
 
 def _triangular(u: NDArray[np.float64], low: float, mode: float, high: float) -> NDArray[np.float64]:

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import csv
 import math
+import os
 import re
 import tomllib
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
@@ -32,7 +33,7 @@ from .schema import FORMAT, ModelFile, Names, check_names, collect, nearest
 from .schema_fields import curve_fault
 from .tables import PlainTable, clean, dotted_line, expand, expand_path, leaves, merge, nested, value_at
 from .tolerances import check_tolerance, still_toleranced
-from .units import COMMON, KINDS, BareNumber, factor, finite_float
+from .units import KINDS, BareNumber, finite_float, to_si
 from .validation import bare_numbers, validate
 
 _NAME_AND_UNIT = re.compile(r"([^\[\]]*)(?:\[([^\[\]]*)\])?")
@@ -84,11 +85,9 @@ class CsvTable:
         given, target = self.heading[column], KINDS[kind].unit
         if not name or not unit:
             raise self.error(self.lines[0], "a column needs a name and a unit", given=given, allowed=allowed)
-        scale, base = COMMON.get(unit, (0.0, ""))
-        scale_to_si = scale if base == target else factor(unit, target)
-        if scale_to_si is None:
+        if (scale := to_si(unit, target)) is None:
             raise self.error(self.lines[0], f"not a unit of {kind}", given=given, allowed=KINDS[kind].spellings)
-        return scale_to_si
+        return scale
 
     def quantities(self, column: int, kind: str, *, allowed: str) -> list[float]:
         """Return a column of a kind of quantity in SI. Raises ModelError with the line, beyond its limit too."""
@@ -482,8 +481,7 @@ def _open(source: object) -> tuple[PlainTable, str, Path | None]:
     if isinstance(source, Mapping):
         return clean(source), "dict", None
     if isinstance(source, str) and source in ready_drives():
-        text = resources.files("epicyclic.systems").joinpath(f"{source}.toml").read_text(encoding="utf-8")
-        return parse_text(text, source), source, None
+        return parse_text(drive_text(source), source), source, None
     if not isinstance(source, (str, Path)):
         raise ModelError(
             "not a model", path=type(source).__name__, allowed="a path, the name of a ready drive, or a dict"
@@ -514,15 +512,8 @@ def file_text(path: Path) -> str:
     name = str(path)
     drives = ready_drives()
     allowed = f"a .toml file, or one of the ready drives {', '.join(drives)}"
-    try:
-        if path.is_dir():
-            raise ModelError("a folder", path=name, allowed=allowed)
-        if not path.exists():
-            raise ModelError(f"no such file or ready drive{nearest(path.stem, drives)}", path=name, allowed=allowed)
-    except (OSError, ValueError) as error:
-        if isinstance(error, ModelError):
-            raise
-        raise ModelError(f"cannot be read ({error})", path=name[:80], allowed=allowed) from None
+    if not os.path.exists(path):
+        raise ModelError(f"no such file or ready drive{nearest(path.stem, drives)}", path=name, allowed=allowed)
     return decoded(read_bytes(path, most=MAX_BYTES, allowed=allowed), name)
 
 

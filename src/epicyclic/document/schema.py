@@ -318,7 +318,10 @@ class StageTable(GearKeys):
             return data
         named = {k: v for k, v in data.items() if k not in STAGE_KEYS and (isinstance(v, dict) or k in KIND_BY_NAME)}
         rest = {k: v for k, v in data.items() if k not in named}
-        return {**rest, "members": {k: _with_kind(k, v) for k, v in named.items()}}
+        for name, table in named.items():
+            if isinstance(table, dict) and name in KIND_BY_NAME:
+                named[name] = {"kind": KIND_BY_NAME[name], **table}
+        return {**rest, "members": named}
 
     @property
     def branches(self) -> int:
@@ -327,13 +330,6 @@ class StageTable(GearKeys):
 
 
 STAGE_KEYS = frozenset(StageTable.model_fields) - {"members"}
-
-
-def _with_kind(name: str, table: Any) -> Any:
-    """Return a member's table with the kind that its name implies."""
-    if isinstance(table, dict) and "kind" not in table and name in KIND_BY_NAME:
-        return {"kind": KIND_BY_NAME[name], **table}
-    return table
 
 
 class BodyTable(SchemaTable):
@@ -350,8 +346,10 @@ class BodyTable(SchemaTable):
 class OperationTable(SchemaTable):
     """What drives, holds and loads the train; keys are full member paths."""
 
-    held: tuple[str, ...] = key((), "members that do not turn, by path")
-    open: tuple[str, ...] = key((), "couplings that are open, by name: clutches that carry no torque about z")
+    held: tuple[str, ...] = key((), "members that do not turn, by path", strict=False)
+    open: tuple[str, ...] = key(
+        (), "couplings that are open, by name: clutches that carry no torque about z", strict=False
+    )
     speed: dict[str, Annotated[float, Unit("speed")]] = Field(
         default_factory=dict, description="absolute speed by member [rpm, rad/s], positive about +z"
     )

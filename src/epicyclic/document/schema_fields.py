@@ -30,7 +30,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import CoreSchema, core_schema
 
 from ..errors import ModelError
-from .units import ASKED, KINDS, SMALL, Bounds, Ladder, PerPlanet, Probe, Quantity, Reading, read_quantity
+from .units import ASKED, KINDS, SMALL, Bounds, Ladder, PerPlanet, Quantity, Reading, read_quantity
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +64,7 @@ class Unit(Bounds):
         kinds = tuple(self.kinds.split())
         if context is not None:
             if value is ASKED:
-                raise Probe(kinds, self.likely, bounds=self, many=self.many, lists=self.lists)
+                raise Probe(self)
             context.look(value, kinds, self.likely)
         many, one = self.many or self.lists, not self.lists
         try:
@@ -124,6 +124,22 @@ class Unit(Bounds):
             entries["maxItems"] = self.count
         lists = [text_form(kind, inf=self.inf, many=True), entries]
         return lists if self.lists else one + lists
+
+
+class Probe(ModelError):
+    """Answer to the question which quantity stands at a place.
+
+    unit : what may stand there; None of a count.
+    """
+
+    def __init__(self, unit: Unit | None) -> None:
+        self.unit = unit
+        super().__init__("asked for")
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """Names in `units.KINDS`."""
+        return ("ratio",) if self.unit is None else tuple(self.unit.kinds.split())
 
 
 # what only infinity is not below: JSON itself has no word for it, TOML has
@@ -491,7 +507,7 @@ class SolidTable(LinkTable):
 class CouplingTable(SolidTable):
     """A coupling or shaft between two members or bodies; rz rigid, the rest 0, unless named."""
 
-    between: tuple[str, str] = Field(description="the two members or bodies it joins")
+    between: tuple[str, str] = Field(description="the two members or bodies it joins", strict=False)
     radius: Length | None = key(None, "radius at which an rz in N/m acts")
     ends: Literal["splined", "fixed"] = key(
         "splined", "ends of a shaft: splined passes torque alone; fixed also forces and bending"

@@ -2,7 +2,7 @@
 
 Shorthands are those of one layer of a file: each layer is expanded before one is laid over the other.  What a table
 is, is known from its place.  Values of a wrong form pass through: validation names them.  The expanded document is then
-normalised for the schema: values by full member path, lists as tuples.
+normalised for the schema: values by full member path.
 """
 
 from __future__ import annotations
@@ -274,8 +274,7 @@ def _renamed(table: PlainTable, stage: str, names: Names, path: str) -> PlainTab
     """Return a table of meshes with their gears in the order sun, planet, ring."""
     result: PlainTable = {}
     for name, value in table.items():
-        right = mesh_name(name, stage, names, path=f"{path}.{name}")
-        result = union(result, {right: value}, path)
+        result = union(result, {mesh_name(name, stage, names, path=f"{path}.{name}"): value}, path)
     return result
 
 
@@ -482,25 +481,18 @@ def normalise(data: PlainTable, names: Names) -> PlainTable:
         result["cases"] = _each(cases, "cases", lambda table, path: _normalised_operation(table, names, path))
     if isinstance(deviations := data.get("deviations"), dict):
         result["deviations"] = _normalised_deviations(deviations, names)
-    if isinstance(couplings := data.get("couplings"), dict):
-        result["couplings"] = _each(couplings, "", lambda table, _: _with_tuple(table, "between"))
     return result
 
 
 def _normalised_operation(table: PlainTable, names: Names, path: str = "operation") -> PlainTable:
     """Flatten speeds, torques and powers to full member paths."""
-    result = _with_tuple(_with_tuple(table, "held"), "open")
+    result = dict(table)
     for name in ("speed", "torque", "power"):
         if isinstance(table.get(name), dict):
             result[name] = _by_member(table[name], names, f"{path}.{name}", sides=name != "speed")
     if isinstance(gravity := table.get("gravity"), bool):
         result["gravity"] = f"[0, {-STANDARD_GRAVITY}, 0] m/s^2" if gravity else None
     return result
-
-
-def _with_tuple(table: PlainTable, name: str) -> PlainTable:
-    """Return a table with one of its lists as a tuple."""
-    return table | {name: tuple(table[name])} if isinstance(table.get(name), list) else dict(table)
 
 
 def _by_member(table: PlainTable, names: Names, path: str, *, sides: bool) -> PlainTable:

@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING, Any
 from ..errors import ModelError
 from .deviations import FORMS, PHASES, VECTORS, Distribution, StandardGrade, read_distribution
 from .schema import Names, collect, nearest
+from .schema_fields import Probe, Unit
 from .tables import TOLERANCE_TABLES, PlainTable, expand, leaves, nested, one_path
-from .units import KINDS, NUMBER, BareNumber, Bounds, Probe, Quantity, bare_in, kind_words, read_quantity, split_list
+from .units import KINDS, NUMBER, BareNumber, Bounds, Quantity, bare_in, kind_words, read_quantity, split_list
 from .validation import quantities_at
 
 if TYPE_CHECKING:
@@ -76,18 +77,13 @@ def tolerances(document: object, width: Width | None = None) -> tuple[Tolerance,
     return _table_of(document, width).entries()
 
 
-def costs(document: object, width: Width | None = None) -> dict[str, tuple[Grade, ...]]:
-    """Return the grades that `[tolerance.cost]` prices, by the path of their entry, in the order of the file.
-
-    document, width : as of `tolerances`.  Raises ModelError likewise.
-    """
-    return tolerances_and_costs(document, width)[1]
-
-
 def tolerances_and_costs(
     document: object, width: Width | None = None
 ) -> tuple[tuple[Tolerance, ...], dict[str, tuple[Grade, ...]]]:
-    """Return `tolerances` and `costs` of one reading.  Raises ModelError as both."""
+    """Return `tolerances`, and the grades that `[tolerance.cost]` prices, by the path of their entry, in their order.
+
+    document, width : as of `tolerances`.  Raises ModelError likewise.
+    """
     reading = _table_of(document, width)
     entries = reading.entries()
     return entries, {entry.path: tuple(reading.priced(entry)) for entry in entries if entry.path in reading.costs}
@@ -152,7 +148,7 @@ def _without(table: PlainTable, gone: Collection[str], names: Names) -> PlainTab
 
 
 class _ToleranceTable:
-    """`[tolerance]` of one document.  width : of the grades.  probes : what may stand at the path of each entry."""
+    """`[tolerance]` of one document.  width : of the grades.  units : what may stand at the path of each entry."""
 
     def __init__(self, data: PlainTable, names: Names, width: Width | None) -> None:
         table = data.get("tolerance")
@@ -161,7 +157,7 @@ class _ToleranceTable:
         if not isinstance(self.costs, dict):
             raise ModelError("not a table", path="tolerance.cost", given=self.costs, allowed="[tolerance.cost]")
         self.data, self.names, self.width = data, names, width
-        self.probes: dict[str, Probe] = {}
+        self.units: dict[str, Unit] = {}
 
     def entries(self) -> tuple[Tolerance, ...]:
         """Return the entries in the order of the file. Raises ModelError."""
@@ -190,7 +186,7 @@ class _ToleranceTable:
         """Return one entry. Raises ModelError."""
         where = f"tolerance.{path}"
         texts, phase = _texts(value, where)
-        probe = self.probes[path] = self._probe(path, value, found)
+        unit = self.units[path] = self._unit(path, value, found)
         # a grade, which has no word of its own for a vector, is one where a vector may stand
         words = {text.strip().partition("(")[0].strip() for text in texts.values() if isinstance(text, str)}
         vector = path.startswith("deviations.") and path.rpartition(".")[2] in _VECTORS
@@ -202,7 +198,7 @@ class _ToleranceTable:
             read[name], units[name] = self.distribution(text, path, vector, place)
         stated = {unit for unit in units.values() if unit}
         if len(stated) > 1:
-            allowed = " or ".join(KINDS[kind].unit for kind in probe.kinds)
+            allowed = " or ".join(KINDS[kind].unit for kind in unit.kinds.split())
             raise ModelError("mixes kinds of quantity", path=where, given=str(value), allowed=f"all in {allowed}")
         if not vector and self._is_pin(path):
             # a number is the amplitude, whose phase is 0: along the radius, where a pin hardly loads its meshes
@@ -211,7 +207,7 @@ class _ToleranceTable:
                 f'"disc(diameter)" for a zone round the pin, or {path}.y for a tangential number, .x for a radial one'
             )
             raise ModelError(problem, path=where, given=_shown(value), allowed=allowed)
-        count = _count(path, probe, self.names, self.data)
+        count = _count(path, self.names, self.data) if unit.many else 1
         if "common" in read and count == 1:
             problem, allowed = "a common draw of a single one", "own alone; common is of what several planets have"
             raise ModelError(problem, path=f"{where}.common", given=texts["common"], allowed=allowed)
@@ -223,7 +219,7 @@ class _ToleranceTable:
             own=read.get("own"),
             common=read.get("common"),
             phase=phase,
-            unit=next(iter(stated), KINDS[probe.kinds[0]].unit),
+            unit=next(iter(stated), KINDS[unit.kinds.split()[0]].unit),
             count=count,
         )
 
@@ -236,20 +232,20 @@ class _ToleranceTable:
         turns = "on" in self.data["stages"][stage].get(member, {})
         return self.names.stages[stage].get(member) == "planet" and not turns
 
-    def _probe(self, path: str, value: object, probe: Probe | ModelError) -> Probe:
+    def _unit(self, path: str, value: object, probe: Probe | ModelError) -> Unit:
         """Return what may stand at the path of an entry. Raises ModelError where it is no number of the model."""
         problem, allowed = "", "a path a number can stand at, in a table that is there"
         if not isinstance(probe, Probe):
             about = f"{probe.path}: {probe.problem}" if probe.path not in ("", path) else probe.problem
             problem = f"no such path ({about})"
-        elif probe.whole:
+        elif probe.unit is None:
             problem, allowed = "a count, no number that varies", "a quantity that varies from part to part"
-        elif probe.lists:
+        elif probe.unit.lists:
             problem, allowed = "a list, no number", "a quantity that is one number, or one per planet"
         elif (missing := _missing(self.data, path)) is not None:
             problem = f"no such path ({missing})"
         else:
-            return probe
+            return probe.unit
         raise ModelError(problem, path=f"tolerance.{path}", given=_shown(value), allowed=allowed)
 
     def distribution(self, text: object, path: str, vector: bool, where: str) -> tuple[Distribution, str]:
@@ -257,21 +253,21 @@ class _ToleranceTable:
 
         path : of the entry.  where : of the text.  Raises ModelError.
         """
-        probe, units = self.probes[path], set[str]()
+        expected, units = self.units[path], set[str]()
 
         def value(part: str) -> float:
-            number, unit = self._value(part, probe, where, text)
+            number, unit = self._value(part, expected, where, text)
             if unit:
                 units.add(unit)
             return number
 
         read = read_distribution(text, value, vector=vector, where=where)
-        kinds = probe.kinds
+        kinds = tuple(expected.kinds.split())
         if len(units) > 1:
             allowed = " or ".join(KINDS[kind].unit for kind in kinds)
             raise ModelError("mixes kinds of quantity", path=where, given=text, allowed=f"all in {allowed}")
         if isinstance(read, Distribution):
-            _check_bounds(read, probe.bounds, where)
+            _check_bounds(read, expected, where)
             return read, next(iter(units), "")
         if "length" not in kinds:
             problem = "a grade of a length, where another quantity stands"
@@ -284,13 +280,13 @@ class _ToleranceTable:
         except ModelError as error:
             raise ModelError(error.problem, path=where, given=text, allowed=error.allowed) from None
 
-    def _value(self, part: str, probe: Probe, where: str, text: object) -> tuple[float, str]:
+    def _value(self, part: str, expected: Unit, where: str, text: object) -> tuple[float, str]:
         """Return one value in SI and its SI unit, no unit of zero. Raises ModelError."""
-        kinds = probe.kinds
+        kinds = tuple(expected.kinds.split())
         bare = float(part) if _NUMBER.fullmatch(part) else None
         try:
             if bare is not None and bare_in(bare, kinds):
-                raise BareNumber(bare, kinds, probe.ladder)
+                raise BareNumber(bare, kinds, expected.likely)
             read = read_quantity(part if bare is None else bare, kinds, Bounds(), listed=True)
         except ModelError as error:
             raise ModelError(error.problem, path=where, given=text, allowed=kind_words(kinds)) from None
@@ -362,10 +358,10 @@ def _missing(data: PlainTable, path: str) -> str | None:
     return None
 
 
-def _count(path: str, probe: Probe, names: Names, data: PlainTable) -> int:
-    """Return how many planets have a number of their own at a path."""
+def _count(path: str, names: Names, data: PlainTable) -> int:
+    """Return how many planets have a number of their own at a path where each may have one."""
     segments = path.split(".")
-    if not probe.many or segments[0] not in ("stages", "deviations") or segments[1] not in names.stages:
+    if segments[0] not in ("stages", "deviations") or segments[1] not in names.stages:
         return 1
     stage, name, *rest = segments[1:]
     kinds = names.stages[stage]

@@ -50,39 +50,16 @@ def _per(*below: str) -> str:
     return f"(?:{_OVER}{_OVER.join(below)}|{_OVER}\\( *{_TIMES.join(below)} *\\))"
 
 
-UNIT_PATTERNS: dict[str, str] = {
-    "ratio": "(?:%|percent|ppm)",
-    "cycles": "",
-    "length": _LENGTH,
-    "angle": _ANGLE,
-    "mass": _MASS,
-    "inertia": f"{_MASS}{_TIMES}{_AREA}",
-    "density": f"{_MASS}{_OVER}{_LENGTH}{_CUBED}",
-    "pressure": f"(?:{_STRESS}|{_FORCE}{_OVER}{_AREA})",
-    "viscosity": f"m?Pa{_TIMES}s",
-    "load_per_length": f"{_FORCE}{_OVER}{_LENGTH}",
-    "stiffness": f"{_FORCE}{_OVER}{_LENGTH}",
-    "stiffness_per_width": f"(?:{_FORCE}(?:{_OVER}{_AREA}|{_per(_LENGTH, _LENGTH)})|{_STRESS})",
-    "torsional_stiffness": f"{_TORQUE}{_OVER}{_ANGLE}",
-    "rigidity": f"{_FORCE}{_TIMES}{_AREA}",
-    "damping": f"{_FORCE}(?:{_TIMES}{_TIME}{_OVER}{_LENGTH}|{_OVER}\\( *{_LENGTH}{_OVER}{_TIME} *\\))",
-    "torsional_damping": f"{_TORQUE}(?:{_TIMES}{_TIME}{_OVER}{_ANGLE}|{_OVER}\\( *{_ANGLE}{_OVER}{_TIME} *\\))",
-    "force": _FORCE,
-    "torque": _TORQUE,
-    "power": _POWER,
-    "speed": f"(?:rpm|{_ANGLE}{_OVER}{_TIME})",
-    "acceleration": f"{_LENGTH}(?:{_OVER}{_TIME}{_SQUARED}|{_per(_TIME, _TIME)})",
-    "rate": f"1{_OVER}{_TIME}",
-    "time": _TIME,
-    "unbalance": f"{_MASS}{_TIMES}{_LENGTH}",
-}
-"""Regular expression of the unit texts of each kind of quantity; empty where there is no unit."""
+_PER_WIDTH = f"(?:{_FORCE}(?:{_OVER}{_AREA}|{_per(_LENGTH, _LENGTH)})|{_STRESS})"
+_DAMPER = f"{_FORCE}(?:{_TIMES}{_TIME}{_OVER}{_LENGTH}|{_OVER}\\( *{_LENGTH}{_OVER}{_TIME} *\\))"
+_TURN_DAMPER = f"{_TORQUE}(?:{_TIMES}{_TIME}{_OVER}{_ANGLE}|{_OVER}\\( *{_ANGLE}{_OVER}{_TIME} *\\))"
+_ACCELERATION = f"{_LENGTH}(?:{_OVER}{_TIME}{_SQUARED}|{_per(_TIME, _TIME)})"
 
 
 @cache
 def is_unit_of(unit: str, kind: str) -> bool:
     """Return whether a unit text is one of a kind of quantity in a model file."""
-    return re.fullmatch(UNIT_PATTERNS[kind], unit) is not None
+    return re.fullmatch(KINDS[kind].pattern, unit) is not None
 
 
 def number_pattern(kind: str, *, inf: bool) -> str:
@@ -94,14 +71,14 @@ def list_pattern(kind: str, *, inf: bool) -> str:
     """Return the pattern of a text with a list: a unit behind the bracket, or in every entry that is not zero."""
     entry = f"{_BLANK}{f'(?:{NUMBER}|{_INF})' if inf else NUMBER}{_BLANK}"
     own = f"{_BLANK}{_one(kind, inf=inf)}{_BLANK}"
-    unit = UNIT_PATTERNS[kind]
+    unit = KINDS[kind].pattern
     shared = f"\\[{entry}(?:,{entry})*\\]{_BLANK}{unit}"
     return f"^{_BLANK}(?:{shared}|\\[{own}(?:,{own})*\\]){_BLANK}$" if unit else f"^{_BLANK}{shared}$"
 
 
 def _one(kind: str, *, inf: bool) -> str:
     """Return the pattern of one number: with its unit, zero, infinity, or of no dimension."""
-    unit = UNIT_PATTERNS[kind]
+    unit = KINDS[kind].pattern
     numbers = f"(?:{NUMBER}|{_INF})" if inf else NUMBER
     if not unit:
         return numbers
@@ -135,12 +112,16 @@ _LEAST = 1e-60
 
 @dataclass(frozen=True, slots=True)
 class Kind:
-    """A kind of quantity: name, SI unit, largest magnitude accepted [SI], and spellings to propose."""
+    """A kind of quantity: name, SI unit, largest magnitude accepted [SI], and spellings to propose.
+
+    pattern : regular expression of the texts of its units; empty where there is no unit.
+    """
 
     name: str
     unit: str
     limit: float
     spellings: str
+    pattern: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -161,78 +142,60 @@ class Bounds:
 
 
 KINDS: dict[str, Kind] = {
-    "ratio": Kind("number", "", 1e12, ""),
-    "cycles": Kind("phase in mesh cycles", "", 1e6, ""),
-    "length": Kind("length", "m", 1e4, "m, mm, um"),
-    "angle": Kind("angle", "rad", 1e4, "rad, deg"),
-    "mass": Kind("mass", "kg", 1e9, "kg, g, t"),
-    "inertia": Kind("moment of inertia", "kg m^2", 1e12, "kg m^2, kg mm^2"),
-    "density": Kind("density", "kg/m^3", 1e6, "kg/m^3, g/cm^3"),
-    "pressure": Kind("stress", "Pa", 1e15, "Pa, MPa, GPa"),
-    "viscosity": Kind("dynamic viscosity", "Pa s", 1e6, "mPa s, Pa s"),
-    "load_per_length": Kind("load per length", "N/m", 1e12, "N/mm, N/m"),
-    "stiffness": Kind("stiffness", "N/m", 1e16, "N/m, N/um, kN/mm"),
-    "stiffness_per_width": Kind("stiffness per face width", "N/m^2", 1e16, "N/(mm um), N/m^2"),
-    "torsional_stiffness": Kind("torsional stiffness", "N m/rad", 1e18, "N m/rad, kN m/rad"),
-    "rigidity": Kind("torsional rigidity", "N m^2", 1e18, "N m^2, kN m^2"),
-    "damping": Kind("damping", "N s/m", 1e14, "N s/m"),
-    "torsional_damping": Kind("torsional damping", "N m s/rad", 1e16, "N m s/rad"),
-    "force": Kind("force", "N", 1e12, "N, kN, MN"),
-    "torque": Kind("torque", "N m", 1e13, "N m, kN m, MN m"),
-    "power": Kind("power", "W", 1e15, "W, kW, MW"),
-    "speed": Kind("speed", "rad/s", 1e7, "rad/s, rpm, deg/s"),
-    "acceleration": Kind("acceleration", "m/s^2", 1e6, "m/s^2"),
-    "rate": Kind("rate", "1/s", 1e12, "1/s"),
-    "time": Kind("time", "s", 1e11, "s, ms, us, min, h"),
-    "unbalance": Kind("unbalance", "kg m", 1e9, "kg m, g mm"),
+    "ratio": Kind("number", "", 1e12, "", "(?:%|percent|ppm)"),
+    "cycles": Kind("phase in mesh cycles", "", 1e6, "", ""),
+    "length": Kind("length", "m", 1e4, "m, mm, um", _LENGTH),
+    "angle": Kind("angle", "rad", 1e4, "rad, deg", _ANGLE),
+    "mass": Kind("mass", "kg", 1e9, "kg, g, t", _MASS),
+    "inertia": Kind("moment of inertia", "kg m^2", 1e12, "kg m^2, kg mm^2", f"{_MASS}{_TIMES}{_AREA}"),
+    "density": Kind("density", "kg/m^3", 1e6, "kg/m^3, g/cm^3", f"{_MASS}{_OVER}{_LENGTH}{_CUBED}"),
+    "pressure": Kind("stress", "Pa", 1e15, "Pa, MPa, GPa", f"(?:{_STRESS}|{_FORCE}{_OVER}{_AREA})"),
+    "viscosity": Kind("dynamic viscosity", "Pa s", 1e6, "mPa s, Pa s", f"m?Pa{_TIMES}s"),
+    "load_per_length": Kind("load per length", "N/m", 1e12, "N/mm, N/m", f"{_FORCE}{_OVER}{_LENGTH}"),
+    "stiffness": Kind("stiffness", "N/m", 1e16, "N/m, N/um, kN/mm", f"{_FORCE}{_OVER}{_LENGTH}"),
+    "stiffness_per_width": Kind("stiffness per face width", "N/m^2", 1e16, "N/(mm um), N/m^2", _PER_WIDTH),
+    "torsional_stiffness": Kind(
+        "torsional stiffness", "N m/rad", 1e18, "N m/rad, kN m/rad", f"{_TORQUE}{_OVER}{_ANGLE}"
+    ),
+    "rigidity": Kind("torsional rigidity", "N m^2", 1e18, "N m^2, kN m^2", f"{_FORCE}{_TIMES}{_AREA}"),
+    "damping": Kind("damping", "N s/m", 1e14, "N s/m", _DAMPER),
+    "torsional_damping": Kind("torsional damping", "N m s/rad", 1e16, "N m s/rad", _TURN_DAMPER),
+    "force": Kind("force", "N", 1e12, "N, kN, MN", _FORCE),
+    "torque": Kind("torque", "N m", 1e13, "N m, kN m, MN m", _TORQUE),
+    "power": Kind("power", "W", 1e15, "W, kW, MW", _POWER),
+    "speed": Kind("speed", "rad/s", 1e7, "rad/s, rpm, deg/s", f"(?:rpm|{_ANGLE}{_OVER}{_TIME})"),
+    "acceleration": Kind("acceleration", "m/s^2", 1e6, "m/s^2", _ACCELERATION),
+    "rate": Kind("rate", "1/s", 1e12, "1/s", f"1{_OVER}{_TIME}"),
+    "time": Kind("time", "s", 1e11, "s, ms, us, min, h", _TIME),
+    "unbalance": Kind("unbalance", "kg m", 1e9, "kg m, g mm", f"{_MASS}{_TIMES}{_LENGTH}"),
 }
 
 UNKNOWN_UNIT = "unit not known or of another kind of quantity"
 _DEGREE = math.pi / 180
 # factor to SI, SI unit; every entry equals pint's (tested)
-COMMON: dict[str, tuple[float, str]] = {
-    "m": (1.0, "m"),
+COMMON: dict[str, tuple[float, str]] = {kind.unit: (1.0, kind.unit) for kind in KINDS.values() if kind.unit} | {
     "mm": (1e-3, "m"),
     "um": (1e-6, "m"),
-    "rad": (1.0, "rad"),
     "deg": (_DEGREE, "rad"),
-    "kg": (1.0, "kg"),
     "g": (1e-3, "kg"),
     "t": (1e3, "kg"),
-    "s": (1.0, "s"),
-    "1/s": (1.0, "1/s"),
-    "Pa": (1.0, "Pa"),
-    "Pa s": (1.0, "Pa s"),
     "mPa s": (1e-3, "Pa s"),
     "MN": (1e6, "N"),
     "MN m": (1e6, "N m"),
     "GN/m": (1e9, "N/m"),
     "kN/mm": (1e6, "N/m"),
-    "N/m^2": (1.0, "N/m^2"),
     "kN m/rad": (1e3, "N m/rad"),
     "kg mm^2": (1e-6, "kg m^2"),
-    "kg m": (1.0, "kg m"),
-    "kg m^2": (1.0, "kg m^2"),
-    "N/m": (1.0, "N/m"),
     "MN/m": (1e6, "N/m"),
     "N/um": (1e6, "N/m"),
     "N/(mm um)": (1e9, "N/m^2"),
-    "N m/rad": (1.0, "N m/rad"),
-    "N m^2": (1.0, "N m^2"),
-    "N s/m": (1.0, "N s/m"),
-    "N": (1.0, "N"),
     "kN": (1e3, "N"),
-    "N m": (1.0, "N m"),
     "kN m": (1e3, "N m"),
-    "W": (1.0, "W"),
     "kW": (1e3, "W"),
     "MW": (1e6, "W"),
     "rpm": (math.pi / 30, "rad/s"),
-    "rad/s": (1.0, "rad/s"),
     "MPa": (1e6, "Pa"),
     "GPa": (1e9, "Pa"),
-    "kg/m^3": (1.0, "kg/m^3"),
-    "m/s^2": (1.0, "m/s^2"),
 }
 _QUANTITY = re.compile(rf"\s*(?P<number>{NUMBER}|[+-]?inf)\s*(?P<unit>.*?)\s*", re.DOTALL)
 _LIST = re.compile(r"\s*\[(?P<items>[^\[\]]*)\](?P<unit>[^\[\]]*)")
@@ -286,7 +249,7 @@ def read_quantity(
     kinds : names in `KINDS`; a bare number is the first. Two kinds: the result is a `Quantity`.
     many : a list is allowed, of one value per planet unless `one` is not; one : a single value is allowed.
     words : texts kept as they are.
-    listed : only units of `UNIT_PATTERNS`, as in a model file; else any that pint knows.
+    listed : only units of the patterns of `KINDS`, as in a model file; else any that pint knows.
     Raises ModelError without a path.
     """
     if isinstance(value, str) and value.strip() in words:
@@ -354,12 +317,11 @@ def _parse(text: str, wanted: _Wanted, *, bare: bool) -> tuple[float, str]:
         raise ValueError("a text without a unit")
     if "speed" in kinds and (_HERTZ.search(unit) or not _ANGULAR.search(unit)):
         raise ValueError("revolutions or radians?")
-    for convert in (_common, factor):  # the table for all kinds before pint is imported for any
-        for kind in kinds:
-            if wanted.listed and not is_unit_of(unit, kind):
-                continue
-            if (scale := convert(unit, KINDS[kind].unit)) is not None:
-                return _scaled(found["number"], scale), KINDS[kind].unit
+    for kind in kinds:
+        if wanted.listed and not is_unit_of(unit, kind):
+            continue
+        if (scale := to_si(unit, KINDS[kind].unit)) is not None:
+            return _scaled(found["number"], scale), KINDS[kind].unit
     # a unit that differs in spaces and capitals alone: ``kN m`` of ``kNm``
     plain, targets = _BLANKS.sub("", unit).casefold(), {KINDS[kind].unit for kind in kinds}
     alike = (known for known, (_, si) in COMMON.items() if si in targets and _BLANKS.sub("", known).casefold() == plain)
@@ -387,10 +349,10 @@ def _fault(number: float, unit: str, kinds: tuple[str, ...], bounds: Bounds) -> 
     return None if abs(number) <= limit and number in bounds else "out of range"
 
 
-def _common(unit: str, target: str) -> float | None:
-    """Return the factor of a unit in the table, None where it is not there or of another kind."""
+def to_si(unit: str, target: str) -> float | None:
+    """Return `factor` to an SI unit, of a unit in the table from there: most files need no pint."""
     scale, base = COMMON.get(unit, (1.0, None))
-    return scale if base == target else None
+    return scale if base == target else factor(unit, target)
 
 
 @cache
@@ -547,28 +509,6 @@ class BareNumber(ModelError):
         super().__init__(f'a number without a unit: "{self.likely}"?', given=value, allowed=kind_words(kinds))
 
 
-class Probe(ModelError):
-    """Answer to the question which quantity stands at a place.
-
-    kinds : names in `units.KINDS`.  ladder : the units a bare number likely means.  bounds : what it may be [SI].
-    many : one value per planet may stand there.  whole : it is a count.  lists : only a list may stand there.
-    """
-
-    def __init__(
-        self,
-        kinds: tuple[str, ...],
-        ladder: Ladder | None = None,
-        *,
-        bounds: Bounds = _ANY,
-        many: bool = False,
-        whole: bool = False,
-        lists: bool = False,
-    ) -> None:
-        self.kinds, self.ladder, self.bounds = kinds, ladder, bounds
-        self.many, self.whole, self.lists = many, whole, lists
-        super().__init__("asked for")
-
-
 class _Asked(float):
     """The value that asks which quantity stands in its place."""
 
@@ -599,10 +539,9 @@ def stated(value: float | str, kind: str, path: str, *, bounds: Bounds = _ANY) -
 
     path : keyword or option, for an error.  Raises ModelError, also for a number out of bounds.
     """
-    if isinstance(value, str) and _PLAIN.fullmatch(value) and float(value) != 0:
-        bare = BareNumber(float(value), (kind,), None)
-        raise ModelError(bare.problem, path=path, given=value, allowed=bare.allowed)
     try:
+        if isinstance(value, str) and _PLAIN.fullmatch(value) and float(value) != 0:
+            raise BareNumber(float(value), (kind,), None)
         read = read_quantity(value if isinstance(value, str) else float(value), (kind,), bounds)
     except ModelError as error:
         raise ModelError(error.problem, path=path, given=value, allowed=error.allowed) from None

@@ -27,9 +27,9 @@ from .schema import (
     check_label,
     nearest,
 )
-from .schema_fields import LinkDampingTable, LinkTable, Unit, metadata_of
+from .schema_fields import LinkDampingTable, LinkTable, Probe, Unit, metadata_of
 from .tables import PlainTable, expand, leaves, merge, nested, normalise, value_at
-from .units import ASKED, BareNumber, Probe, Quantity, Reading
+from .units import ASKED, BareNumber, Quantity, Reading
 
 _WORDS = {
     "int_type": "a whole number",
@@ -386,8 +386,7 @@ def quantity_at(data: PlainTable, path: str, names: Names) -> Probe:
 
     Raises ModelError where no number may, or where a number alone is not enough.
     """
-    trial = merge(data, expand(nested(tuple(path.split(".")), ASKED), names))
-    faults = _faults(trial, names, Reading())
+    faults = _faults(merge(data, expand(nested(tuple(path.split(".")), ASKED), names)), names, Reading())
     answers = [detail for detail in faults if isinstance(detail.get("ctx", {}).get("error"), Probe)]
     if answers:
         found: Probe = answers[0]["ctx"]["error"]
@@ -397,7 +396,7 @@ def quantity_at(data: PlainTable, path: str, names: Names) -> Probe:
         return found
     here = [detail for detail in faults if path_of(detail["loc"]).startswith(path)]
     if any(detail["type"].startswith("int_") for detail in here):  # a count
-        return Probe(("ratio",), whole=True)
+        return Probe(None)
     raise error_of(here) if here else ModelError("no number stands here", path=path)
 
 

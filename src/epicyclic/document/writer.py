@@ -115,13 +115,7 @@ class _Line(NamedTuple):
     comment: str
 
 
-def commented_text(
-    document: Mapping[str, Any],
-    *,
-    head: Sequence[str] = (),
-    comments: Mapping[str, str] = {},
-    assumed: Mapping[str, str] = {},
-) -> str:
+def commented_text(document: Mapping[str, Any], *, head: Sequence[str] = (), comments: Mapping[str, str] = {}) -> str:
     """A model document as a TOML text that a person reads and goes on with.
 
     Reading the text gives the same model as reading the document, to the bit.
@@ -130,16 +124,12 @@ def commented_text(
     head : lines of comment ahead of all.
     comments : by path as the document spells it (``"stages.main.module"``), of a value or a table; behind it, or above
         where that would be too long.  Those of a path that is not there stand at the nearest table above it.
-    assumed : reasons by path, added to those of the document.
 
     Raises
     ------
     ModelError : tables that are no plain ones, references to nothing.
     """
     plain = _with_units(clean(document))
-    reasons = {**plain.pop("assumed", {}), **clean(assumed)}
-    if reasons:
-        plain["assumed"] = reasons
     ordered = {name: plain[name] for name in (*_ORDER, *plain) if name in plain}
     return fragment_text(ordered, head=head, comments=comments)
 
@@ -262,8 +252,7 @@ def _in_braces(value: Mapping[str, object], path: str, notes: Mapping[str, str])
     """Whether a table stands in braces: short, of several plain values or of distributions, none with a comment."""
     if any(isinstance(inner, Mapping) for inner in value.values()) or any(_join(path, name) in notes for name in value):
         return False
-    several = len(value) > 1 or path.startswith("tolerance.")
-    return several and len(value_text(value)) <= _BRACES
+    return (len(value) > 1 or path.startswith("tolerance.")) and len(value_text(value)) <= _BRACES
 
 
 def _aligned(rows: Sequence[_Line]) -> list[str]:
@@ -285,10 +274,8 @@ def _aligned(rows: Sequence[_Line]) -> list[str]:
 
 def _comment_lines(text: str) -> list[str]:
     """Lines of a comment; what no comment may hold is a blank."""
-    lines = []
-    for line in text.splitlines():
-        lines += textwrap.wrap(_CONTROL.sub(" ", line), _WIDTH - 2, break_long_words=False, break_on_hyphens=False)
-    return [f"# {line}" for line in lines]
+    wrapper = textwrap.TextWrapper(_WIDTH - 2, break_long_words=False, break_on_hyphens=False)
+    return [f"# {line}" for whole in text.splitlines() for line in wrapper.wrap(_CONTROL.sub(" ", whole))]
 
 
 def _join(path: str, name: str) -> str:
@@ -503,14 +490,12 @@ def _operation(operation: Schema) -> None:
     for name in ("speed", "torque", "power"):
         table = operation["properties"][name]
         value = table["additionalProperties"]
-        side = {"type": "object", "additionalProperties": value}
-        member = {"anyOf": [*value["anyOf"], side]}
+        member = {"anyOf": [*value["anyOf"], {"type": "object", "additionalProperties": value}]}
         table["additionalProperties"] = {
             "anyOf": [*value["anyOf"], {"type": "object", "additionalProperties": member}],
             "x-quantity": value.get("x-quantity", ""),
         }
-    gravity = operation["properties"]["gravity"]
-    operation["properties"]["gravity"] = _either({"type": "boolean"}, gravity)
+    operation["properties"]["gravity"] = _either({"type": "boolean"}, operation["properties"]["gravity"])
 
 
 def _either(first: Schema, second: Schema) -> Schema:

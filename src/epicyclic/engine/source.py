@@ -22,7 +22,7 @@ from ..document.deviations import VECTORS, Distribution
 from ..document.document import Document, read, ready_drives
 from ..document.schema import collect, nearest
 from ..document.tables import dotted_line
-from ..document.units import KINDS, BareNumber, Bounds, Probe, Quantity, bare_in, read_quantity, typed, written
+from ..document.units import KINDS, BareNumber, Bounds, Quantity, bare_in, read_quantity, typed, written
 from ..document.validation import quantity_at
 from ..errors import ModelError
 from ..system.system import System
@@ -417,8 +417,7 @@ def _entry(document: Document, written: bool, section: str, path: str, value: ob
     if not path.startswith(OPTIONS):
         with suppress(ModelError):
             probe = quantity_at(document.data, path, collect(document.data))
-            assert isinstance(probe, Probe)
-            kinds, whole = probe.kinds, bool(getattr(probe, "whole", False))
+            kinds, whole = probe.kinds, probe.unit is None
     where = f"{section}.{path}"
     return _Entry(document=document, written=written, where=where, path=path, value=value, kinds=kinds, whole=whole)
 

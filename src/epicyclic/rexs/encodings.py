@@ -67,14 +67,11 @@ def _file(model: object, encoding: Literal["xml", "json"]) -> RexsFile:
         if _is_custom(component.type):
             notes.append(f"component {component.id}: {component.type}")
         components.append(component)
-    load_cases: list[LoadCase] = []
-    accumulations: list[Component] = []
-    for spectrum in _tables(model, "load_spectrum"):
-        for case in _tables(spectrum, "load_cases"):
-            parts = tuple(_components(case, notes))
-            load_cases.append(LoadCase(_checked_id(case.get("id"), "load case"), parts))
-        for accumulation in _tables(spectrum, "accumulation"):
-            accumulations += _components(accumulation, notes)
+    spectra = _tables(model, "load_spectrum")
+    cases = [case for spectrum in spectra for case in _tables(spectrum, "load_cases")]
+    load_cases = [LoadCase(_checked_id(c.get("id"), "load case"), tuple(_components(c, notes))) for c in cases]
+    whole = [accumulation for spectrum in spectra for accumulation in _tables(spectrum, "accumulation")]
+    accumulations = [component for accumulation in whole for component in _components(accumulation, notes)]
     own = {component.id for component in components if _is_custom(component.type)}
     relations = [r for r in _relations(model, notes) if not own.intersection(part for _, part in r.refs)]
     _check_ids(components, relations)
@@ -317,8 +314,7 @@ def read_rexs_file(source: str | Path | bytes) -> RexsFile:
     except ModelError as error:
         if error.path.startswith(name):
             raise
-        where = f"{name}, {error.path}" if error.path else name
-        raise error.at(where) from None
+        raise error.at(f"{name}, {error.path}" if error.path else name) from None
     return file
 
 

@@ -131,8 +131,7 @@ def rexs_of(train: Train, *, date: str = _NO_DATE.isoformat()) -> RexsExport:
         components=tuple(draft.components),
         relations=tuple(draft.relations),
     )
-    dropped = dict.fromkeys([*draft.dropped, *left_out(train.document)])
-    return RexsExport(file, tuple(dropped))
+    return RexsExport(file, tuple(dict.fromkeys([*draft.dropped, *left_out(train.document)])))
 
 
 def _check(train: Train) -> None:
@@ -199,7 +198,7 @@ _REASONS = (
 def left_out(document: Mapping[str, object]) -> Iterator[Dropped]:
     """What stands in a document and is not carried, each value with its path; tables of reasons as one entry."""
     seen: set[str] = set()
-    for path, _ in leaves({key: value for key, value in document.items()}):
+    for path, _ in leaves(dict(document)):
         if _CARRIED.fullmatch(path):
             continue
         entry = _ENTRY.sub(r"\1\2", path)

@@ -215,17 +215,13 @@ def _matrix(values: Sequence[Value], shape: tuple[object, object], attribute: st
     rows, columns = (_whole(size) for size in shape)
     if rows is None and columns is None:
         rows = columns = math.isqrt(len(values))
-    elif columns is None:
-        columns = len(values) // rows if rows else 0
-    elif rows is None:
-        rows = len(values) // columns if columns else 0
+    rows = len(values) // max(columns or 1, 1) if rows is None else rows
+    columns = len(values) // max(rows, 1) if columns is None else columns
     # rows without columns would fit no values, a thousand million of them too
-    counts = () if rows is None or columns is None else (rows, columns)
-    if not counts or min(counts) < 0 or max(counts) > len(values) or math.prod(counts) != len(values):
+    if min(rows, columns) < 0 or max(rows, columns) > len(values) or rows * columns != len(values):
         problem = f"{len(values)} values do not fill the matrix"
         raise ModelError(problem, path=attribute, given=list(shape), allowed="rows and columns that fit")
-    height, width = counts
-    return tuple(tuple(values[row * width : (row + 1) * width]) for row in range(height))
+    return tuple(tuple(values[row * columns : (row + 1) * columns]) for row in range(rows))
 
 
 def _whole(size: object) -> int | None:

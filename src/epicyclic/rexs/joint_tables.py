@@ -204,8 +204,7 @@ def couplings_table(unit: GearUnit) -> Table:
 def _ends_at(unit: GearUnit, part: int) -> list[str]:
     """Names of the members and bodies that a part is rigidly joined to; none of what stands in the casing."""
     free = unit.free.get(unit.rigid.root(part))
-    members = [m.full_name for m in unit.at(part) if not unit.held(m)]
-    return members if free is None else [free]
+    return [m.full_name for m in unit.at(part) if not unit.held(m)] if free is None else [free]
 
 
 # operation ------------------------------------------------------------------------------------------------------------

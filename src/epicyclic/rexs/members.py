@@ -428,8 +428,7 @@ def _gear_body(
             table["bore"] = f"{bore * 1e3:.9g} mm"
     if not outer > inner or math.isnan(width):
         return [], table
-    density = _density(unit, facts.id)
-    return [SolidSection(-width / 2, width, (outer, outer), (inner, inner), density)], table
+    return [SolidSection(-width / 2, width, (outer, outer), (inner, inner), _density(unit, facts.id))], table
 
 
 def _additional(view: View, shafts: Iterable[int]) -> Inertia:

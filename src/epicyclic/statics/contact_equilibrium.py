@@ -97,7 +97,8 @@ def contact_equilibrium(problem: ContactProblem, start: Array) -> ContactEquilib
     ------
     ConvergenceError : not found.  ModelError : the load drives meshing bodies apart and nothing holds them.
     """
-    scale, free = _scaling(problem)
+    scale = problem.flexible.scale
+    free, _ = np.linalg.qr(problem.flexible.free / scale[:, None])
     todo = np.arange(len(start), dtype=np.int64)
     point = _evaluated(problem, todo, start.copy(), None)
     steps = np.zeros(len(start), np.int64)
@@ -108,16 +109,6 @@ def contact_equilibrium(problem: ContactProblem, start: Array) -> ContactEquilib
         _backtracked(problem, point, todo, _newton_steps(problem, point, todo, scale, free))
         steps[todo] += 1
     raise ConvergenceError(f"no static equilibrium with full contact after {_STEPS} steps at {todo.size} instants")
-
-
-def _scaling(problem: ContactProblem) -> tuple[Array, Array]:
-    """Scale (n,) that gives the closed train a unit diagonal, and its free motions in it, orthonormal (n, r)."""
-    diagonal = np.diag(problem.system.mean_stiffness).copy()
-    groups = problem.system.group_rows
-    diagonal += ((groups * problem.system.laws.row_stiffness) * groups).sum(axis=1)
-    scale = 1.0 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
-    free, _ = np.linalg.qr(problem.flexible.free / scale[:, None])
-    return scale, np.asarray(free)
 
 
 def _evaluated(problem: ContactProblem, instants: Index, q: Array, states: Sequence[Array] | None) -> _Point:
@@ -139,13 +130,11 @@ def _evaluated(problem: ContactProblem, instants: Index, q: Array, states: Seque
     energy = (
         0.5 * (elastic * q).sum(axis=1) - (load * q).sum(axis=1) + sum(p.energy.sum(axis=1) for p in contact_states)
     )
-    residual = elastic + pull - load
-    if system.groups:
-        stretch = q @ system.group_rows - gap[:, m:]
-        resisting = laws.force(stretch)
-        residual = residual + resisting @ system.group_rows.T
-        sizes += np.abs(resisting) @ np.abs(system.group_rows.T)
-        energy = energy + laws.potential(stretch).sum(axis=1)
+    stretch = q @ system.group_rows - gap[:, m:]
+    resisting = laws.force(stretch)
+    residual = elastic + pull - load + resisting @ system.group_rows.T
+    sizes += np.abs(resisting) @ np.abs(system.group_rows.T)
+    energy = energy + laws.potential(stretch).sum(axis=1)
     return _Point(
         q=q,
         rows=rows,
@@ -162,8 +151,7 @@ def _relative_residual(problem: ContactProblem, residual: Array, sizes: Array) -
     stiff = np.sqrt(np.maximum(np.diag(problem.system.mean_stiffness), np.finfo(float).tiny))
     floor = _FLOOR * np.max(sizes / stiff, axis=1)[:, None] * stiff
     allowed = np.maximum(_TOLERANCE * sizes, floor)
-    missed: Array = np.max(np.abs(residual) / np.where(allowed > 0, allowed, 1.0), axis=1, initial=0.0)
-    return missed
+    return np.asarray(np.max(np.abs(residual) / np.where(allowed > 0, allowed, 1.0), axis=1, initial=0.0))
 
 
 def _newton_steps(problem: ContactProblem, point: _Point, todo: Index, scale: Array, free: Array) -> Array:
@@ -176,11 +164,10 @@ def _newton_steps(problem: ContactProblem, point: _Point, todo: Index, scale: Ar
         for j, mesh in enumerate(meshes.tolist()):
             rows = B[:, ROWS * mesh : ROWS * mesh + ROWS]
             matrix += rows @ pressed.tangent[todo, j] @ rows.T
-    if system.groups:
-        stretch = point.q[todo] @ system.group_rows - problem.gap[todo][:, B.shape[1] :]
-        groups = system.group_rows
-        matrix += groups @ system.laws.tangent(stretch) @ groups.T
-        matrix += _OPEN * (groups * system.laws.row_stiffness) @ groups.T
+    groups, laws = system.group_rows, system.laws
+    stretch = point.q[todo] @ groups - problem.gap[todo][:, B.shape[1] :]
+    matrix += groups @ laws.tangent(stretch) @ groups.T
+    matrix += _OPEN * (groups * laws.row_stiffness) @ groups.T
     scaled = scale[:, None] * matrix * scale + free @ free.T
     step = np.linalg.solve(scaled, (scale * point.residual[todo])[:, :, None])[:, :, 0]
     step -= (step @ free) @ free.T

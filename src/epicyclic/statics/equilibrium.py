@@ -71,8 +71,7 @@ def line_minimum(slope: Slope, kinks: Array, start: Array) -> Array:
     count, J = kinks.shape
     here = np.arange(count, dtype=np.int64)
     places = np.sort(np.where(np.isfinite(kinks) & (kinks > 0), kinks, np.inf), axis=1)
-    known = np.sum(np.isfinite(places), axis=1)
-    before, after = np.full(count, -1), known.copy()
+    before, after = np.full(count, -1), np.sum(np.isfinite(places), axis=1)
     low, high = np.zeros(count), np.full(count, np.inf)
     slope_low, slope_high = start.copy(), np.full(count, np.inf)
     for _ in range(J.bit_length() + 1):
@@ -239,8 +238,6 @@ class _Rows:
         """Force of every row at B'q (T, M) [N], and the tangents of the flanks (T, F) [N/m]."""
         opening, F = approach - self.gap, self.F
         contact, tangent = self.flanks.evaluate(opening[:, :F])
-        if opening.shape[1] == F:
-            return contact, tangent
         return np.hstack([contact, self.laws.force(opening[:, F:], self.anchor)]), tangent
 
     def newton(self, approach: Array, k0: Array, S: Array) -> Array:
@@ -250,8 +247,7 @@ class _Rows:
         soft[:, :F] -= np.maximum(self.flanks.evaluate(opening[:, :F])[1], _OPEN * k0[:F])
         soft[:, F:] *= 1.0 - _FLOATING
         matrix: Array = np.eye(len(k0)) - soft[:, :, None] * S
-        if opening.shape[1] > F:
-            matrix[:, F:] += self.laws.tangent(opening[:, F:], self.anchor) @ S[F:]
+        matrix[:, F:] += self.laws.tangent(opening[:, F:], self.anchor) @ S[F:]
         return matrix
 
     def kinks(self, opening: Array, closing: Array) -> Array:
@@ -316,8 +312,7 @@ def _free_unit_motions(rows: Array) -> Array:
     size = np.linalg.norm(unit, axis=1)
     scale = 1.0 / np.where(size > 0, size, 1.0)
     free = scale[:, None] * free_motions(scale[:, None] * unit)[0]
-    unit_motions: Array = free / np.maximum(np.linalg.norm(free, axis=0), np.finfo(float).tiny)
-    return unit_motions
+    return np.asarray(free / np.maximum(np.linalg.norm(free, axis=0), np.finfo(float).tiny))
 
 
 def _factorised(weighted: Array, held: Array) -> tuple[Array, Array]:
@@ -384,9 +379,7 @@ def _closed_pull(flexible: Compliance, stiffness: Array, gap: Values, free_gap: 
     """p = k0 w - k (w - e) with w = B'H^+ F + S p, (..., T, m) [N]."""
     soft = flexible.stiffness - stiffness
     matrix = np.eye(len(flexible.stiffness)) - soft[:, :, None] * flexible.to_mesh
-    right = soft * free_gap + stiffness * gap
-    pull: Values = np.linalg.solve(matrix, right[..., None])[..., 0]
-    return pull
+    return np.linalg.solve(matrix, (soft * free_gap + stiffness * gap)[..., None])[..., 0]
 
 
 def equilibrium(
@@ -565,8 +558,7 @@ def _unstrained(flexible: Compliance, direction: Array) -> NDArray[np.bool_]:
     motion = direction @ flexible.to_body.T
     unit = flexible.elastic / np.max(np.abs(flexible.elastic), axis=0, initial=np.finfo(float).tiny)
     strain = np.max(np.abs(motion @ unit), axis=1, initial=0.0)
-    unstrained: NDArray[np.bool_] = strain <= _UNSTRAINED * np.max(np.abs(motion), axis=1, initial=0.0)
-    return unstrained
+    return np.asarray(strain <= _UNSTRAINED * np.max(np.abs(motion), axis=1, initial=0.0))
 
 
 def imbalance(flexible: Compliance, load: Values, pull: Values, contact: Values) -> tuple[Array, Array]:

@@ -147,8 +147,7 @@ def _refined(amplitude: ComplexArray, t: Array, orders: NDArray[np.int64]) -> Ar
             move = np.where(bend < 0, -slope / bend, 0.0)
         t = t + np.clip(move, -most, most)
     best = np.argmax((a * np.exp(1j * n * t)).real.sum(axis=0), axis=0)
-    phase: Array = t[best, np.arange(t.shape[1])]
-    return phase
+    return np.asarray(t[best, np.arange(t.shape[1])])
 
 
 def _highest(values: Array, waves: int) -> NDArray[np.int64]:
@@ -158,8 +157,7 @@ def _highest(values: Array, waves: int) -> NDArray[np.int64]:
     inside = parts.argmax(axis=2)
     most = np.take_along_axis(parts, inside[:, :, None], axis=2)[:, :, 0]
     highest = np.argpartition(most, waves - peaks, axis=1)[:, waves - peaks :]
-    places: NDArray[np.int64] = highest * parts.shape[2] + np.take_along_axis(inside, highest, axis=1)
-    return places
+    return np.asarray(highest * parts.shape[2] + np.take_along_axis(inside, highest, axis=1))
 
 
 def phase_points(phases: SlowPhases, count: int) -> ComplexArray:
@@ -205,8 +203,7 @@ def _lattice(count: int, dimensions: int) -> Array:
 
     def points(a: int) -> Array:
         """Points of one lattice."""
-        lattice: Array = np.mod(index * np.array([pow(a, j, count) for j in range(dimensions)]) / count, 1.0)
-        return lattice
+        return np.asarray(np.mod(index * np.array([pow(a, j, count) for j in range(dimensions)]) / count, 1.0))
 
     def error(a: int) -> float:
         """P_2 of one lattice, and 1."""
@@ -260,8 +257,7 @@ def _closed_shares(still: Array, turning: ComplexArray, phases: SlowPhases) -> t
 
 def _summed(wave: ComplexArray, unit: ComplexArray) -> Array:
     """Re sum a u over the G waves of (G, ...), (...)."""
-    result: Array = np.einsum("g...,g...", wave.real, unit.real) - np.einsum("g...,g...", wave.imag, unit.imag)
-    return result
+    return np.asarray(np.einsum("g...,g...", wave.real, unit.real) - np.einsum("g...,g...", wave.imag, unit.imag))
 
 
 def least_forces(force: Array, wave: ComplexArray, phases: SlowPhases) -> Array:
@@ -531,8 +527,7 @@ def _mesh_phases(system: System) -> Array:
         return np.zeros((1, count))
     # several tones: a lattice that fills all combinations evenly
     step = np.mod(np.cumprod(np.r_[1, np.full(count - 1, 5)]), _MESH_PHASES)
-    phases: Array = np.mod(np.outer(np.arange(_MESH_PHASES) / _MESH_PHASES, step), 1.0)
-    return phases
+    return np.asarray(np.mod(np.outer(np.arange(_MESH_PHASES) / _MESH_PHASES, step), 1.0))
 
 
 def _settled(held: HeldTrain, here: RecordExcitation) -> tuple[Array, NDArray[np.bool_]]:

@@ -106,8 +106,7 @@ def contradicting_radii(system: System) -> str:
 
 def standing_load(system: System) -> Array:
     """Load (n,) [N, N m] that stands still in the frame of its stage: torques, gravity and lines that do not turn."""
-    load: Array = standing_excitation(system)[-len(system.force) :]
-    return load
+    return standing_excitation(system)[-len(system.force) :]
 
 
 def unheld_warnings(system: System, free: Array) -> list[CodedText]:
@@ -333,10 +332,8 @@ def turn_fraction(ratio: Fraction, index: NDArray[np.int64]) -> Array:
     q = ratio.denominator
     p = ratio.numerator % q
     if q < _EXACT_PRODUCT and int(np.max(np.abs(index), initial=0)) < _EXACT_PRODUCT:
-        exact: Array = (index * p % q) / q
-        return exact
-    rounded: Array = np.mod(float(Fraction(p, q)) * index, 1.0)
-    return rounded
+        return (index * p % q) / q
+    return np.asarray(np.mod(float(Fraction(p, q)) * index, 1.0))
 
 
 def parallel_meshes(meshes: MeshRows) -> list[MeshGroup]:
@@ -397,8 +394,7 @@ def mesh_phases(system: System, tone: Fraction, index: NDArray[np.int64], sample
 def stiffness_at(system: System, phases: Array) -> Array:
     """k_m at phases (T, tones) of every mesh frequency [turns], (T, m) [N/m], positive."""
     meshes = system.meshes
-    law = LinearLaw(stiffness=meshes.stiffness, variation=meshes.variation, tone=meshes.tone)
-    return law.at(phases).stiffness
+    return LinearLaw(stiffness=meshes.stiffness, variation=meshes.variation, tone=meshes.tone).at(phases).stiffness
 
 
 def excitation(system: System, tone: Fraction, index: NDArray[np.int64], samples: int) -> RecordExcitation:
@@ -502,8 +498,7 @@ def least_load(mean: Array, *, most: Array, rounding: float) -> Array:
     An idle group beside loaded ones, or one that only swings, carries rounding.
     """
     largest = np.max(np.nan_to_num(np.abs([mean, most])), axis=(0, 1), initial=0.0)
-    least: Array = np.maximum(_NONE * largest, rounding)
-    return least
+    return np.asarray(np.maximum(_NONE * largest, rounding))
 
 
 def idle_warnings(meshes: Sequence[str], loaded: NDArray[np.bool_], what: str) -> list[CodedText]:

@@ -238,8 +238,7 @@ def _solutions(matrix: Array, right: Array) -> tuple[Array, NDArray[np.bool_]]:
 def _consistent(missed: Array, closed: Array) -> NDArray[np.bool_]:
     """Whether what equations miss (T, n) [m] is rounding beside the closed stretches (T, M) [m], each sample (T,)."""
     size = np.max(np.abs(closed), axis=1, initial=0.0)
-    agree: NDArray[np.bool_] = np.max(np.abs(missed), axis=1, initial=0.0) <= _CONSISTENT * size
-    return agree
+    return np.asarray(np.max(np.abs(missed), axis=1, initial=0.0) <= _CONSISTENT * size)
 
 
 def _balanced(missed: Array, force: Array) -> NDArray[np.bool_]:
@@ -336,8 +335,7 @@ def mean_loads(system: System) -> Array:
     found = sample_loads(load_map(linear(system)), np.zeros((1, 0)), laws=laws, dense=True)
     if found.failed[0]:
         raise ConvergenceError("no static equilibrium at some phases of the errors")
-    load: Array = found.load[0]
-    return load
+    return np.asarray(found.load[0])
 
 
 def nominal_signs(loads: LoadMap) -> tuple[Array, NDArray[np.bool_]]:
@@ -427,8 +425,7 @@ def _with_stiffness(
 def _left(loads: LoadMap, factors: Array, torque: float | Array) -> Array:
     """Largest force (S,) [N] that rounding of the map leaves on a body of each sample."""
     still, turning = loads.left.values(np.abs(factors), np.abs(torque))
-    left: Array = still[:, 0] + turning[:, :, 0].real.sum(axis=0)
-    return left
+    return np.asarray(still[:, 0] + turning[:, :, 0].real.sum(axis=0))
 
 
 def _leaves(
@@ -439,8 +436,7 @@ def _leaves(
     size = np.abs(force).max(axis=1, initial=0.0)
     leaves = falls_below(force, wave, phases, -_NONE * size[:, None])
     if c:
-        shut = loads.flexible.stiffness[m : m + c] > 0
-        side = np.where(shut, 1.0, -1.0)
+        side = np.where(loads.flexible.stiffness[m : m + c] > 0, 1.0, -1.0)
         reach, swing = side * closed[:, m : m + c], side * waves[:, :, m : m + c]
         leaves |= falls_below(reach, swing, phases, np.zeros((len(reach), 1)))
     return leaves

@@ -58,22 +58,17 @@ _SLIDER_TOLERANCE = 1e-8
 class HeldTrain:
     """A train seen from its rows.
 
-    loaded : from the loaded flanks and the rows of groups.  both : from all flanks, None where no backlash is finite.
+    loaded : from the loaded flanks and the rows of groups.  whole : from all flanks that there are.
     laws : of its groups.  system : that it is of.
     touch : (n,) displacement of a locked train at first touch of its loaded flanks [m, rad]; zero where they do not
         touch together, and of a train that turns, which counts from there.
     """
 
     loaded: Compliance
-    both: Compliance | None
+    whole: Compliance
     laws: Laws
     system: System
     touch: Array
-
-    @property
-    def whole(self) -> Compliance:
-        """Seen from all flanks that there are."""
-        return self.loaded if self.both is None else self.both
 
     def net_force(self, state: Equilibrium) -> Array:
         """Forces of the mesh rows (T, m) [N], negative on far flanks."""
@@ -99,14 +94,14 @@ def held_train(system: System) -> HeldTrain:
     """The train seen from its flanks."""
     loaded, far, laws = compliance_of(system), system.far_flanks, system.laws
     if not far.mesh.size:
-        return HeldTrain(loaded=loaded, both=None, laws=laws, system=system, touch=np.zeros(len(system.force)))
+        return HeldTrain(loaded=loaded, whole=loaded, laws=laws, system=system, touch=np.zeros(len(system.force)))
     # a motion that the loaded flanks leave free may be stopped by far ones, which then count as closed
     stops = np.max(np.abs(far.B.T @ loaded.free), axis=1, initial=0.0) > _STILL
     k0 = np.where(stops, system.meshes.stiffness[far.mesh], 0.0)
     B = np.hstack([system.meshes.B, far.B, system.group_rows])
     stiffness = np.concatenate([system.meshes.stiffness, k0, laws.row_stiffness])
-    both = compliance(elastic_rows(system), B, stiffness)
-    return HeldTrain(loaded=loaded, both=both, laws=laws, system=system, touch=_first_touch(system))
+    whole = compliance(elastic_rows(system), B, stiffness)
+    return HeldTrain(loaded=loaded, whole=whole, laws=laws, system=system, touch=_first_touch(system))
 
 
 def _first_touch(system: System) -> Array:
@@ -456,8 +451,7 @@ def _ends_of_travel(held: HeldTrain, turn: Array) -> Array:
     links = held.system.links
     state = settled(held, here._replace(force=probe + (links.stiffness * here.link_gap) @ links.B.T))
     angle = np.einsum("bn,bfn->bf", turn, state.displacement.reshape(len(turn), 4, -1))
-    ends: Array = 2 * angle[:, ::2] - angle[:, 1::2]
-    return ends
+    return np.asarray(2 * angle[:, ::2] - angle[:, 1::2])
 
 
 def law_attributes(system: System, record: Record) -> dict[str, str]:

@@ -10,12 +10,13 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
+from typing import NamedTuple
 
 import numpy as np
 
 from ..errors import ConvergenceError, ModelError
 from ..system.flank_laws import LawRows, LinearLaw
-from ..system.link_laws import STATES, Laws
+from ..system.link_laws import STATES, LawGroup, Laws
 from ..system.system import Array, Line, LinkRows, MeshRows, System, commutes, faces
 from ..warning_codes import CodedText, coded
 from .equilibrium import Equilibrium, compliance_of, equilibrium, require_balance
@@ -88,25 +89,46 @@ def _without_link_laws(system: System, *, memory_alone: bool, floating: bool) ->
     """
     if not system.groups:
         return system
-    mean, tangent, lag, axes_of_groups = _link_tangents(system, floating=floating)
-    rows, stretch = system.group_rows, mean.group_stretch[0]
-    K, C = rows @ tangent @ rows.T, rows @ (lag[:, None] * tangent) @ rows.T
+    laws, rows = _link_tangents(system, floating=floating), system.group_rows
     result = replace(
         system,
-        K=system.K + K,
-        C=system.C + C,
-        links=_linearised_links(system, tangent, axes_of_groups, mean.group_force[0] - tangent @ stretch),
-        force=system.force + rows @ (tangent @ stretch - mean.group_force[0]),
-        lines=tuple(_linearised_line(line, rows, tangent, lag, axes_of_groups, system) for line in system.lines),
-        warnings=(*system.warnings, *_law_warnings(system, stretch, tangent, axes_of_groups, memory_alone)),
+        K=system.K + rows @ laws.tangent @ rows.T,
+        C=system.C + rows @ (laws.lag[:, None] * laws.tangent) @ rows.T,
+        links=_linearised_links(system, laws),
+        force=system.force - rows @ laws.offset,
+        lines=tuple(_linearised_line(system, laws, line) for line in system.lines),
+        warnings=(*system.warnings, *_law_warnings(system, laws, memory_alone)),
         groups=(),
     )
     held = tuple(replace(s, holds=s.holds and commutes(s.operator, result.mean_stiffness)) for s in system.symmetries)
     return replace(result, symmetries=held)
 
 
-def _link_tangents(system: System, *, floating: bool) -> tuple[Equilibrium, Array, Array, list[Array]]:
-    """Mean state, tangent (R, R) [N/m] of the laws of links there, their lag (R,) [s] and the axes of each group.
+class _GroupTangent(NamedTuple):
+    """A group of r rows: which these are, its axes (r, r) as of `_axes` and the stiffness along them (r,) [N/m]."""
+
+    group: LawGroup
+    rows: slice
+    axes: Array
+    stiffness: Array
+
+
+class _LinkTangents(NamedTuple):
+    """Laws of links at the mean state, of R rows.
+
+    stretch : (R,) [m].  offset : (R,) force there beside that of the tangent [N].  tangent : (R, R) [N/m].
+    lag : (R,) [s].
+    """
+
+    stretch: Array
+    offset: Array
+    tangent: Array
+    lag: Array
+    groups: list[_GroupTangent]
+
+
+def _link_tangents(system: System, *, floating: bool) -> _LinkTangents:
+    """Tangents of the laws of links at the mean state.
 
     Raises
     ------
@@ -116,11 +138,12 @@ def _link_tangents(system: System, *, floating: bool) -> tuple[Equilibrium, Arra
     stretch = mean.group_stretch[0]
     tangent = small_motion_tangent(system.laws, stretch, floating=floating)
     lag = np.repeat([group.lag for group in system.groups], [len(group.rows) for group in system.groups])
-    axes_of_groups = []
+    groups = []
     for group, first in zip(system.groups, system.laws.rows.first, strict=True):
         rows = slice(first, first + len(group.rows))
-        axes_of_groups.append(_axes(stretch[rows], tangent[rows, rows]))
-    return mean, tangent, lag, axes_of_groups
+        axes = _axes(stretch[rows], tangent[rows, rows])
+        groups.append(_GroupTangent(group, rows, axes, np.diag(axes.T @ tangent[rows, rows] @ axes)))
+    return _LinkTangents(stretch, mean.group_force[0] - tangent @ stretch, tangent, lag, groups)
 
 
 def linear_columns(system: System, columns: Sequence[Line]) -> tuple[Line, ...]:
@@ -132,9 +155,8 @@ def linear_columns(system: System, columns: Sequence[Line]) -> tuple[Line, ...]:
     """
     if not system.groups or not columns:
         return tuple(columns)
-    _, tangent, lag, axes_of_groups = _link_tangents(system, floating=False)
-    rows = system.group_rows
-    return tuple(_linearised_line(line, rows, tangent, lag, axes_of_groups, system) for line in columns)
+    laws = _link_tangents(system, floating=False)
+    return tuple(_linearised_line(system, laws, line) for line in columns)
 
 
 def small_motion_tangent(laws: Laws, stretch: Array, *, floating: bool = False) -> Array:
@@ -161,8 +183,7 @@ def mean_stretch(system: System) -> Array:
     ------
     ModelError, ConvergenceError : as of `linear`.
     """
-    stretch: Array = _mean_state(system).group_stretch[0]
-    return stretch
+    return np.asarray(_mean_state(system).group_stretch[0])
 
 
 def _mean_state(system: System) -> Equilibrium:
@@ -188,20 +209,18 @@ def _axes(stretch: Array, tangent: Array) -> Array:
     return np.array([[x, -y], [y, x]])
 
 
-def _linearised_links(system: System, tangent: Array, axes_of_groups: list[Array], offset: Array) -> LinkRows:
-    """The links of the system and two for every group, with the group's tangent and the preload `offset` (R,) [N]."""
-    links, laws = system.links, system.laws
+def _linearised_links(system: System, laws: _LinkTangents) -> LinkRows:
+    """The links of the system and two for every group, with the group's tangent and the offset as preload."""
+    links = system.links
     names: list[str] = []
     columns, stiffness, damping = [links.B], [links.stiffness], [links.damping]
     preload = [links.preload if links.preload.size else np.zeros(len(links.name))]
-    for group, axes, first in zip(system.groups, axes_of_groups, laws.rows.first, strict=True):
-        block = tangent[first : first + len(axes), first : first + len(axes)]
-        values = np.diag(axes.T @ block @ axes)
+    for group, rows, axes, values in laws.groups:
         keeps_rows = np.array_equal(axes, np.eye(len(axes)))
         names += group.rows if keeps_rows else [f"{group.name}/radial", f"{group.name}/tangential"]
         columns.append(group.B @ axes)
         stiffness.append(values)
-        preload.append(axes.T @ offset[first : first + len(axes)])
+        preload.append(axes.T @ laws.offset[rows])
         damping.append(np.diag(axes.T @ np.diag(group.damping) @ axes) + group.lag * values)
     count = sum(map(len, stiffness))
     turns = (
@@ -220,35 +239,26 @@ def _linearised_links(system: System, tangent: Array, axes_of_groups: list[Array
     )
 
 
-def _linearised_line(
-    line: Line, rows: Array, tangent: Array, lag: Array, axes_of_groups: list[Array], system: System
-) -> Line:
-    """A line whose errors in laws act as forces through the tangents (R, R) [N/m] and their dampers."""
-    gap = group_gap(line, system.group_rows.shape[1])
-    push = rows @ (tangent @ gap)
+def _linearised_line(system: System, laws: _LinkTangents, line: Line) -> Line:
+    """A line whose errors in laws act as forces through the tangents and their dampers."""
+    rows, gap = system.group_rows, group_gap(line, len(laws.lag))
     force = line.force.copy()
-    force[0] += push
-    force[1] += 2j * math.pi * float(line.frequency) * (rows @ (lag * (tangent @ gap)))
-    gaps = np.split(gap, system.laws.rows.first[1:])
-    link_gap = [line.link_gap, *(axes.T @ own_gap for axes, own_gap in zip(axes_of_groups, gaps, strict=True))]
+    force[0] += rows @ (laws.tangent @ gap)
+    force[1] += 2j * math.pi * float(line.frequency) * (rows @ (laws.lag * (laws.tangent @ gap)))
+    link_gap = [line.link_gap, *(part.axes.T @ gap[part.rows] for part in laws.groups)]
     return replace(line, force=force, link_gap=np.concatenate(link_gap), group_gap=np.zeros(0, dtype=complex))
 
 
-def _law_warnings(
-    system: System, stretch: Array, tangent: Array, axes_of_groups: list[Array], memory_alone: bool
-) -> list[CodedText]:
-    """Warnings that name the stiffness [N/m] in place of each law at a stretch (R,) [m].
+def _law_warnings(system: System, laws: _LinkTangents, memory_alone: bool) -> list[CodedText]:
+    """Warnings that name the stiffness [N/m] in place of each law.
 
     Groups of one text together.
     """
-    state = system.laws.state(stretch)
     groups_by_text: dict[str, list[str]] = {}
-    for group, axes, first, doing in zip(system.groups, axes_of_groups, system.laws.rows.first, state, strict=True):
+    for (group, _, _, values), doing in zip(laws.groups, system.laws.state(laws.stretch), strict=True):
         if memory_alone and not group.law.memory:
             continue
-        block = tangent[first : first + len(axes), first : first + len(axes)]
         unit = "N m/rad" if group.rows[0].endswith(("/rx", "/ry", "/rz")) else "N/m"
-        values = np.diag(axes.T @ block @ axes)
         if STATES[doing] == "play":
             text = "inside its clearance under the mean load, stiffness 0"
         elif group.law.memory:
@@ -364,8 +374,7 @@ def _departure(meshes: MeshRows, part: LawRows) -> tuple[Array, Array]:
 
 def _largest(values: Array) -> Array:
     """The values largest in size along the first axis, with their signs; nan where one is."""
-    largest: Array = np.take_along_axis(values, np.abs(values).argmax(axis=0)[None], axis=0)[0]
-    return largest
+    return np.asarray(np.take_along_axis(values, np.abs(values).argmax(axis=0)[None], axis=0)[0])
 
 
 def _departure_text(load: Array, touch: float, error: float) -> str:

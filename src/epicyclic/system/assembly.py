@@ -44,6 +44,7 @@ from .system import (
     System,
     commutes,
     eliminate,
+    faces,
     reduced_operator,
     turn_operator,
 )
@@ -86,8 +87,7 @@ def assemble(train: Train) -> System:
     tones = tuple(sorted(set((train.kinematics.mesh_frequency or {}).values()) - {Fraction(0)}))
     meshes = _meshes(train, structure, T, None if missing else M, tones)
     torques = np.zeros(6 * len(train.bodies))
-    for body, torque in train.torques.items():
-        torques[6 * structure.index[body] + 5] += torque
+    torques[[6 * structure.index[body] + 5 for body in train.torques]] = list(train.torques.values())
     turns = None if train.kinematics.speed is None else train.kinematics.frame_speed or {}
     return System(
         dofs=_dofs(train, T, kept),
@@ -245,10 +245,7 @@ def _meshes(train: Train, structure: Structure, T: Array, M: Array | None, tones
     stiffness = np.array([mesh.stiffness for mesh in meshes])
     frequency = train.kinematics.mesh_frequency or {}
     tone = [tones.index(frequency[m.stage]) if frequency.get(m.stage) in tones else 0 for m in meshes]
-    damping = np.array([mesh.damping for mesh in meshes])
-    if train.damping.mesh and M is not None:
-        damping = damping + _relative_damping(train.damping.mesh, structure, B, stiffness, M)
-    return MeshRows(
+    rows = MeshRows(
         name=tuple(m.name for m in meshes),
         pair=tuple(m.pair for m in meshes),
         stage=tuple(m.stage for m in meshes),
@@ -258,7 +255,7 @@ def _meshes(train: Train, structure: Structure, T: Array, M: Array | None, tones
         stiffness=stiffness,
         variation=_variations(meshes),
         tone=np.array(tone, np.int64),
-        damping=damping + (train.damping.stiffness or 0.0) * stiffness,
+        damping=np.array([m.damping for m in meshes]) + (train.damping.stiffness or 0.0) * stiffness,
         backlash=np.array([m.backlash for m in meshes]),
         cos_base_helix=np.cos([m.base_helix for m in meshes]),
         slice=tuple(row.number for row in structure.meshes),
@@ -267,6 +264,9 @@ def _meshes(train: Train, structure: Structure, T: Array, M: Array | None, tones
         direction=np.array([m.direction for m in meshes]),
         laws=flank_laws(structure.meshes, np.array(tone, np.int64)),
     )
+    if not train.damping.mesh or M is None:
+        return rows
+    return replace(rows, damping=rows.damping + _relative_damping(train.damping.mesh, rows, M))
 
 
 def _far_flanks(structure: Structure, T: Array, meshes: MeshRows) -> FarFlanks:
@@ -289,21 +289,16 @@ def _far_flanks(structure: Structure, T: Array, meshes: MeshRows) -> FarFlanks:
     )
 
 
-def _relative_damping(ratio: float, structure: Structure, B: Array, stiffness: Array, M: Array) -> Array:
+def _relative_damping(ratio: float, meshes: MeshRows, M: Array) -> Array:
     """Dampers (m,) [N s/m] for a damping ratio zeta of every whole mesh, c = 2 zeta sqrt(k m_eff), shared by slices.
 
-    m_eff is the effective mass along the row of the mesh, with slices along the mean of its rows.
-    B : (n, m).  stiffness : (m,) [N/m].  M : (n, n).
+    m_eff is the effective mass along the row of the mesh, with slices along the mean of its rows.  M : (n, n).
     """
-    names = [row.whole for row in structure.meshes]
-    whole = {name: i for i, name in enumerate(dict.fromkeys(names))}
-    member = np.zeros((len(whole), len(names)))
-    member[[whole[name] for name in names], range(len(names))] = 1.0
-    count = member.sum(axis=1)
-    rows = B @ member.T / count
+    whole = faces(meshes)
+    rows = whole.total(meshes.B, axis=1) / whole.count
     inverse = np.einsum("nm,nm->m", rows, np.linalg.lstsq(M, rows, rcond=None)[0])
-    damping: Array = (2 * ratio * np.sqrt(member @ stiffness / inverse) / count) @ member
-    return damping
+    damping = 2 * ratio * np.sqrt(whole.total(meshes.stiffness) / inverse) / whole.count
+    return np.asarray(damping[whole.row])
 
 
 def _variations(meshes: Sequence[Mesh], *, orders: int = 0) -> NDArray[np.complex128]:

@@ -70,15 +70,11 @@ class _Lines:
         elif frequency == 0:
             vector = vector.real.astype(complex)
         if frequency not in self.by_frequency:
-            rows = self.structure
-            self.by_frequency[frequency] = _FullLine(
-                mesh=np.zeros(len(rows.mesh), complex),
-                far=np.zeros(len(rows.far), complex),
-                link=np.zeros(len(rows.link), complex),
-                rigid=np.zeros(len(rows.rigid), complex),
-                force=np.zeros((3, rows.mesh.shape[1]), complex),
-                ramp=np.zeros(rows.mesh.shape[1], complex),
-            )
+            rows, size = self.structure, self.structure.mesh.shape[1]
+            kinds = (rows.mesh, rows.far, rows.link, rows.rigid)
+            mesh, far, link, rigid = (np.zeros(len(kind), complex) for kind in kinds)
+            force, ramp = np.zeros((3, size), complex), np.zeros(size, complex)
+            self.by_frequency[frequency] = _FullLine(mesh, far, link, rigid, force, ramp)
         full = self.by_frequency[frequency]
         if cause not in full.causes:
             full.causes.append(cause)

@@ -27,7 +27,7 @@ of load in between is internal to the law, which returns the force of each row, 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any, Protocol
 
@@ -131,8 +131,7 @@ class LinearLaw:
     @property
     def stiffest(self) -> Array:
         """Bound of the stiffness (c,) [N/m]: all orders in phase."""
-        bound: Array = self.stiffness * (1 + np.abs(self.variation).sum(axis=1))
-        return bound
+        return np.asarray(self.stiffness * (1 + np.abs(self.variation).sum(axis=1)))
 
     @property
     def end(self) -> Array:
@@ -194,8 +193,7 @@ class LinearAt:
 
     def energy(self, delta: Array) -> Array:
         """k <delta>^2 / 2, (..., P, c) [J]."""
-        energy: Array = self.stiffness * np.maximum(delta, 0.0) ** 2 / 2
-        return energy
+        return np.asarray(self.stiffness * np.maximum(delta, 0.0) ** 2 / 2)
 
     def constant(self, low: Array, high: Array) -> NDArray[np.bool_]:
         """Whether a row stays closed, or open, over the gaps low .. high (c,) [m]."""
@@ -208,7 +206,7 @@ class TabulatedLaw:
 
     tone : (c,) mesh tone of each row.  lead, sense : (c,) sigma = sense (cycles + lead).
     force : (L,) from zero up [N].  gap : (S, L) delta at sigma = 0, 1/S, ... [m].  slope : (S, L) [N/m].
-    load : (c,) at which the tangent of a row was taken [N]; nan where it is not known, left out where it is of none.
+    load : (c,) at which the tangent of a row was taken [N]; nan where it is not known.
     last : force up to which all phases have data, where less than the last one [N].
     """
 
@@ -218,13 +216,8 @@ class TabulatedLaw:
     force: Array
     gap: Array
     slope: Array
-    load: Array = field(default_factory=lambda: np.zeros(0))
+    load: Array
     last: float = np.inf
-
-    def __post_init__(self) -> None:
-        """nan for loads left out."""
-        if not self.load.size:
-            object.__setattr__(self, "load", np.full(len(self.lead), np.nan))
 
     def __repr__(self) -> str:
         """One line: number of rows, size of the table and largest force."""
@@ -310,8 +303,7 @@ class TabulatedAt:
     @property
     def touch(self) -> Array:
         """First touch (P, c) [m]."""
-        first: Array = self.gap[:, :, 0]
-        return first
+        return self.gap[:, :, 0]
 
     @property
     def kinks(self) -> Array:
@@ -371,8 +363,7 @@ class TabulatedAt:
     def _flat(self, cell: Index) -> Index:
         """Places of cells (..., P, c) in the flattened knots (P, c, L)."""
         P, c, L = self.gap.shape
-        places: Index = cell + L * np.arange(P * c).reshape(P, c)
-        return places
+        return np.asarray(cell + L * np.arange(P * c).reshape(P, c))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -410,8 +401,7 @@ class Blended:
 
     def energy(self, delta: Array) -> Array:
         """Energy (..., P, c) [J] at gaps delta [m]."""
-        energy: Array = (1 - self.share) * self.linear.energy(delta) + self.share * self.law.energy(delta)
-        return energy
+        return (1 - self.share) * self.linear.energy(delta) + self.share * self.law.energy(delta)
 
     def constant(self, low: Array, high: Array) -> NDArray[np.bool_]:
         """Whether both tangents keep one value over the gaps low .. high (c,) [m]."""
@@ -422,8 +412,7 @@ def eased(law: FlankAt, mean: Array, share: float) -> FlankAt:
     """A law with a share of its variation and curvature, the rest linear with the mean stiffness (c,) [N/m]."""
     if isinstance(law, LinearAt):
         return LinearAt(stiffness=mean + share * (law.stiffness - mean))
-    linear = LinearAt(stiffness=np.broadcast_to(mean, law.touch.shape))
-    return Blended(linear=linear, law=law, share=share)
+    return Blended(linear=LinearAt(stiffness=np.broadcast_to(mean, law.touch.shape)), law=law, share=share)
 
 
 # along the face -------------------------------------------------------------------------------------------------------

@@ -152,8 +152,7 @@ class FlanksAt:
         """Values (..., c) of each part at their rows, (..., F)."""
         if len(values) == 1 and isinstance(self.parts[0][1], slice):
             return values[0]
-        shape = values[0].shape[:-1] if values else ()
-        result = np.zeros((*shape, self.count))
+        result = np.zeros((*(values[0].shape[:-1] if values else ()), self.count))
         for each, (_, rows) in zip(values, self.parts, strict=True):
             result[..., rows] = each
         return result

@@ -135,14 +135,7 @@ class Law:
     @classmethod
     def profile(cls, laws: Sequence[Any]) -> PowerProfile:
         """These laws, all at once."""
-        return PowerProfile(
-            stiffness=_values(laws, "stiffness"),
-            friction=_values(laws, "friction"),
-            slip_start=_values(laws, "slip_start"),
-            clearance=_values(laws, "clearance"),
-            coefficient=_values(laws, "coefficient"),
-            exponent=_values(laws, "exponent"),
-        )
+        return PowerProfile(**_values(laws, *PowerProfile.__dataclass_fields__))
 
     def lower(self) -> Law:
         """Itself."""
@@ -177,8 +170,7 @@ class PowerProfile:
         stuck = self.stiffness * rho**2 / 2
         with np.errstate(invalid="ignore"):
             dry = np.where(rho <= start, stuck, self.friction * (rho - start / 2))
-        energy: Array = dry + self.coefficient * pressed ** (n + 1) / (n + 1)
-        return energy
+        return dry + self.coefficient * pressed ** (n + 1) / (n + 1)
 
 
 # Slopes that differ by less than this of the largest are one: rounding of a table computed from a straight line.
@@ -334,13 +326,11 @@ class GroupRows:
     @property
     def pair(self) -> NDArray[np.bool_]:
         """Whether a group has two rows (G,); else one."""
-        two: NDArray[np.bool_] = np.diff(np.append(self.first, self.owner.size)) == 2
-        return two
+        return np.asarray(np.diff(np.append(self.first, self.owner.size)) == 2)
 
     def spread(self, values: NDArray[_T]) -> NDArray[_T]:
         """Values of groups (..., G) at each row (..., R)."""
-        result: NDArray[_T] = values[..., self.owner]
-        return result
+        return values[..., self.owner]
 
     def dot(self, a: Array, b: Array) -> Array:
         """Scalar products (..., G) of the parts of each group in a and b (..., R)."""
@@ -585,8 +575,9 @@ def _or_one(values: Array) -> Array:
     return np.where(values > 0, values, 1.0)
 
 
-def _values(laws: Sequence[Any], name: str) -> Array:
-    return np.array([getattr(law, name) for law in laws], dtype=float)
+def _values(laws: Sequence[Any], *names: str) -> dict[str, Array]:
+    """Numbers (g,) of the laws, by name."""
+    return {name: np.array([getattr(law, name) for law in laws], dtype=float) for name in names}
 
 
 def stacked(groups: Sequence[LawGroup]) -> Laws:
@@ -603,10 +594,6 @@ def stacked(groups: Sequence[LawGroup]) -> Laws:
             owner=np.repeat(np.arange(len(groups)), counts),
         ),
         profiles=tuple(profiles),
-        stiffness=_values(laws, "stiffness"),
-        stiffest=_values(laws, "stiffest"),
-        friction=_values(laws, "friction"),
-        slip_start=_values(laws, "slip_start"),
-        clearance=_values(laws, "clearance"),
+        **_values(laws, "stiffness", "stiffest", "friction", "slip_start", "clearance"),
         memory=np.array([law.memory and law.friction > 0 for law in laws], dtype=bool),
     )

@@ -390,13 +390,11 @@ class Faces:
         """Sums (..., w, ...) over the rows of each mesh of values (..., m, ...), in their unit, along `axis`."""
         if len(self.first) == len(self.row):
             return values
-        summed: NDArray[Number] = np.add.reduceat(values, self.first, axis=axis)
-        return summed
+        return np.add.reduceat(values, self.first, axis=axis)
 
     def least(self, values: Array, axis: int = 0) -> Array:
         """Smallest value (..., w, ...) of the rows of each mesh, of values (..., m, ...), in their unit."""
-        lowest: Array = np.minimum.reduceat(values, self.first, axis=axis)
-        return lowest
+        return np.minimum.reduceat(values, self.first, axis=axis)
 
     def any(self, values: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """(w,) meshes of which any row (m,) is true."""
@@ -484,40 +482,37 @@ def stiffness_rows(system: System) -> Array | None:
 
     None where a part of it is negative.
     """
-    meshes, k = system.meshes, system.links.stiffness
-    linear = np.isfinite(k) & (k != 0)
-    if np.any(k[linear] < 0) or np.any(meshes.stiffness < 0):
+    meshes = system.meshes
+    if np.any(system.links.stiffness < 0) or np.any(meshes.stiffness < 0):
         return None
-    elastic = _elastic(system, linear)
+    elastic = _elastic(system)
     return None if elastic is None else np.concatenate([meshes.B * np.sqrt(meshes.stiffness), elastic], axis=1)
 
 
-def elastic_rows(system: System, without: NDArray[np.int64] | None = None) -> Array:
+def elastic_rows(system: System, without: Sequence[int] | NDArray[np.int64] = ()) -> Array:
     """Rows W (n, R) [sqrt(N/m)] with W W^T = K: links, those `without` left out of it, and what else K holds.
 
     Raises
     ------
     ModelError : K is negative along some motion.
     """
-    k = system.links.stiffness
-    linear = np.isfinite(k) & (k > 0)
-    elastic = _elastic(system, linear)
+    elastic = _elastic(system, without)
     if elastic is None:
         raise ModelError("the stiffness of links is negative along some motion", path="stages", allowed="0 or more")
-    if without is None or not without.size:
-        return elastic
-    return np.delete(elastic, np.flatnonzero(np.isin(np.flatnonzero(linear), without)), axis=1)
+    return elastic
 
 
-def _elastic(system: System, linear: NDArray[np.bool_]) -> Array | None:
-    """Rows (n, R) of the linear links and of what else K holds; None where that is negative."""
-    links = system.links
-    rows = links.B[:, linear] * np.sqrt(links.stiffness[linear])
+def _elastic(system: System, without: Sequence[int] | NDArray[np.int64] = ()) -> Array | None:
+    """Rows (n, R) of links but those `without`, and of what else K holds than links; None where that is negative."""
+    links, k = system.links, system.links.stiffness
+    linear = np.isfinite(k) & (k > 0)
+    rows = links.B[:, linear] * np.sqrt(k[linear])
     rest = system.K - rows @ rows.T
     size = np.sqrt(np.maximum(np.diag(system.K), 0.0))
     rest[np.abs(rest) <= REST * np.outer(size, size)] = 0.0
     further = _factor((rest + rest.T) / 2)
-    return None if further is None else np.concatenate([rows, further], axis=1)
+    kept = ~np.isin(np.flatnonzero(linear), without)
+    return None if further is None else np.concatenate([rows[:, kept], further], axis=1)
 
 
 def _factor(matrix: Array) -> Array | None:
@@ -531,8 +526,7 @@ def _factor(matrix: Array) -> Array | None:
     if values[0] < -limit:
         return None
     kept = values > limit
-    factor: Array = scale[:, None] * vectors[:, kept] * np.sqrt(values[kept])
-    return factor
+    return np.asarray(scale[:, None] * vectors[:, kept] * np.sqrt(values[kept]))
 
 
 def free_motions(rows: Array) -> tuple[Array, Array]:
@@ -651,14 +645,10 @@ def _pattern(system: System) -> str:
     meshes, links = _coupled(system.meshes.B, owner), _coupled(np.concatenate(groups, axis=1), owner)
     left = 0.62 * _LABEL * max((len(name) for name in names), default=0) + 6
     cells = [_cell(left, i, i, _BODY, name) for i, name in enumerate(names)]
-    for i, j in sorted(links):
-        cells.append(_cell(left, i, j, _LINK, f"{names[i]}, {names[j]}: link"))
-        if (i, j) not in meshes:
-            cells.append(_cell(left, j, i, _LINK, f"{names[i]}, {names[j]}: link"))
-    for i, j in sorted(meshes):
-        if (i, j) not in links:
-            cells.append(_cell(left, i, j, _MESH, f"{names[i]}, {names[j]}: mesh"))
-        cells.append(_cell(left, j, i, _MESH, f"{names[i]}, {names[j]}: mesh"))
+    for i, j in sorted(links | meshes):
+        for row, column, by_link in ((i, j, (i, j) in links), (j, i, (i, j) not in meshes)):
+            colour, kind = (_LINK, "link") if by_link else (_MESH, "mesh")
+            cells.append(_cell(left, row, column, colour, f"{names[i]}, {names[j]}: {kind}"))
     labels = "".join(
         f'<text x="{left - 4:.1f}" y="{_CELL * i + _LABEL:.1f}">{escape(name)}</text>' for i, name in enumerate(names)
     )

@@ -82,16 +82,9 @@ def _torsion(form: GearForm, end: End | None) -> Torsion | None:
 
 def axial_offsets(train: Train, mesh: Mesh) -> tuple[float, float]:
     """Axial offsets of both gears of a mesh from the drawing, by deviations at rest [m]."""
-    return _slide(train, mesh.a), _slide(train, mesh.b)
-
-
-def _slide(train: Train, body: str) -> float:
-    """Axial offset of a body from the drawing, by deviations at rest [m]."""
-    return math.fsum(
-        float(displacement.vector[2].real)
-        for displacement in train.displacements
-        if displacement.body == body and displacement.cause == "position" and displacement.frequency == 0
-    )
+    still = [one for one in train.displacements if one.cause == "position" and one.frequency == 0]
+    a, b = (math.fsum(one.vector[2].real for one in still if one.body == body) for body in (mesh.a, mesh.b))
+    return a, b
 
 
 def tooth_warnings(pair: ContactPair, mesh: Mesh) -> tuple[CodedText, ...]:
@@ -192,8 +185,7 @@ def _series(history: ContactHistory) -> tuple[float, ComplexArray, ComplexArray]
     """Mean stiffness [N/m], relative series (L,) and error of orders 0 .. L [m], over mesh time."""
     if not (np.isfinite(history.tangent).all() and (history.tangent > 0).all()):
         raise ModelError("the teeth do not keep contact over the mesh cycle", given=float(np.min(history.tangent)))
-    T = len(history.tangent)
-    count = (T - 1) // 2
+    count = (len(history.tangent) - 1) // 2
     mean, series = table_series(history.tangent)
     return mean, series[:count], harmonics(history.approach - history.force / history.tangent, count)
 
@@ -315,8 +307,7 @@ class MeshFaceLaw:
 
     def at(self, cycles: Array) -> _At:
         """Contact at times (T, g) [mesh cycles], as of `system.flank_laws.FaceLaw`."""
-        sigma = self.sense * (cycles + self.lead)
-        segments = contact_segments(self.pair, sigma.ravel())
+        segments = contact_segments(self.pair, (self.sense * (cycles + self.lead)).ravel())
         return _At(segments=segments, weight=row_weights(segments, _stations(self.pair)))
 
 

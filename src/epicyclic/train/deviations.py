@@ -252,8 +252,7 @@ def _held_rows(link: Link, body: Body) -> NDArray[np.bool_]:
     origin = (*body.centre, body.station)
     rows = [link_row(link, direction, origin) for direction in range(6) if link.stiffness[direction]]
     # rounding of cosines is no lever; a lever is in m, or 1 of an angle
-    held: NDArray[np.bool_] = np.any(np.abs(np.array(rows).reshape(-1, 6)) > 1e-12, axis=0)
-    return held
+    return np.asarray(np.any(np.abs(np.array(rows).reshape(-1, 6)) > 1e-12, axis=0))
 
 
 def _components(body: Body, table: DisplacementTable) -> tuple[complex, complex]:

@@ -13,6 +13,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import lru_cache
+from typing import Any
 
 from ..errors import ModelError
 
@@ -118,7 +119,6 @@ def _dot(a: Row, b: Row) -> Fraction:
 
 
 Motion = Mapping[str, Fraction]  # speed of every member in one admissible motion
-HUGE = 1e60  # [N m, W, rev/min] beyond it products would not fit a float
 UNBALANCED = Fraction(1, 10**6)  # torques written with six digits still balance; what is left is spread over them
 
 
@@ -142,6 +142,16 @@ class Gearing:
     def signed_b(self) -> int:
         """Teeth of b, negative of a ring: torques on a and b are in the ratio of teeth_a to this."""
         return -self.teeth_b if self.internal else self.teeth_b
+
+    def equation(self, share: float = 1) -> dict[str, Any]:
+        """Coefficients of the members: speeds fulfil it, and a torque per tooth acts on the members by them.
+
+        share : of the torque on a per that on b, other than 1 with losses.
+        """
+        row: dict[str, Any] = {self.a: Fraction(self.teeth_a) * share, self.b: Fraction(self.signed_b)}
+        if self.carrier is not None:
+            row[self.carrier] = row.get(self.carrier, 0) - row[self.a] - row[self.b]
+        return row
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -249,13 +259,11 @@ def solve_kinematics(
 
     Raises
     ------
-    ModelError : unknown member, locked train without a torque, with a speed or with a balance (of a stage whose planets
+    ModelError : locked train without a torque, with a speed or with a balance (of a stage whose planets
         have no carrier: the table that is missing), too few, too many or contradicting speeds, power at a member at
         rest, torques that do not balance, or several ends that could balance them.
     """
     speeds, torques, powers = dict(speeds or {}), dict(torques or {}), dict(powers or {})
-    given = {"held": held, "speed": speeds, "torque": torques, "power": powers, "balance": balance}
-    _check_names(members, gearings, ties, given)
     rows = _equations(gearings, ties)
     preferred = [*speeds, *(m for m in ends if m not in speeds)]
     motions = _motions(members, _equations(gearings, ties, held), preferred)
@@ -283,7 +291,7 @@ def solve_kinematics(
         mesh_frequency=None if speed is None else _tooth_rates(gearings, names, speed, 60),
         mesh_order=_tooth_rates(gearings, names, next(iter(motions.values()))) if len(motions) == 1 else {},
         torque=None if torque is None else {name: float(torque[name]) for name in members},
-        power=None if torque is None or speed is None else {m: _watts(torque[m], speed[m]) for m in members},
+        power=None if torque is None or speed is None else {m: watts(torque[m], speed[m]) for m in members},
         mesh_torque=None if inner is None else inner[0],
         tie_torque=None if inner is None else inner[1],
         held=tuple(held),
@@ -312,31 +320,12 @@ def tones(gearings: Sequence[Gearing], ratio: Mapping[str, Mapping[str, Fraction
     return named
 
 
-def _check_names(
-    members: Sequence[str], gearings: Sequence[Gearing], ties: Sequence[Tie], given: Mapping[str, Iterable[str]]
-) -> None:
-    """Raise ModelError for a name of meshes, couplings or of the operation that is no member."""
-    named: list[tuple[str, Iterable[str | None]]] = [(g.pair, (g.a, g.b, g.carrier)) for g in gearings]
-    named += [(f"couplings.{tie.name}", (tie.a, tie.b)) for tie in ties]
-    named += [(f"operation.{key}", names) for key, names in given.items()]
-    for path, names in named:
-        for name in names:
-            if name is not None and name not in members:
-                raise ModelError("no such member", path=path, given=name, allowed=", ".join(members))
-
-
 def _equations(gearings: Iterable[Gearing], ties: Iterable[Tie], held: Iterable[str] = ()) -> list[dict[str, Fraction]]:
     """What the speeds must fulfil: meshes, ties, then members at rest, each as coefficients of the members.
 
     Of a mesh teeth_a (w_a - w_c) +- teeth_b (w_b - w_c) = 0, + external, - internal.
     """
-    rows: list[dict[str, Fraction]] = []
-    for g in gearings:
-        row = {g.a: Fraction(g.teeth_a), g.b: Fraction(g.signed_b)}
-        if g.carrier is not None:
-            row[g.carrier] = row.get(g.carrier, Fraction(0)) - g.teeth_a - g.signed_b
-        rows.append(row)
-    rows += [{tie.a: Fraction(1), tie.b: Fraction(-1)} for tie in ties]
+    rows = [*(g.equation() for g in gearings), *({tie.a: Fraction(1), tie.b: Fraction(-1)} for tie in ties)]
     return [*rows, *({name: Fraction(1)} for name in held)]
 
 
@@ -391,8 +380,6 @@ def _speeds(
     """Speed of every member [rev/min], None where none is given."""
     for name in given:
         path = f"operation.speed.{name}"
-        if not abs(given[name]) < HUGE:
-            raise ModelError("not a number to calculate with", path=path, allowed=f"below {HUGE:g} rpm")
         if name in held and given[name]:
             raise ModelError(
                 "a held member does not turn", path=path, given=_rpm(given[name]), allowed="0, or no speed"
@@ -433,8 +420,6 @@ def _loads(
     for key, given in (("torque", torques), ("power", powers)):
         for name, value in given.items():
             path = f"operation.{key}.{name}"
-            if not abs(value) < HUGE:
-                raise ModelError("not a number to calculate with", path=path, given=value, allowed=f"below {HUGE:g}")
             if name in held:
                 raise ModelError("a held member takes what it must", path=path, given=value, allowed="members not held")
             if name in loads:
@@ -444,7 +429,7 @@ def _loads(
                 raise ModelError(
                     f"no torque follows from this power, {state}", path=path, given=value, allowed="a torque"
                 )
-            loads[name] = Fraction(value) if key == "torque" else Fraction(value / _watts(1, (speed or {})[name]))
+            loads[name] = Fraction(value) if key == "torque" else Fraction(value / watts(1, (speed or {})[name]))
     return loads
 
 
@@ -534,7 +519,8 @@ def _internal_torques(
     )
 
 
-def _watts(torque: Fraction | int, speed: Fraction) -> float:
+def watts(torque: Fraction | float, speed: Fraction) -> float:
+    """Power [W] of a torque [N m] at a speed [rev/min]."""
     return float(torque * speed) * math.tau / 60
 
 

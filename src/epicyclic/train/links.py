@@ -282,8 +282,7 @@ def _seat(
     ModelError : a body held on itself, a planet borne in the housing that its carrier turns against.
     """
     held, side, carried = model.operation.held, body.side, body.branch is not None
-    key = "bearing" if carried else "support"
-    table, path = overlaid(plan.member_levels(name, side), key)
+    table, path = overlaid(plan.member_levels(name, side), "bearing" if carried else "support")
     turning = plan.carrier is not None and f"{plan.name}.{plan.carrier}" not in held
     if carried and turning and table is not None and table.to == "housing":
         raise ModelError(

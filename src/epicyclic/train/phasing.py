@@ -107,23 +107,22 @@ class StagePhases:
 
 def flank_of_torque(torque_on_b: float, *, internal: bool) -> int:
     """Flank d of a mesh from the torque [N m] its teeth put on b: the mean mesh force is positive (+1 for 0)."""
-    along = torque_on_b if internal else -torque_on_b
-    return -1 if along < 0 else 1
+    return -1 if (torque_on_b if internal else -torque_on_b) < 0 else 1
 
 
 def stage_leads(
     gears: Sequence[ToothedGear], meshes: Sequence[ToothMesh], *, sense: int, tolerance: float = ASSEMBLY_TOLERANCE
 ) -> StagePhases:
-    """Phase leads of all meshes of a stage, and whether its branches can be assembled.
+    """Phase leads of all meshes of a stage, at least one, and whether its branches can be assembled.
 
     sense : g, sign of the speed of gear a of the first mesh (the sun) relative to the carrier; +1 where not known.
     tolerance : largest mismatch that can be assembled [pitches].
 
     Raises
     ------
-    ModelError : meshes that name no gear, differ in their number of branches, or are not connected.
+    ModelError : meshes that are not connected.
     """
-    table = _checked(gears, meshes)
+    table = {gear.name: gear for gear in gears}
     count = len(meshes[0].directions)
     senses = chain_signs(gears, [(m.a, m.b) for m in meshes], sense)
     drives = {m.pair: m.flank * s for m, s in zip(meshes, senses, strict=True)}
@@ -429,22 +428,3 @@ def _edges(table: Mapping[str, ToothedGear], pairs: Sequence[tuple[str, str]]) -
             "no chain of meshes and shafts leads there from the first gear", path=lost[0], given=pairs[0][0]
         )
     return edges
-
-
-def _checked(gears: Sequence[ToothedGear], meshes: Sequence[ToothMesh]) -> dict[str, ToothedGear]:
-    table = {gear.name: gear for gear in gears}
-    if not meshes:
-        raise ModelError("a stage needs a mesh", path="meshes", given=[], allowed="at least one pair of gears")
-    count = len(meshes[0].directions)
-    for mesh in meshes:
-        for name in (mesh.a, mesh.b):
-            if name not in table:
-                raise ModelError("no such gear", path=mesh.pair, given=name, allowed=", ".join(table))
-        if len(mesh.directions) != count or not count:
-            raise ModelError("one direction per branch", path=mesh.pair, given=len(mesh.directions), allowed=str(count))
-    for gear in gears:
-        if gear.clocking is not None and len(gear.clocking) != count:
-            raise ModelError(
-                "one angle per branch", path=f"{gear.name}.clocking", given=len(gear.clocking), allowed=str(count)
-            )
-    return table

@@ -34,7 +34,7 @@ from numpy.typing import NDArray
 
 from ..errors import ModelError, needs_turning
 from ..teeth.path_of_contact import touches_always
-from .kinematics import Gearing, Kinematics, Tie
+from .kinematics import Gearing, Kinematics, Tie, watts
 
 if TYPE_CHECKING:
     from .train import Body, Mesh
@@ -94,19 +94,19 @@ def power_flow(
 
     paths = []
     for tie in ties:
-        power = _watts(tied[tie.name], speed[tie.b])
+        power = watts(tied[tie.name], speed[tie.b])
         if tie.b in below and tie.b in carriers:  # a shaft of planets carries the tooth forces beyond it to the pin
-            power -= _watts(at_pins(tie.b), speed[carriers[tie.b]])
+            power -= watts(at_pins(tie.b), speed[carriers[tie.b]])
         path = f"stages.{tie.name}" if "." in tie.name else f"couplings.{tie.name}"
         paths.append((path, tie.a, tie.b, tied[tie.name], power, math.nan))
     for g in gearings:
         torque, still = mesh[g.pair], speed[g.carrier] if g.carrier is not None else Fraction(0)
-        rolling = _watts(torque, speed[g.b] - still)
-        paths.append((g.pair, g.a, g.b, torque, _watts(central[g.pair], still) + rolling, rolling))
+        rolling = watts(torque, speed[g.b] - still)
+        paths.append((g.pair, g.a, g.b, torque, watts(central[g.pair], still) + rolling, rolling))
     for planet, carrier in carriers.items():
         if planet not in below:
             path, moment = f"stages.{planet}.bearing", at_pins(planet)
-            paths.append((path, planet, carrier, moment, _watts(moment, speed[carrier]), math.nan))
+            paths.append((path, planet, carrier, moment, watts(moment, speed[carrier]), math.nan))
     scale = sum(value for value in (kinematics.power or {}).values() if value > 0)
     circulating = _circulating(
         [(a, b, power if abs(power) > _NONE * scale else 0.0) for _, a, b, _, power, _ in paths],
@@ -136,10 +136,6 @@ def planet_arms(meshes: Iterable[Mesh], bodies: Iterable[Body]) -> dict[str, flo
             ((pitch - complex(*b.centre)).conjugate() * normal).imag
         )
     return arms
-
-
-def _watts(torque: float, speed: Fraction) -> float:
-    return torque * float(speed) * math.tau / 60
 
 
 def _axis_moments(
@@ -446,12 +442,8 @@ def _columns(kinematics: Kinematics, ends: Sequence[str], directions: Directions
     """
     index = {name: i for i, name in enumerate(kinematics.ratio)}
     columns: list[dict[str, float]] = [{name: 1.0} for name in ends]
-    for g, sign, lost in zip(kinematics.gearings, directions, share, strict=True):
-        on_a, on_b = g.teeth_a * (1 - lost) ** -sign, float(g.signed_b)
-        column = {g.a: on_a, g.b: on_b}
-        if g.carrier is not None:
-            column[g.carrier] = column.get(g.carrier, 0.0) - on_a - on_b
-        columns.append(column)
+    lossy = zip(kinematics.gearings, directions, share, strict=True)
+    columns += [g.equation((1 - float(lost)) ** -sign) for g, sign, lost in lossy]
     columns += [{tie.a: 1.0, tie.b: -1.0} for tie in kinematics.ties]
     matrix = np.zeros((len(index), len(columns)))
     for at, column in enumerate(columns):

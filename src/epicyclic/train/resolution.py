@@ -32,7 +32,6 @@ from ..document.tolerances import (
     Grade,
     Tolerance,
     Width,
-    costs,
     read_correlations,
     tolerances,
     tolerances_and_costs,
@@ -382,7 +381,7 @@ def tolerances_of(train: Train) -> tuple[Tolerance, ...]:
 
 def costs_of(train: Train) -> dict[str, tuple[Grade, ...]]:
     """Return the grades that `[tolerance.cost]` of a train prices, by the path of their entry.  Raises ModelError."""
-    priced = costs(train.document, _width_of(train.bodies, train.meshes))
+    _, priced = tolerances_and_costs(train.document, _width_of(train.bodies, train.meshes))
     return {path: grades for path, grades in priced.items() if not of_another_point(train.document, path)}
 
 

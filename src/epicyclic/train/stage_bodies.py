@@ -11,6 +11,7 @@ import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -163,21 +164,12 @@ def free_bodies(model: ModelFile, log: ResolutionLog) -> list[Body]:
     """Bodies of the file's `[bodies]`; keys that are not stated are 0."""
     bodies = []
     for name, body in model.bodies.items():
-        for key, unit in (("mass", "kg"), ("inertia", "kg m^2"), ("tilt_inertia", "kg m^2"), ("station", "m")):
-            value = getattr(body, key)
-            log.note(f"bodies.{name}.{key}", value or 0.0, unit, "default" if value is None else "given")
-        bodies.append(
-            Body(
-                name=name,
-                member=name,
-                kind="body",
-                frame=body.frame or HOUSING,
-                station=body.station or 0.0,
-                mass=body.mass or 0.0,
-                inertia=body.inertia or 0.0,
-                tilt_inertia=body.tilt_inertia or 0.0,
-            )
-        )
+        given = {key: getattr(body, key) for key in (*_MASS_UNITS, "station")}
+        for key, value in given.items():
+            origin = "default" if value is None else "given"
+            log.note(f"bodies.{name}.{key}", value or 0.0, _MASS_UNITS.get(key, "m"), origin)
+        values: dict[str, Any] = {key: value or 0.0 for key, value in given.items()}
+        bodies.append(Body(name=name, member=name, kind="body", frame=body.frame or HOUSING, **values))
     return bodies
 
 
@@ -371,8 +363,7 @@ def meshes_of_stage(
     _check_shafts(plan, gears, toothed, log)
     for name, turns in phases.clocking.items():
         origin = "given" if isinstance(plan.gears[name].clocking, tuple) else "geometry"
-        angles = [math.tau * float(turn) for turn in turns]
-        log.note(f"{plan.member_path(name)}.clocking", angles, "rad", origin)
+        log.note(f"{plan.member_path(name)}.clocking", [math.tau * float(turn) for turn in turns], "rad", origin)
     meshes: list[Mesh] = []
     named = tones(kinematics.gearings, kinematics.ratio)
     for p, meeting in zip(plan.pairs, toothed, strict=True):

@@ -57,7 +57,8 @@ def test_comments_stand_behind_above_or_at_the_next_table() -> None:
         "stages.main.planet.teeth": "x" * 30 + " " + "y" * 70,
         "stages.main.nowhere": "lost?",
     }
-    text = commented_text(PAIR, head=["Head line"], comments=comments, assumed={"damping.modal": "usual"})
+    document = {**PAIR, "assumed": {"damping.modal": "usual"}}
+    text = commented_text(document, head=["Head line"], comments=comments)
     lines = text.splitlines()
     assert lines[0] == "# Head line"
     assert '"4 mm"' in next(line for line in lines if line.endswith("# normal module"))

@@ -168,7 +168,7 @@ def test_sources_that_are_none(tmp_path: Path) -> None:
     cases: list[tuple[object, str]] = [
         (tmp_path / "none.toml", "no such file"),
         ("ren2012", "did you mean 'ren2021'"),
-        (tmp_path, "a folder"),
+        (tmp_path, "is a folder"),
         ("/dev/zero", "no regular file"),
         ("a\0b", "no such file|cannot be read"),
         ("x" * 5000, "cannot be read|no such file"),

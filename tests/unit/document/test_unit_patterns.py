@@ -16,7 +16,6 @@ from hypothesis import strategies as st
 from epicyclic.document.units import (
     COMMON,
     KINDS,
-    UNIT_PATTERNS,
     Bounds,
     factor,
     is_unit_of,
@@ -65,7 +64,7 @@ def forms(name: str, value: Any) -> list[str]:
 
 def several(kind: str) -> list[str]:
     """At most 200 of the spellings of a kind, from all over them."""
-    every = list(islice(spellings(UNIT_PATTERNS[kind]), 50_000))
+    every = list(islice(spellings(KINDS[kind].pattern), 50_000))
     return every[:: max(len(every) // 200, 1)]
 
 
@@ -81,7 +80,7 @@ def fits(text: str, name: str) -> bool:
     return re.search(SCHEMA[name]["pattern"], text) is not None
 
 
-@pytest.mark.parametrize("kind", [kind for kind in UNIT_PATTERNS if UNIT_PATTERNS[kind]])
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if KINDS[kind].pattern])
 def test_every_unit_of_a_pattern_has_that_dimension(kind: str) -> None:
     for unit in several(kind):
         assert is_unit_of(unit, kind)
@@ -98,10 +97,10 @@ def test_every_unit_of_the_table_stands_in_a_pattern() -> None:
         assert all(is_unit_of(unit.strip(), kind) for unit in entry.spellings.split(",") if unit)
 
 
-@pytest.mark.parametrize("kind", [kind for kind in UNIT_PATTERNS if KINDS[kind].unit])
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if KINDS[kind].unit])
 def test_a_unit_of_another_dimension_fits_neither(kind: str) -> None:
-    for other in UNIT_PATTERNS:
-        for unit in several(other)[::7] if UNIT_PATTERNS[other] else ():
+    for other in KINDS:
+        for unit in several(other)[::7] if KINDS[other].pattern else ():
             same = KINDS[other].unit == KINDS[kind].unit or is_unit_of(unit, kind)
             assert accepted(f"2 {unit}", kind) == is_unit_of(unit, kind), (kind, unit)
             assert (re.search(number_pattern(kind, inf=False), f"2 {unit}") is not None) <= same

@@ -105,6 +105,7 @@ def table_of(system: System, rows: Any, *, bend: float = 0.6, seed: int = 0) -> 
         force=force,
         gap=gap,
         slope=slope,
+        load=np.full(rows.size, np.nan),
     )
 
 

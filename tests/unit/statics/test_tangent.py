@@ -73,7 +73,7 @@ def test_the_worst_of_the_mesh_cycle_with_its_sign(build: Any) -> None:
 
 def test_a_load_that_is_not_known_and_a_law_open_at_half_the_load(build: Any) -> None:
     plain = build.planar(N=3).system()
-    (text,) = flank_warnings(straight(plain, np.arange(3), np.full(4, 1e-6), load=np.zeros(0)))
+    (text,) = flank_warnings(straight(plain, np.arange(3), np.full(4, 1e-6), load=np.full(3, np.nan)))
     assert text.endswith(
         "in place of the law of its gaps: teeth touch 1 µm after the tangent does (worst of the mesh cycle) "
         "[law-linearised]"

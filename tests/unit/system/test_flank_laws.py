@@ -42,6 +42,7 @@ def table(rows: int = 2, *, seed: int = 2, phases: int = 12) -> TabulatedLaw:
         force=LOADS,
         gap=gap,
         slope=slope,
+        load=np.full(rows, np.nan),
     )
 
 
@@ -214,6 +215,7 @@ def test_a_straight_table_is_the_linear_law() -> None:
         force=LOADS,
         gap=np.tile(LOADS / k, (8, 1)),
         slope=np.full((8, LOADS.size), k),
+        load=np.full(2, np.nan),
     )
     same = LinearLaw(stiffness=np.full(2, k), variation=np.zeros((2, 0), complex), tone=np.zeros(2, np.int64))
     straight, spring = law.at(PHASES), same.at(PHASES)

@@ -37,6 +37,7 @@ def law_of(table: ContactTable) -> TabulatedLaw:
         force=table.force,
         gap=table.approach,
         slope=table.slope,
+        load=np.full(1, np.nan),
         last=table.last,
     )
 

@@ -36,6 +36,7 @@ def curves(pair: ContactPair, sigma: Any, samples: int = 50) -> tuple[Any, Tabul
         force=table.force,
         gap=table.gap,
         slope=table.slope,
+        load=np.full(1, np.nan),
     )
     return table, law.at(np.asarray(sigma, dtype=float)[:, None])
 

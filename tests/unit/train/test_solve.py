@@ -98,13 +98,8 @@ def test_a_missing_carrier_is_named_where_it_locks_the_train() -> None:
     [
         ({"speeds": {"ring": Fraction(5)}}, "operation.speed.ring", "held"),
         ({"speeds": {"sun": Fraction(80), "carrier": Fraction(24)}}, "operation.speed.carrier", "23 rpm"),
-        ({"speeds": {"sun": Fraction(10) ** 400}}, "operation.speed.sun", "below"),
         ({"held": (), "speeds": {"sun": Fraction(80)}}, "operation.speed", "also the speed of ring"),
-        ({"held": ("rim",)}, "operation.held", "sun, planet, ring, carrier"),
-        ({"torques": {"rim": 1.0}}, "operation.torque", "no such member"),
         ({"torques": {"ring": 1.0}}, "operation.torque.ring", "held"),
-        ({"torques": {"sun": float("nan")}}, "operation.torque.sun", "nan"),
-        ({"torques": {"sun": 1e300}}, "operation.torque.sun", "below"),
         ({"powers": {"sun": 1.0}}, "operation.power.sun", "not known"),
         ({"powers": {"ring": 1.0}, "speeds": {"sun": Fraction(1)}}, "operation.power.ring", "held"),
         (
@@ -112,7 +107,6 @@ def test_a_missing_carrier_is_named_where_it_locks_the_train() -> None:
             "operation.power.sun",
             "one of the two",
         ),
-        ({"ties": (Tie(name="shaft", a="sun", b="motor"),)}, "couplings.shaft", "motor"),
         ({"torques": {"sun": 23.0, "carrier": -70.0}}, "operation.torque", "need further -2.875 N m at sun"),
         ({"torques": {"sun": 23.0}, "ends": ()}, "operation.torque", "need further -80 N m at carrier"),
     ],

@@ -256,17 +256,6 @@ def test_gaps_between_neighbours() -> None:
 def test_refusals() -> None:
     gears = (ToothedGear(name="s", teeth=23, central=True), ToothedGear(name="p", teeth=17))
     good = ToothMesh(pair="s-p", a="s", b="p", directions=(F(0),), flank=1)
-    cases: list[tuple[tuple[ToothedGear, ...], tuple[ToothMesh, ...], str]] = [
-        (gears, (), "needs a mesh"),
-        (gears, (ToothMesh(pair="s-q", a="s", b="q", directions=(F(0),), flank=1),), "no such gear"),
-        (gears, (good, ToothMesh(pair="p-s", a="p", b="s", directions=(F(0), F(1)), flank=1)), "per branch"),
-        ((gears[0], ToothedGear(name="p", teeth=17, on="s", clocking=(F(0), F(1)))), (good,), "p.clocking"),
-        (
-            (*gears, ToothedGear(name="x", teeth=9), ToothedGear(name="y", teeth=9)),
-            (good, ToothMesh(pair="x-y", a="x", b="y", directions=(F(0),), flank=1)),
-            "no chain",
-        ),
-    ]
-    for some, meshes, words in cases:
-        with pytest.raises(ModelError, match=words):
-            stage_leads(some, meshes, sense=1)
+    apart = (*gears, ToothedGear(name="x", teeth=9), ToothedGear(name="y", teeth=9))
+    with pytest.raises(ModelError, match="no chain"):
+        stage_leads(apart, (good, ToothMesh(pair="x-y", a="x", b="y", directions=(F(0),), flank=1)), sense=1)

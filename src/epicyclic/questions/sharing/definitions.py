@@ -374,11 +374,11 @@ def far_waves(system: System, held: HeldTrain, tone: Fraction, samples: int) -> 
 
     None where there are none, or where none touches at any phases of the lines.
     """
-    both, c = held.both, system.far_flanks.mesh.size
-    if both is None:
+    c = system.far_flanks.mesh.size
+    if not c:
         return None
     k = np.hstack([mesh_stiffness(system, tone, np.arange(samples), samples), np.zeros((samples, c))])
-    reach = _summed(system, tone, samples, lambda gap, load: closed_state(both, k, gap, load)[0][:, -c:])
+    reach = _summed(system, tone, samples, lambda gap, load: closed_state(held.whole, k, gap, load)[0][:, -c:])
     return reach if np.any(force_bound(reach) > 0) else None
 
 

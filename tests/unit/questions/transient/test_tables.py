@@ -34,7 +34,15 @@ def curved(rows: int, *, far: bool = False) -> TabulatedLaw:
     slope = 1 / (soft * (1e-6 + 4e-6 / (20 + FORCE)))
     sense = -np.ones(rows) if far else np.array([1.0, -1.0] * rows)[:rows]
     lead = np.array([0.13, 0.71, 0.4])[:rows]
-    return TabulatedLaw(tone=np.zeros(rows, np.int64), lead=lead, sense=sense, force=FORCE, gap=gap, slope=slope)
+    return TabulatedLaw(
+        tone=np.zeros(rows, np.int64),
+        lead=lead,
+        sense=sense,
+        force=FORCE,
+        gap=gap,
+        slope=slope,
+        load=np.full(len(lead), np.nan),
+    )
 
 
 def with_laws(system: System, near: tuple[LawRows, ...], far: tuple[LawRows, ...] = ()) -> System:
