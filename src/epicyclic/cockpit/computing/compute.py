@@ -35,6 +35,7 @@ from ..state.frames import (
 )
 from . import answers
 from .detuning import is_quick, offered_of
+from .levers import levers_at
 from .speed_view import ForceCurves, ModeView, SpeedModel, efforts, force_curves, mode_view, speed_head, speed_model
 from .train_view import (
     ErrorView,
@@ -121,8 +122,9 @@ def compute(
     ``live``: one frame with everything a lever moves: train, modes, sharing, errors, the sweep with mesh orders,
     answers, checks.  ``full``: that, then frames ``sweep`` (200 speeds, then 60 with shaft orders), ``errors`` and
     ``sharing`` (the whole hunting period), each with the answers as they then are; where a resonance matters
-    ``changes``, answers with what moves it away.  A model that is wrong gives one frame ``failed`` with the problem,
-    its path, what was given and what is allowed.
+    ``changes``, answers with what moves it away.  ``levers``: one frame with the levers of the model file.
+
+    A model that is wrong gives one frame ``failed`` with the problem, its path, what was given and what is allowed.
 
     Parameters
     ----------
@@ -138,6 +140,10 @@ def compute(
             raise _Stopped
 
     try:
+        if request.kind == "levers":
+            levers = levers_at(request.source, request.overrides)
+            yield PageFrame(rev=request.rev, kind="levers", head={"levers": [asdict(lever) for lever in levers]})
+            return
         model, parts = _live_set(request, early)
         yield _live_frame(model, parts, start)
         if request.kind == "full":

@@ -369,6 +369,20 @@ def levers_of(source: PlainTable | Path, overrides: Mapping[str, object]) -> tup
     return tuple(levers)
 
 
+def levers_at(source: PlainTable | Path, overrides: Mapping[str, object]) -> tuple[Lever, ...]:
+    """Levers of a model file at the case that overrides name, whatever else they move: a page that is opened again has
+    the same ones.  Where the file alone is no model, those of the file with its overrides.
+
+    Raises
+    ------
+    ModelError : the model cannot be read.
+    """
+    try:
+        return levers_of(source, {path: case for path, case in overrides.items() if path == "case"})
+    except ModelError:
+        return levers_of(source, overrides)
+
+
 def _that_loads(source: PlainTable | Path, overrides: Mapping[str, object], lever: Lever) -> Lever:
     """A lever whose ends give models, drawn in where the rest of the drawing does not follow, as a rim of a module."""
     ends = []

@@ -15,7 +15,7 @@ import tempfile
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
@@ -105,23 +105,6 @@ def _report(model: Loadable, target: Path, *, progress: Progress) -> Result:
 
 
 # functions that the page waits for ------------------------------------------------------------------------------------
-
-
-def levers_at(source: PlainTable, overrides: Mapping[str, object]) -> tuple[Mapping[str, Any], ...]:
-    """Levers of a model file as tables, at the case that overrides name, whatever else they move: a page that is opened
-    again has the same ones.  Where the file alone is no model, those of the file with its overrides.
-
-    Raises
-    ------
-    ModelError : the model cannot be read.
-    """
-    from ..computing.levers import levers_of
-
-    try:
-        levers = levers_of(source, {path: case for path, case in overrides.items() if path == "case"})
-    except ModelError:
-        levers = levers_of(source, overrides)
-    return tuple(asdict(lever) for lever in levers)
 
 
 def verb_file(model: Loadable, verb: str, kind: str, folder: Path) -> bytes:

@@ -29,6 +29,7 @@ if TYPE_CHECKING:  # a process that starts imports this module before anything e
     from ...train.train import Body, Train
 
 Numbers = NDArray[np.float32]
+Kind = Literal["live", "full", "levers"]
 _LENGTH = struct.Struct("<I")
 
 
@@ -36,12 +37,13 @@ _LENGTH = struct.Struct("<I")
 class Request:
     """What is asked of the computing process; picklable.
 
-    rev : number of the state, counted by the session.  kind : ``live``: one frame; ``full``: all frames of a state.
+    rev : number of the state, counted by the session.  kind : ``live``: one frame; ``full``: all frames of a state;
+    ``levers``: one frame with the levers of its model.
     source, overrides : what `load` takes.  relative_speed : speed per operating speed that is shown [1].
     """
 
     rev: int
-    kind: Literal["live", "full"]
+    kind: Kind
     source: PlainTable | Path
     overrides: Mapping[str, object] = field(default_factory=dict)
     relative_speed: float = 1.0
@@ -51,7 +53,7 @@ class Request:
 class PageFrame:
     """One message of results.
 
-    rev : of the state it belongs to.  kind : curve, live, sweep, sharing, errors, changes, job or failed.
+    rev : of the state it belongs to.  kind : curve, live, sweep, sharing, errors, changes, levers, job or failed.
     head : texts, labels and numbers, as JSON has them.  arrays : by name.
     """
 
