@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from ...errors import ConvergenceError, ModelError
 from ...limits import KGammaLimit, KGammaVerdict, nearest_verdict
@@ -36,6 +37,9 @@ from ...system.excitation import unit_lines
 from ...system.system import Array, System
 from ...train.train import Body, Displacement, MeshError, Train
 from ..state.frames import as_overridden, largest_known, member_words, number
+
+Shown = tuple[Any, Mapping[str, NDArray[Any]]]
+"""One part as the page takes it: a table, of the modes rows; and arrays by their names within the part."""
 
 # Torques below this part of the largest are rounding of a member that carries none.
 _NO_TORQUE = 1e-9
@@ -245,31 +249,12 @@ _NONE, _ROUNDING = 1e-9, 1e-6
 _WORDS = {"run_out": "run-out", "bearing_run_out": "bearing run-out", "errors": "turning error"}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ErrorView:
-    """K_gamma without each deviation, of E deviations, by their path in the model file.
+def error_view(train: Train, system: System, overrides: Mapping[str, object]) -> Shown | None:
+    """``head["errors"]`` and its arrays, the deviations that cost most first; None without deviations that count.
 
-    path, label : (E,).  k_gamma, k_turning : of the train as it is [1].  without, without_turning : (E,) the same of
-    the train without that deviation [1].
-    """
-
-    path: tuple[str, ...]
-    label: tuple[str, ...]
-    k_gamma: float
-    k_turning: float
-    without: Array
-    without_turning: Array
-
-    @property
-    def turning(self) -> bool:
-        """Whether nothing stands still in the train that would part the load, so that the turning K_gamma ranks."""
-        return not self.k_gamma > 1 + _NONE
-
-
-def error_view(train: Train, system: System) -> ErrorView | None:
-    """K_gamma of a train and of the train without each of its deviations; None without deviations that count.
-
-    What follows the mesh frequency, at a multiple of it above zero, is no part of K_gamma.
+    ``share`` (row,) of what K_gamma is above 1 that goes with the deviation [%], ``turning`` the same of the largest
+    over the hunting period [%], ``without`` (row,) K_gamma without it [1].  What follows the mesh frequency, at a
+    multiple of it above zero, is no part of K_gamma.  overrides : whose spelling of a path counts.
 
     Raises
     ------
@@ -294,15 +279,23 @@ def error_view(train: Train, system: System) -> ErrorView | None:
         factors[1 + row, last : last + len(group)] = -1.0
         last += len(group)
     loads = sample_loads(train_map, factors, laws=laws)
-    k = np.array([[largest_known(values) for values in sample] for sample in loads.k])
-    return ErrorView(
-        path=tuple(groups),
-        label=tuple(_label(train, group) for group in groups.values()),
-        k_gamma=float(k[0, 0]),
-        k_turning=float(k[0, 1]),
-        without=k[1:, 0],
-        without_turning=k[1:, 1],
-    )
+    k, k_turning = np.array([[largest_known(values) for values in sample] for sample in loads.k]).T
+    is_turning = not k[0] > 1 + _NONE  # nothing stands still that would part the load: the turning K_gamma ranks
+    ranked = k_turning if is_turning else k
+    share, turning = _share(ranked), _share(k_turning)
+    order = np.lexsort((-turning, -share))[:_MOST]
+    arrays = {"share": share[order], "turning": turning[order], "without": ranked[1:][order]}
+    paths, columns_of = list(groups), {name: values.tolist() for name, values in arrays.items()}
+    rows = [
+        {
+            "label": _label(train, groups[paths[i]]),
+            "path": as_overridden(paths[i], overrides),
+            **{name: values[row] for name, values in columns_of.items()},
+        }
+        for row, i in enumerate(order)
+    ]
+    of = "K_gamma while turning" if is_turning else "mean-load K_gamma"
+    return {"rows": rows, "of": of, "unit": "%", "k_gamma": float(ranked[0])}, arrays
 
 
 def _label(train: Train, group: Sequence[Displacement | MeshError]) -> str:
@@ -339,38 +332,13 @@ def _length(item: Displacement | MeshError) -> float:
     return 1e6 * float(length)
 
 
-def error_head(view: ErrorView, overrides: Mapping[str, object]) -> tuple[dict[str, Any], dict[str, Array]]:
-    """``head["errors"]`` and its arrays, those that cost most first: ``share`` (row,) of what K_gamma is above 1 that
-    goes with the deviation [%], ``turning`` the same of the largest over the hunting period [%], ``without`` (row,)
-    K_gamma without it [1].
+def _share(k: Array) -> Array:
+    """Share of K_gamma above 1 that goes with each deviation, (E,) [%]; 0 where there is none.
+
+    k : (1 + E,) K_gamma of the train as it is, then without each [1].
     """
-    k, without = (view.k_turning, view.without_turning) if view.turning else (view.k_gamma, view.without)
-    share, turning = _share(k, without), _share(view.k_turning, view.without_turning)
-    order = np.lexsort((-turning, -share))[:_MOST]
-    head = {
-        "rows": [
-            {
-                "label": view.label[i],
-                "path": as_overridden(view.path[i], overrides),
-                "share": float(share[i]),
-                "turning": float(turning[i]),
-                "without": float(without[i]),
-            }
-            for i in order
-        ],
-        "of": "K_gamma while turning" if view.turning else "mean-load K_gamma",
-        "unit": "%",
-        "k_gamma": k,
-    }
-    return head, {"share": share[order], "turning": turning[order], "without": without[order]}
-
-
-def _share(k: float, without: Array) -> Array:
-    """Share of K_gamma above 1 that goes with each deviation, (E,) [%]; 0 where there is none."""
-    above = k - 1
-    if not above > _NONE:
-        return np.zeros(len(without))
-    share = np.nan_to_num((k - without) / above)
+    above = k[0] - 1
+    share = np.nan_to_num((k[0] - k[1:]) / above) if above > _NONE else np.zeros(len(k) - 1)
     result: Array = np.where(np.abs(share) < _ROUNDING, 0.0, 100 * share)
     return result
 
@@ -492,9 +460,7 @@ def full_sharing(result: xr.Dataset, live: SharingView) -> SharingView:
     )
 
 
-def sharing_head(
-    view: SharingView, twin: Twin | None, train: Train, labels: Mapping[str, str]
-) -> tuple[dict[str, Any], dict[str, Array]]:
+def sharing_head(view: SharingView, twin: Twin | None, train: Train, labels: Mapping[str, str]) -> Shown:
     """``head["sharing"]``, and its arrays ``coefficient``, ``turning``, ``cycle_peak``, ``over_period`` and ``twin``.
 
     labels : of the meshes.
