@@ -559,12 +559,11 @@ def job_keywords(name: str, source: Source, overrides: Mapping[str, object], opt
 
 def _relief_search(train: Train) -> Mapping[str, Any]:
     """Keywords of the verb `relief` for the pair that bends most: bounds about its first estimate."""
-    from .answers import estimates_of
+    from .answers import relief_estimate
 
-    estimates = estimates_of(train)
-    if not estimates:
+    largest = relief_estimate(train)
+    if largest is None:
         raise ModelError("no tooth is loaded", path="operation.torque", allowed="face widths, and a torque of a member")
-    largest = max(estimates, key=lambda estimate: estimate.amount)
     high, (short, long) = _AMOUNTS * largest.amount * 1e6, (share * largest.module * 1e3 for share in _LENGTHS)
     pair = largest.pair.rpartition(".")[2]
     return {
