@@ -18,15 +18,14 @@ import threading
 import warnings
 import weakref
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import dataclass, field
 from importlib import import_module
-from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from typing import Any
 
-from ...engine.workers import BLAS_THREADS, die_with_parent, without_script
+from ...engine.workers import BLAS_THREADS, die_with_parent, starting
 from ...errors import ModelError
 from ..state.frames import PageFrame, Request, failed_frame, pack
 
@@ -116,7 +115,7 @@ def spawned(function: Callable[..., None], *arguments: Any) -> Started:
         before = {name: os.environ.get(name) for name in BLAS_THREADS}
         os.environ.update(dict.fromkeys(BLAS_THREADS, "1"))
         try:
-            with without_script(), _without_interrupts():
+            with starting("spawn"):  # Ctrl-C stays blocked until `_begin` ignores it: imports take half a second
                 process.start()
         finally:
             for name, value in before.items():
@@ -127,20 +126,6 @@ def spawned(function: Callable[..., None], *arguments: Any) -> Started:
     theirs.close()
     _started.add(process)
     return process, ours
-
-
-@contextmanager
-def _without_interrupts() -> Iterator[None]:
-    """Ctrl-C blocked in a process that starts meanwhile, until `_begin` ignores it: its imports take half a second."""
-    if not hasattr(signal, "pthread_sigmask"):  # Windows
-        yield
-        return
-    resource_tracker.ensure_running()  # its own start would unblock them
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def kill_group(process: SpawnProcess) -> None:
