@@ -18,7 +18,6 @@ import pytest
 from tests.unit.cockpit import fake_compute
 
 from epicyclic.cockpit.computing.levers import levers_at
-from epicyclic.cockpit.processes.jobs import Task
 from epicyclic.cockpit.processes.session import Session
 from epicyclic.cockpit.processes.worker import Client, Spare, Worker
 from epicyclic.cockpit.state.frames import PageFrame, Request, pack, unpack
@@ -307,7 +306,7 @@ def test_calls_come_back_and_go_with_their_session() -> None:
             told: list[float] = []
             session.listen(jobs=lambda page: told.extend(job.progress for job in page.jobs.visible()))
             counted = session.jobs.begin("call", {"function": len, "arguments": ("",)}, model=({}, {}), rev=1)
-            counted._task = Task(name="counted", label="", function=fake_compute.tell)
+            counted._task = fake_compute.tell
             await counted.wait()
             assert (counted.status, counted.value) == ("done", 3)
             assert 0.5 in told

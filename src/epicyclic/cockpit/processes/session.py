@@ -194,10 +194,7 @@ class Session:
 
     def set_text(self, text: str) -> None:
         """Take another model text. Raises ModelError where it is no TOML or names a file that it may not."""
-        before = self._present()
-        self.history = self.history.push(with_text(before, text), "edit the text")
-        self._show_levers()
-        self._changed(released=True)
+        self._moved(self.history.push(with_text(self._present(), text), "edit the text"))
 
     def undo(self) -> None:
         self._moved(self.history.undo())
@@ -208,8 +205,7 @@ class Session:
     def operate_at(self, relative_speed: float) -> None:
         """Show the train at another speed, per operating speed; the model stays as it is."""
         state = at_speed(self._present(), relative_speed)
-        self.history = self.history.push(state, f"operate at {state.relative_speed:.4g} times the speed")
-        self._changed(released=True)
+        self._moved(self.history.push(state, f"operate at {state.relative_speed:.4g} times the speed"))
 
     def _moved(self, history: StateHistory) -> None:
         if history.now is self.history.now:
@@ -221,7 +217,7 @@ class Session:
 
     def _present(self) -> PageState:
         if self.state is None:
-            raise ModelError("no model is open", path="model", allowed="open one, or make a new one")
+            raise _no_model()
         return self.state
 
     def _changed(self, *, released: bool) -> None:
@@ -442,8 +438,7 @@ class Session:
         if not isinstance(text, str):
             raise ModelError("is no snapshot", path="kept state", allowed="what this page has kept")
         sealed = file_of(text, snapshot)
-        state = from_fragment(text, most=None, file=None if sealed is None else (sealed.path, sealed.trusted))
-        state = _opening(state)
+        state = _opening(from_fragment(text, most=None, file=sealed))
         kept = None if snapshot.get("unsaved", True) is not False else state
         if kept is None and snapshot.get("base_kept") is True:
             kept = replace(state, overrides={})
@@ -520,14 +515,16 @@ class _PageJobs(Jobs):
         ModelError : no such job; no model is open; the model names a file that it may not.
         """
         state, rev = self._session.state, self._session.rev
-        if state is not None:
-            model = request_of(state)
-            job = self.begin(name, options or {}, model=model, rev=rev, origin=state.origin, hidden=hidden)
-            job.state = state
-            return job
-        if name != "call":
-            raise ModelError("no model is open", path="model", allowed="open one, or make a new one")
-        return self.begin(name, options or {}, model=({}, {}), rev=rev, hidden=hidden)
+        if state is None and name != "call":
+            raise _no_model()
+        model, origin = ({}, {}) if state is None else request_of(state), None if state is None else state.origin
+        job = self.begin(name, options or {}, model=model, rev=rev, origin=origin, hidden=hidden)
+        job.state = state
+        return job
+
+
+def _no_model() -> ModelError:
+    return ModelError("no model is open", path="model", allowed="open one, or make a new one")
 
 
 _openings = itertools.count(1)
