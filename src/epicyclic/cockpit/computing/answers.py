@@ -25,7 +25,7 @@ from ...document.writer import quantity_text
 from ...errors import ModelError
 from ...limits import RESONANCE_BAND, ResonanceVerdict, limit_in_short
 from ...questions.modes.campbell import MeshCrossings, tones_of_meshes
-from ...questions.studies.detune import strongest
+from ...questions.studies.detune import NearResonance, strongest
 from ...results.dataset import EQUAL
 from ...statics.equilibrium import compliance_of
 from ...statics.record import unheld_warnings
@@ -122,8 +122,7 @@ def class_six(train: Train) -> Mapping[str, object]:
     return {**values, **reasons}
 
 
-_CALL = re.compile(r"\s*(\w+)\s*\((.*)\)\s*", re.DOTALL)
-_GRADE_OF = re.compile(r"(.*?(?:IT|:\d{4}\s+))(\d+)(\s*,.*)", re.DOTALL)
+_GRADE_OF = re.compile(r"\s*grade\s*\((.*?(?:IT|:\d{4}\s+))(\d+)(\s*,.*)\)\s*", re.DOTALL)
 # Grades finer that halve a tolerance: of ISO 1328-1 exactly (a step is the root of 2), of ISO 286-1 nearly.
 _FINER = 2
 
@@ -131,17 +130,11 @@ _FINER = 2
 def halved_text(text: str) -> str | None:
     """A distribution with half its spread about the same mean, a grade two steps finer; None where there is none, as
     below the finest grade of a standard."""
-    call = _CALL.fullmatch(text)
-    if call is None:
-        return None
-    name, inside = call[1], call[2]
-    if name == "grade":
-        grade = _GRADE_OF.fullmatch(inside)
-        if grade is None:
-            return None
-        finer, known = int(grade[2]) - _FINER, SIZE_GRADES if grade[1].endswith("IT") else FLANK_GRADES
-        return f"grade({grade[1]}{finer}{grade[3]})" if finer in known else None
-    return narrowed_text(text, 0.5)
+    grade = _GRADE_OF.fullmatch(text)
+    if grade is None:
+        return narrowed_text(text, 0.5)
+    finer, known = int(grade[2]) - _FINER, SIZE_GRADES if grade[1].endswith("IT") else FLANK_GRADES
+    return f"grade({grade[1]}{finer}{grade[3]})" if finer in known else None
 
 
 def halved_tolerance(train: Train, entry: str) -> dict[str, object]:
@@ -433,52 +426,32 @@ def checks_of(train: Train, system: System) -> tuple[ModelCheck, ...]:
 # resonances and relief ------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Meeting:
-    """A mesh order at a mode.
-
-    mode : number of the mode as of the verb `modes`.  order : mesh order.  stage : whose, "" of a train with one mesh
-    frequency.  frequency : [Hz].  speed : per operating speed [1].  away : from the speed that is shown [1].
-    force_ratio : largest force of the mode per mean mesh force [1], nan where not known.  label : of the mode.
-    """
-
-    mode: int
-    order: int
-    stage: str
-    frequency: float
-    speed: float
-    away: float
-    force_ratio: float
-    label: str
-
-
-def meetings_of(system: System, modes: Mapping[str, Any], relative_speed: float) -> list[Meeting]:
+def meetings_of(system: System, modes: Mapping[str, Any], relative_speed: float) -> list[NearResonance]:
     """Mesh orders 1 .. 12 that meet a mode which they excite within 20 % of a speed per operating speed [1], speeds
     rising; where it is not known what they excite, all that meet one."""
     tones = tones_of_meshes(system)
     crossings: MeshCrossings = modes["crossings"]
     near = np.abs(crossings.relative_speed / relative_speed - 1) <= RESONANCE_BAND
-    crossings, force_ratio = crossings.chosen(near), modes["force_ratio"][near]
+    met, force_ratio = crossings.chosen(near), modes["force_ratio"][near]
     rows = {int(row["index"]): row for row in modes["rows"]}  # the highest modes of a large train have none
     several = len({name.partition("/")[0] for names in tones.values() for name in names}) > 1
     words = [" and ".join(name if several else name.rpartition("/")[2] for name in names) for names in tones.values()]
     stages = words if len(tones) > 1 else [""]
-    columns = (crossings.mode, crossings.tone, crossings.order, crossings.relative_speed, force_ratio)
-    meetings = []
-    for mode, tone, order, speed, ratio in zip(*(column.tolist() for column in columns), strict=True):
-        if (row := rows.get(mode + 1)) is not None:
-            meeting = Meeting(
-                mode=mode + 1,
-                order=int(order),
-                stage=stages[tone],
-                frequency=float(row["frequency"]),
-                speed=float(speed),
-                away=float(speed) / relative_speed - 1,
-                force_ratio=float(ratio),
-                label=str(row["label"]) or f"most motion {row['body']}",
-            )
-            meetings.append(meeting)
-    return meetings
+    columns = (met.mode, met.count, met.tone, met.order, met.relative_speed, force_ratio)
+    return [
+        NearResonance(
+            mode=mode,
+            multiplicity=count,
+            hertz=float(rows[mode + 1]["frequency"]),
+            stage=stages[tone],
+            order=order,
+            speed=speed,
+            away=speed / relative_speed - 1,
+            force_ratio=ratio,
+        )
+        for mode, count, tone, order, speed, ratio in zip(*(column.tolist() for column in columns), strict=True)
+        if mode + 1 in rows
+    ]
 
 
 def resonance_answer(
@@ -507,17 +480,19 @@ def resonance_answer(
     level: Level = "warn"
     force = "its force is not known without torque and damping"
     meeting = strongest(met)
+    row = next(row for row in modes["rows"] if row["index"] == meeting.mode + 1)
+    label = row["label"] or f"most motion {row['body']}"
     if np.isfinite(meeting.force_ratio):
         verdict = ResonanceVerdict(meeting.force_ratio)
         level, force = LEVELS[verdict.tone], f"the mode's force is {verdict.text}"
     others = "" if len(met) == 1 else f" ({len(met)} within {band})"
     return Answer(
         "resonance",
-        f"{_words(meeting, to_rpm)}; {force}{others}.",
+        f"{_words(meeting, label, to_rpm)}; {force}{others}.",
         figure=per_cent(abs(meeting.away)),
         level=level,
         evidence="modes" if sweep is None else "sweep",
-        mode=meeting.mode,
+        mode=meeting.mode + 1,
         speed=None if to_rpm is None else to_rpm * meeting.speed,
         mark=marked(meeting, to_rpm),
         changes=() if level == "good" else changes,
@@ -526,16 +501,16 @@ def resonance_answer(
     )
 
 
-def marked(meeting: Meeting, to_rpm: float | None) -> str:
+def marked(meeting: NearResonance, to_rpm: float | None) -> str:
     """A resonance in few words: ``4th order, 92 rpm, -8 %``.  to_rpm : operating speed [rpm], None where unknown."""
     return f"{_order(meeting)}, {_place(meeting, to_rpm)}"
 
 
-def _order(meeting: Meeting) -> str:
+def _order(meeting: NearResonance) -> str:
     return f"{ordinal(meeting.order)} order" + (f" of {meeting.stage}" if meeting.stage else "")
 
 
-def _place(meeting: Meeting, to_rpm: float | None) -> str:
+def _place(meeting: NearResonance, to_rpm: float | None) -> str:
     """``92 rpm, -8 %``."""
     at = "" if to_rpm is None else f"{number(to_rpm * meeting.speed, 4)} rpm, "
     return f"{at}{signed_per_cent(meeting.away)}"
@@ -567,9 +542,9 @@ def resonance_shift(
     before, after = (mode_shapes([], m["rows"], m["shape"], m["mass"]) for m in (modes, modes_of_twin))
     like, frequency = like_modes(before, after), dict(zip(after.number, after.frequency, strict=True))
 
-    def is_last(meeting: Meeting) -> bool:
-        mode = like[meeting.mode][0]
-        same = mode is not None and math.isclose(frequency[mode], last.frequency, rel_tol=EQUAL)
+    def is_last(meeting: NearResonance) -> bool:
+        mode = like[meeting.mode + 1][0]
+        same = mode is not None and math.isclose(frequency[mode], last.hertz, rel_tol=EQUAL)
         return same and (meeting.order, meeting.stage) == (last.order, last.stage)
 
     if now and is_last(strongest(now)):
@@ -582,14 +557,14 @@ def resonance_shift(
     return f"{which}: {place}{force}."
 
 
-def _words(meeting: Meeting, to_rpm: float | None) -> str:
+def _words(meeting: NearResonance, label: str, to_rpm: float | None) -> str:
     """``Mesh order 4 meets mode 9 (sun moves sideways, 812 Hz) at 92 rpm, 8 % below this speed``."""
     of_stage = f" of {meeting.stage}" if meeting.stage else ""
     at = "" if to_rpm is None else f" at {number(to_rpm * meeting.speed, 4)} rpm,"
     side = "below" if meeting.away < 0 else "above"
     return (
-        f"Mesh order {meeting.order}{of_stage} meets mode {meeting.mode} ({meeting.label}, "
-        f"{number(meeting.frequency, 4)} Hz){at} {per_cent(abs(meeting.away))} {side} this speed"
+        f"Mesh order {meeting.order}{of_stage} meets mode {meeting.mode + 1} ({label}, "
+        f"{number(meeting.hertz, 4)} Hz){at} {per_cent(abs(meeting.away))} {side} this speed"
     )
 
 

@@ -125,6 +125,22 @@ class _Model:
         numbers = (written(self.document.get(name)) for name in names)
         return next((number for number in numbers if number is not None), None)
 
+    def lever(
+        self,
+        kind: str,
+        full: str,
+        label: str,
+        number: Written | None,
+        *,
+        unit: str = "",
+        value: float = 0.0,
+        **more: Any,
+    ) -> Lever:
+        """A candidate at a full path; unit, value : where the model states none."""
+        if number is not None:
+            unit, value = number.unit or unit, number.values[more.get("entry", 0)]
+        return Lever(kind=kind, path=self.path_of(full), label=label, unit=unit, value=value, **more)
+
     def pins(self) -> Iterator[Lever]:
         """Tangential position of the pin that stands farthest off, else of that of planet 1."""
         for member, body in self.members.items():
@@ -137,16 +153,8 @@ class _Model:
             if (number is not None and not number.many) or len(values) != count or count < 2:
                 continue
             entry = max(range(count), key=lambda i: (abs(values[i]), -i))
-            yield Lever(
-                kind="pin",
-                path=self.path_of(full),
-                label=f"pin of {self.of(member)} {entry + 1}, tangential",
-                value=values[entry],
-                unit=number.unit if number is not None and number.unit else "um",
-                entry=entry,
-                count=count,
-                others=tuple(values),
-            )
+            label = f"pin of {self.of(member)} {entry + 1}, tangential"
+            yield self.lever("pin", full, label, number, unit="um", entry=entry, count=count, others=tuple(values))
 
     def run_outs(self) -> Iterator[Lever]:
         """Run-out of every member about the axis that turns; of planets where the file has one."""
@@ -160,41 +168,24 @@ class _Model:
                 continue
             if number is None and body.kind == "planet":
                 continue
-            yield Lever(
-                kind="run_out",
-                path=self.path_of(full),
-                label=f"run-out of the {self.of(member)}{'s' if body.kind == 'planet' else ''}",
-                value=0.0 if number is None else number.values[0],
-                unit=number.unit if number is not None and number.unit else "um",
-            )
+            label = f"run-out of the {self.of(member)}{'s' if body.kind == 'planet' else ''}"
+            yield self.lever("run_out", full, label, number, unit="um")
 
     def supports(self) -> Iterator[Lever]:
         """Radial stiffness of suns, whether they float or not, and of what has a finite one."""
-        stiffness: dict[str, float] = {}
-        for mesh in self.train.meshes:
-            stiffness.setdefault(mesh.stage, mesh.stiffness)
+        stiffness = {mesh.stage: mesh.stiffness for mesh in reversed(self.train.meshes)}  # of the first mesh
         for member, body in self.members.items():
             sun = body.kind == "sun" and body.gear is not None
             for table in ("support", "bearing"):
                 full = f"stages.{member}.{table}.radial"
                 number = self.number(full)
-                stated = number is not None and not number.many
-                value = number.values[0] if number is not None and stated else math.inf
-                if body.frame not in stiffness or (number is not None and not stated):
+                if body.frame not in stiffness or (number is not None and number.many):
                     continue
-                if not (0 < value < math.inf) and not (sun and table == "support"):
-                    continue
-                unit = number.unit if number is not None and number.unit else "N/m"
-                word = "bearing of the" if table == "bearing" else "support of the"
-                yield Lever(
-                    kind="sun" if sun and table == "support" else "support",
-                    path=self.path_of(full),
-                    label=f"{word} {self.of(member)}{'s' if body.kind == 'planet' else ''}, radial",
-                    value=value,
-                    unit=unit,
-                    log=True,
-                    usual=float(f"{_SOFT * stiffness[body.frame] / _si_of(unit):.2g}"),
-                )
+                kind = "sun" if sun and table == "support" else "support"
+                label = f"{table} of the {self.of(member)}{'s' if body.kind == 'planet' else ''}, radial"
+                lever = self.lever(kind, full, label, number, unit="N/m", value=math.inf, log=True)
+                if kind == "sun" or 0 < lever.value < math.inf:
+                    yield replace(lever, usual=float(f"{lever.scaled(_SOFT * stiffness[body.frame]):.2g}"))
 
     def operation(self) -> Iterator[Lever]:
         """Torques, powers and speeds that the file states, of the case that is computed where it states them."""
@@ -209,13 +200,8 @@ class _Model:
                 member = full.removeprefix(place)
                 nominal = f"operation.{table}.{member}"
                 short = in_short(self.train, nominal, self.document).removeprefix(f"operation.{table}.")
-                yield Lever(
-                    kind=kind,
-                    path=self.path_of(full),
-                    label=f"{table} of the {short.replace('.', ' ') if not self.several else member.replace('.', ' ')}",
-                    value=number.values[0],
-                    unit=number.unit,
-                )
+                label = f"{table} of the {(member if self.several else short).replace('.', ' ')}"
+                yield self.lever(kind, full, label, number)
 
     def design(self) -> Iterator[Lever]:
         """Helix angle, module, face width, masses, damping and mesh stiffnesses that the file states."""
@@ -235,14 +221,7 @@ class _Model:
                 label, log = f"stiffness of {parts[3]}{stage}", True
             else:
                 continue
-            yield Lever(
-                kind="design",
-                path=self.path_of(full),
-                label=label,
-                value=number.values[0],
-                unit=number.unit,
-                log=log,
-            )
+            yield self.lever("design", full, label, number, log=log)
 
 
 def _si_of(unit: str) -> float:
@@ -352,10 +331,7 @@ def levers_of(source: PlainTable | Path, overrides: Mapping[str, object]) -> tup
     candidates = candidates_of(train, tables, overrides)
     effects = _effects(source, overrides, train, candidates)
     ranked = sorted(range(len(candidates)), key=lambda i: (-effects[i].size, i))
-    chosen: list[int] = []
-    for i in ranked:  # the first of each kind
-        if candidates[i].kind not in [candidates[k].kind for k in chosen]:
-            chosen.append(i)
+    chosen = list({candidates[i].kind: i for i in reversed(ranked)}.values())  # the first of each kind
     # the places that are left go to those that move most
     moving = [i for i in ranked if i not in chosen and effects[i].size > 0]
     chosen += moving[: _MOST - len(chosen)]
@@ -421,12 +397,8 @@ def _effects(
 
 def _in_turn(candidates: list[Lever]) -> list[int]:
     """Places of the candidates, one of each kind in turn, so that their number costs no kind its best."""
-    before: dict[str, int] = {}
-    rounds = []
-    for i, candidate in enumerate(candidates):
-        rounds.append((before.get(candidate.kind, 0), i))
-        before[candidate.kind] = before.get(candidate.kind, 0) + 1
-    return [i for _, i in sorted(rounds)]
+    kinds = [candidate.kind for candidate in candidates]
+    return sorted(range(len(kinds)), key=lambda i: (kinds[:i].count(kinds[i]), i))
 
 
 def _tried(candidate: Lever) -> float:

@@ -10,7 +10,7 @@ import hashlib
 import json
 import math
 from collections import OrderedDict
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -19,7 +19,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ...errors import ConvergenceError, ModelError
-from ...limits import KGammaLimit, KGammaVerdict, nearest_verdict
+from ...limits import KGammaLimit, nearest_verdict
 from ...questions.check.check import drawing
 from ...questions.sharing.definitions import DEFINITIONS, mesh_limits
 from ...questions.sharing.sharing import spread_sharing
@@ -55,6 +55,7 @@ def operation_head(train: Train, *, relative_speed: float = 1.0) -> dict[str, An
     speed, torque = train.kinematics.speed or {}, train.kinematics.torque or {}
     several = len(train.planets) > 1
     carried = {body.member for body in train.bodies if body.branch is not None}
+    shown = {body.member for body in train.bodies if body.kind != "body"} - carried
 
     def name(member: str) -> str:
         stage, _, word = member.rpartition(".")
@@ -67,9 +68,7 @@ def operation_head(train: Train, *, relative_speed: float = 1.0) -> dict[str, An
     return {
         "ratio": max(ports) / min(ports) if len(ports) > 1 and math.isfinite(max(ports)) else None,
         "speeds": [
-            [name(member), relative_speed * float(value), "rpm"]
-            for member, value in speed.items()
-            if member not in carried and member in {body.member for body in train.bodies if body.kind != "body"}
+            [name(member), relative_speed * float(value), "rpm"] for member, value in speed.items() if member in shown
         ],
         "torques": [[name(member), scale * value, unit] for member, value in loaded.items()],
         "relative_speed": relative_speed,
@@ -371,49 +370,20 @@ class SharingView:
     whole: bool
     quick: bool
 
-    @property
-    def k_gamma(self) -> float:
-        """Largest coefficient of any mesh [1]; nan where unknown."""
-        return largest_known(self.coefficient)
-
-    @property
-    def k_gamma_turning(self) -> float:
-        """The same of the largest over the hunting period [1]."""
-        return largest_known(self.turning)
-
-    def verdict(self, assumed: Iterable[str]) -> KGammaVerdict | None:
-        """Of the mesh nearest to its limit; None without a load.  assumed : paths that the model assumes."""
-        return nearest_verdict(self.mesh, self.coefficient.tolist(), self.limits, assumed=assumed)
-
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Twin:
     """The same train with the radial support of a sun taken away, or, where it floats, made rigid.
 
-    label : in words.  stage : whose sun.  path, value : override that makes the model so.  train, system : of it.
-    coefficient, turning : (w,) as of `SharingView` [1].
+    head : ``head["sharing"]["twin"]``: ``label`` in words, ``stage`` whose sun, ``path`` and ``value`` of the override
+    that makes the model so, ``k_gamma`` and ``k_gamma_turning``.  train, system : of it.  coefficient : (w,) as of
+    `SharingView` [1].
     """
 
-    label: str
-    stage: str
-    path: str
-    value: object
+    head: Mapping[str, Any]
     train: Train
     system: System
     coefficient: Array
-    turning: Array
-
-    @property
-    def head(self) -> dict[str, Any]:
-        """``head["sharing"]["twin"]``."""
-        return {
-            "label": self.label,
-            "k_gamma": largest_known(self.coefficient),
-            "k_gamma_turning": largest_known(self.turning),
-            "stage": self.stage,
-            "path": self.path,
-            "value": self.value,
-        }
 
 
 def live_sharing(system: System, *, patience: float = 0.1) -> SharingView:
@@ -466,7 +436,7 @@ def sharing_head(view: SharingView, twin: Twin | None, train: Train, labels: Map
     labels : of the meshes.
     """
     pair = {mesh.name: mesh.pair.rpartition(".")[2] for mesh in train.meshes}
-    verdict = view.verdict(train.assumed)
+    verdict = nearest_verdict(view.mesh, view.coefficient.tolist(), view.limits, assumed=train.assumed)
     head = {
         "definition": "mean-load",
         "stage": "whole" if view.whole else "at rest",
@@ -474,8 +444,8 @@ def sharing_head(view: SharingView, twin: Twin | None, train: Train, labels: Map
             {"label": labels.get(name, name), "mesh": row, "pair": pair.get(name, "")}
             for row, name in enumerate(view.mesh)
         ],
-        "k_gamma": view.k_gamma,
-        "k_gamma_turning": view.k_gamma_turning,
+        "k_gamma": largest_known(view.coefficient),
+        "k_gamma_turning": largest_known(view.turning),
         "verdict": None if verdict is None else {**verdict._asdict(), "passes": verdict.passes},
         "cycle_peak": largest_known(view.cycle_peak),
         "cycles": view.period,
@@ -511,16 +481,15 @@ def twin_of(train: Train, view: SharingView) -> Twin | None:
     except (ModelError, ConvergenceError):
         return None
     where = f" of {stage}" if len(train.planets) > 1 else ""
-    return Twin(
-        label=f"with a supported sun{where}" if floats else f"with a floating sun{where}",
-        stage=stage,
-        path=f"stages.{suns[stage]}.support.radial",
-        value="inf" if floats else 0,
-        train=changed,
-        system=system,
-        coefficient=coefficient,
-        turning=turning,
-    )
+    head = {
+        "label": f"with a {'supported' if floats else 'floating'} sun{where}",
+        "k_gamma": largest_known(coefficient),
+        "k_gamma_turning": largest_known(turning),
+        "stage": stage,
+        "path": f"stages.{suns[stage]}.support.radial",
+        "value": "inf" if floats else 0,
+    }
+    return Twin(head=head, train=changed, system=system, coefficient=coefficient)
 
 
 def twin_train(train: Train, stage: str) -> tuple[Train | None, bool]:
