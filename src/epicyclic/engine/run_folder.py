@@ -187,11 +187,8 @@ def _locked(folder: Path) -> int | None:
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
             if os.path.samestat(os.fstat(handle), os.stat(folder)):
                 return handle
-        except BlockingIOError:
-            os.close(handle)
-            break
         except OSError:
-            pass
+            pass  # another run has it, or it is gone by now
         os.close(handle)
     raise ModelError("another run writes there", path=str(folder), allowed="another output, or wait for its end")
 

@@ -228,7 +228,7 @@ def _workers(
     with ``wait`` of all that comes.  It gives the places that are whole: those of a worker that was killed are not.
     Workers hold nothing that this process waits for, so that they can be ended at any instant.
 
-    kept : in which `keep` keeps the results.
+    kept : in which `keep` keeps the results; while none comes, what has come is written.
     """
     inbox, workers = queue.SimpleQueue[tuple[int, Any]](), list[tuple[BaseProcess, Connection]]()
     context: Any = multiprocessing.get_context(method)
@@ -252,7 +252,12 @@ def _workers(
 
     def take(*, wait: bool = True) -> set[int]:
         while any(at_work) and (wait or not inbox.empty()):
-            number, message = _received(inbox, kept)
+            try:
+                number, message = inbox.get(timeout=_IDLE)
+            except queue.Empty:
+                if kept is not None:
+                    kept.write()
+                continue
             if message is None:
                 at_work[number] = 0
                 continue
@@ -287,16 +292,6 @@ def _workers(
             worker.terminate()
         for worker, _ in workers:
             worker.join()
-
-
-def _received(inbox: queue.SimpleQueue[tuple[int, Any]], kept: RunFolder | None) -> tuple[int, Any]:
-    """The next message of a worker; while none comes, what has come is written."""
-    while True:
-        try:
-            return inbox.get(timeout=_IDLE)
-        except queue.Empty:
-            if kept is not None:
-                kept.write()
 
 
 def _serve(work: Callable[[Any], Iterable[Any]], items: Sequence[Any], connection: Connection) -> None:

@@ -201,7 +201,6 @@ def cases_frame(result: xr.Dataset, others: Sequence[xr.Dataset]) -> PageFrame:
 
 # Columns of cases that findings say, or that fill a screen.
 _TOO_MUCH = ("sharing", "mesh")
-_EVERY_CASE = {"case": ALL_CASES}
 _DRAW = "Draw this relief"
 
 
@@ -605,7 +604,7 @@ _KINDS = (
         options=("samples",),
         verb="sharing",
         defaults={"method": "static"},
-        overrides=_EVERY_CASE,
+        overrides={"case": ALL_CASES},
         beside=("modes", "check"),
         frame=lambda result, train, options, *others: cases_frame(result, others),
     ),

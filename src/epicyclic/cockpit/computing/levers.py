@@ -30,7 +30,7 @@ from ...statics.tangent import linear
 from ...system.assembly import assemble
 from ...train.resolution import load
 from ...train.train import Train
-from ..state.frames import largest_known, per_cent
+from ..state.frames import largest_known, member_name, per_cent
 from .answers import in_short
 
 # A soft support that is still felt, per mesh stiffness: where a floating sun is first held.
@@ -76,38 +76,16 @@ class Lever:
         return Written(values=values, unit=self.unit, many=True).text(values)
 
 
-def candidates_of(train: Train, tables: PlainTable, overrides: Mapping[str, object]) -> list[Lever]:
-    """Candidates of a train in the order of the page.
-
-    tables, overrides : the model file and what is laid over it, which say how a number is written.
-    """
-    model = _Model(train, tables, overrides)
-    return [
-        *(model.pins() if model.loaded else ()),
-        *(model.run_outs() if model.loaded else ()),
-        *model.supports(),
-        *model.operation(),
-        *model.design(),
-    ]
-
-
 class _Model:
-    """A train with its document and its texts."""
+    """A train with its document and its texts: the model file and what is laid over it say how a number is written."""
 
     def __init__(self, train: Train, tables: PlainTable, overrides: Mapping[str, object]) -> None:
         self.train, self.tables, self.overrides = train, tables, overrides
         self.document = dict(leaves(dict(train.document)))
         self.several = len(train.planets) > 1
-        # errors of a train without load part nothing
-        self.loaded = any((train.kinematics.torque or {}).values())
         self.members: dict[str, Any] = {}
         for body in train.bodies:
             self.members.setdefault(body.member, body)
-
-    def of(self, member: str) -> str:
-        """A member in words: ``sun``, ``high sun`` of several stages."""
-        stage, _, name = member.rpartition(".")
-        return f"{stage} {name}" if self.several else name
 
     def path_of(self, full: str) -> str:
         """The path at which the file or an override states a value, else the short one."""
@@ -124,6 +102,12 @@ class _Model:
         names = (full, f"{full.removesuffix('.radial')}.x") if full.endswith(".radial") else (full,)
         numbers = (written(self.document.get(name)) for name in names)
         return next((number for number in numbers if number is not None), None)
+
+    def candidates(self) -> list[Lever]:
+        """Candidates in the order of the page; errors of a train without load part nothing."""
+        loaded = any((self.train.kinematics.torque or {}).values())
+        errors = [*self.pins(), *self.run_outs()] if loaded else []
+        return [*errors, *self.supports(), *self.operation(), *self.design()]
 
     def lever(
         self,
@@ -153,7 +137,7 @@ class _Model:
             if (number is not None and not number.many) or len(values) != count or count < 2:
                 continue
             entry = max(range(count), key=lambda i: (abs(values[i]), -i))
-            label = f"pin of {self.of(member)} {entry + 1}, tangential"
+            label = f"pin of {member_name(self.train, member)} {entry + 1}, tangential"
             yield self.lever("pin", full, label, number, unit="um", entry=entry, count=count, others=tuple(values))
 
     def run_outs(self) -> Iterator[Lever]:
@@ -168,7 +152,7 @@ class _Model:
                 continue
             if number is None and body.kind == "planet":
                 continue
-            label = f"run-out of the {self.of(member)}{'s' if body.kind == 'planet' else ''}"
+            label = f"run-out of the {member_name(self.train, member)}{'s' if body.kind == 'planet' else ''}"
             yield self.lever("run_out", full, label, number, unit="um")
 
     def supports(self) -> Iterator[Lever]:
@@ -182,7 +166,9 @@ class _Model:
                 if body.frame not in stiffness or (number is not None and number.many):
                     continue
                 kind = "sun" if sun and table == "support" else "support"
-                label = f"{table} of the {self.of(member)}{'s' if body.kind == 'planet' else ''}, radial"
+                label = (
+                    f"{table} of the {member_name(self.train, member)}{'s' if body.kind == 'planet' else ''}, radial"
+                )
                 lever = self.lever(kind, full, label, number, unit="N/m", value=math.inf, log=True)
                 if kind == "sun" or 0 < lever.value < math.inf:
                     yield replace(lever, usual=float(f"{lever.scaled(_SOFT * stiffness[body.frame]):.2g}"))
@@ -216,7 +202,7 @@ class _Model:
             elif parts[0] == "stages" and len(parts) == 3 and parts[2] in words:
                 label, log = words[parts[2]] + stage, False
             elif parts[0] == "stages" and len(parts) == 4 and parts[3] == "mass":
-                label, log = f"mass of the {self.of(f'{parts[1]}.{parts[2]}')}", False
+                label, log = f"mass of the {member_name(self.train, f'{parts[1]}.{parts[2]}')}", False
             elif parts[0] == "stages" and parts[2] == "meshes" and parts[-1] == "stiffness" and len(parts) == 5:
                 label, log = f"stiffness of {parts[3]}{stage}", True
             else:
@@ -328,7 +314,7 @@ def levers_of(source: PlainTable | Path, overrides: Mapping[str, object]) -> tup
     """
     train = load(source, dict(overrides))
     tables = parse_text(file_text(source), str(source)) if isinstance(source, Path) else source
-    candidates = candidates_of(train, tables, overrides)
+    candidates = _Model(train, tables, overrides).candidates()
     effects = _effects(source, overrides, train, candidates)
     ranked = sorted(range(len(candidates)), key=lambda i: (-effects[i].size, i))
     chosen = list({candidates[i].kind: i for i in reversed(ranked)}.values())  # the first of each kind

@@ -36,7 +36,7 @@ from ...system.assembly import assemble
 from ...system.excitation import unit_lines
 from ...system.system import Array, System
 from ...train.train import Body, Displacement, MeshError, Train
-from ..state.frames import as_overridden, largest_known, member_words, number
+from ..state.frames import as_overridden, largest_known, member_name, member_words, number
 
 Shown = tuple[Any, Mapping[str, NDArray[Any]]]
 """One part as the page takes it: a table, of the modes rows; and arrays by their names within the part."""
@@ -53,14 +53,8 @@ def operation_head(train: Train, *, relative_speed: float = 1.0) -> dict[str, An
     relative_speed : speed per operating speed [1], which the speeds follow.
     """
     speed, torque = train.kinematics.speed or {}, train.kinematics.torque or {}
-    several = len(train.planets) > 1
     carried = {body.member for body in train.bodies if body.branch is not None}
     shown = {body.member for body in train.bodies if body.kind != "body"} - carried
-
-    def name(member: str) -> str:
-        stage, _, word = member.rpartition(".")
-        return f"{stage} {word}" if several and stage else word
-
     largest = max((abs(value) for value in torque.values()), default=0.0)
     loaded = {member: value for member, value in torque.items() if abs(value) > _NO_TORQUE * largest}
     unit, scale = ("kN m", 1e-3) if largest >= 1e3 else ("N m", 1.0)
@@ -68,9 +62,11 @@ def operation_head(train: Train, *, relative_speed: float = 1.0) -> dict[str, An
     return {
         "ratio": max(ports) / min(ports) if len(ports) > 1 and math.isfinite(max(ports)) else None,
         "speeds": [
-            [name(member), relative_speed * float(value), "rpm"] for member, value in speed.items() if member in shown
+            [member_name(train, member), relative_speed * float(value), "rpm"]
+            for member, value in speed.items()
+            if member in shown
         ],
-        "torques": [[name(member), scale * value, unit] for member, value in loaded.items()],
+        "torques": [[member_name(train, member), scale * value, unit] for member, value in loaded.items()],
         "relative_speed": relative_speed,
         "case": train.document.get("case", ""),
         "cases": list(cases) if isinstance(cases := train.document.get("cases"), Mapping) else [],

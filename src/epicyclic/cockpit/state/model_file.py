@@ -230,21 +230,8 @@ def _put(table: Any, path: Keys, value: object) -> None:
             if len(parent[key]):
                 break
             del parent[key]
-    elif last not in table or not _replaced(table, last, value):
-        table[last] = value
-
-
-def _replaced(table: Any, key: str, value: object) -> bool:
-    """Whether a value took the place of another one, whose comment stays behind it."""
-    old = table[key]
-    trivia = getattr(old, "trivia", None)
-    if trivia is None or isinstance(old, Mapping) or isinstance(value, Mapping):
-        return False
-    new = tomlkit.item(value)
-    new.trivia.indent, new.trivia.comment_ws = trivia.indent, trivia.comment_ws
-    new.trivia.comment, new.trivia.trail = trivia.comment, trivia.trail
-    table[key] = new
-    return True
+    else:
+        table[last] = value  # the comment behind the old one stays
 
 
 # fields ---------------------------------------------------------------------------------------------------------------
