@@ -178,7 +178,7 @@ def runs(
     Whatever `work` or `arrived` raises; the other runs are then given up, and so they are on Ctrl-C.
     """
     method, begin = "fork" if sys.platform == "linux" else "spawn", time.perf_counter()
-    count, seen, elsewhere = min(processes(), len(items)), [0] * len(items), range(0)
+    others, elsewhere, seen = range(1, min(processes(), len(items))), range(0), [0] * len(items)
 
     def keep(place: int, result: Result) -> None:
         seen[place] += 1
@@ -194,17 +194,12 @@ def runs(
                 continue
             for result in work(item):
                 keep(place, result)
-                if (
-                    place == 0
-                    and not elsewhere
-                    and count > 1
-                    and (long or time.perf_counter() - begin > _WORTH[method])
-                ):
-                    elsewhere = range(1, count)
-                    started = _workers(work, items, elsewhere, keep, kept, count=len(elsewhere), method=method)
+                if place == 0 and elsewhere != others and (long or time.perf_counter() - begin > _WORTH[method]):
+                    elsewhere = others
+                    started = _workers(work, items, others, keep, kept, count=len(others), method=method)
                     take = stack.enter_context(started)
                 take(wait=False)
-        for place in set(elsewhere) - take():
+        for place in sorted(set(elsewhere) - take()):
             # a worker was killed: this process does what is left
             for number, result in enumerate(work(items[place])):
                 if number >= seen[place]:

@@ -12,7 +12,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -387,23 +387,12 @@ _FAILS = frozenset(
 _PATH = re.compile(r"\b(?:stages|operation|deviations|bodies|couplings|loads|damping|tolerance)(?:\.[\w-]+)+")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ModelCheck:
-    """One line of the checks.
+def checks_of(train: Train, system: System) -> list[dict[str, str]]:
+    """Warnings of the train, its teeth and its equations; those that fail first.
 
     level : ``bad`` where the train cannot be built or solved, else ``warn``.  code : of `warning_codes`, or "".
     text : without its code.  path : of the model file, "" where the text names none.  cure : what helps.
     """
-
-    level: Literal["bad", "warn"]
-    code: str
-    text: str
-    path: str
-    cure: str
-
-
-def checks_of(train: Train, system: System) -> tuple[ModelCheck, ...]:
-    """Warnings of the train, its teeth and its equations; those that fail first."""
     teeth: list[CodedText] = []
     first = {mesh.pair: mesh for mesh in reversed(train.meshes) if mesh.teeth is not None}
     for mesh in first.values():  # the first mesh of every pair
@@ -418,9 +407,9 @@ def checks_of(train: Train, system: System) -> tuple[ModelCheck, ...]:
         code = code_of(text) or ""
         plain = text.removesuffix(f" [{code}]") if code else str(text)
         path, cure = _PATH.search(plain), WARNING_CODES[code].cure if code else ""
-        level: Literal["bad", "warn"] = "bad" if code in _FAILS else "warn"
-        checks.append(ModelCheck(level=level, code=code, text=plain, path=path[0] if path else "", cure=cure))
-    return tuple(sorted(checks, key=lambda check: check.level != "bad"))
+        level = "bad" if code in _FAILS else "warn"
+        checks.append({"level": level, "code": code, "text": plain, "path": path[0] if path else "", "cure": cure})
+    return sorted(checks, key=lambda check: check["level"] != "bad")
 
 
 # resonances and relief ------------------------------------------------------------------------------------------------

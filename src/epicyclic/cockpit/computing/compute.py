@@ -361,7 +361,7 @@ def _told(model: _Model, parts: _Parts, shown: Mapping[str, Shown]) -> dict[str,
 def _answers(model: _Model, parts: _Parts, shown: Mapping[str, Shown]) -> dict[str, Any]:
     """Answers and checks of a frame."""
     found = answers.answers_of(model.train, model.system, **_told(model, parts, shown), changes=parts.changes)
-    checks = [asdict(check) for check in answers.checks_of(model.train, model.system)]
+    checks = answers.checks_of(model.train, model.system)
     for missing in parts.missing:
         checks.append({"level": "warn", "code": "not-computed", "text": missing.text, "path": missing.path})
     return {"answers": [asdict(answer) for answer in found], "checks": checks}
