@@ -355,7 +355,8 @@ class Worker:
         if client in self.clients:
             self.clients.remove(client)
         if self._busy is client:
-            asyncio.get_running_loop().call_later(_GONE, self._gone, client, client.task)
+            if client.task is not None and client.task.request.kind != "levers":  # these end soon by themselves
+                asyncio.get_running_loop().call_later(_GONE, self._gone, client, client.task)
         elif client.task is not None:
             self._send(("drop", client.task.number))
             client.task = None
