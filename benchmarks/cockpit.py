@@ -93,7 +93,7 @@ def run(
     yield timed("modes", lambda: mode_view(train, system, body_labels(train)))
     yield timed("sharing at rest", lambda: live_sharing(system))
     yield timed("twin", lambda: twin_of(train, kept["sharing at rest"]))
-    yield timed("errors", lambda: error_view(train, system))
+    yield timed("errors", lambda: error_view(train, system, {}))
     yield timed("120 speeds", lambda: force_curves(*ready(system)))
     request = Request(rev=1, kind="live", source=source, overrides=overrides)
     yield timed("live", lambda: list(compute(request)))

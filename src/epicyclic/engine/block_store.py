@@ -32,7 +32,7 @@ from .run_folder import BLOCKS, is_left_over, open_folder, plain_identity, versi
 
 Arrays = dict[str, NDArray[Any]]
 
-_DONE = "done"
+_DONE, _INSTALL = "done", "pip install 'epicyclic[scale]'"
 _KINDS = "fciub"
 # Elements of a chunk of a row whose length varies: a few kB compressed, and one file of most results.
 _PIECE = 65536
@@ -145,7 +145,7 @@ def _computed(
     elif blocks:
         from .dask_workers import computed
 
-        yield from computed(job.compute, blocks, versions=versions(), workers=workers, scheduler=scheduler)
+        yield from computed(job.compute, blocks, workers=workers, scheduler=scheduler)
 
 
 # --- which job it is -------------------------------------------------------------------------------------------------
@@ -224,25 +224,23 @@ class BlockStore:
 
     def open_arrays(self, layout: Mapping[str, Any]) -> None:
         """Open the arrays, or make those that are not there."""
-        self.arrays[_DONE] = self._array(_DONE, "|u1", (), (), (self.count,))
+        self.arrays[_DONE] = self._array(_DONE, "|u1", (), ())
         for name, (kind, shape) in layout.items():
             if name in self.ragged:
-                self.arrays[name] = self._array(name, kind, (_ENDLESS,), (_PIECE,), (self.count,))
-                self.arrays[_length(name)] = self._array(_length(name), "<i8", (), (), (self.count,))
+                self.arrays[name] = self._array(name, kind, (_ENDLESS,), (_PIECE,))
+                self.arrays[_length(name)] = self._array(_length(name), "<i8", (), ())
             else:
-                self.arrays[name] = self._array(name, kind, tuple(shape), tuple(shape), (self.count,))
+                self.arrays[name] = self._array(name, kind, shape, shape)
 
-    def _array(
-        self, name: str, kind: str, shape: tuple[int, ...], chunk: tuple[int, ...], before: tuple[int, ...]
-    ) -> Any:
+    def _array(self, name: str, kind: str, shape: Sequence[int], chunk: Sequence[int]) -> Any:
         from zarr.codecs import Crc32cCodec, ZstdCodec
 
         if (self.folder / name / "zarr.json").is_file():
             return self.group[name].with_config(_EVERY_CHUNK)
         return self.group.create_array(
             name,
-            shape=(*before, *shape),
-            chunks=(*(1 for _ in before), *(max(1, size) for size in chunk)),
+            shape=(self.count, *shape),
+            chunks=(1, *(max(1, size) for size in chunk)),
             dtype=np.dtype(kind),
             # one file a chunk in one folder: no folder a block
             chunk_key_encoding={"name": "default", "separator": "."},
@@ -321,9 +319,8 @@ def block_store(
                 number = committed.name.partition(".")[2]
                 if number.isdigit() and int(number) < count:
                     done[int(number)] = True
-            store = BlockStore(
-                folder=path, count=count, done=done, ragged=tuple(ragged), group=_group(path, anew=not done.any())
-            )
+            group = _group(path, anew=not done.any())
+            store = BlockStore(folder=path, count=count, done=done, ragged=tuple(ragged), group=group)
             store.open_arrays(store.group.attrs.get("layout", {}))
         except OSError as error:
             raise ModelError(f"cannot be written: {error.strerror or error}", path=str(path)) from error
@@ -334,21 +331,12 @@ def _require_zarr(folder: object) -> None:
     try:
         import zarr
     except ImportError as error:
-        raise ModelError(
-            f"a store needs zarr, which is not installed ({error})",
-            path="store",
-            given=str(folder),
-            allowed="pip install 'epicyclic[scale]', or no store",
-        ) from error
+        problem, allowed = f"a store needs zarr, which is not installed ({error})", f"{_INSTALL}, or no store"
+        raise ModelError(problem, path="store", given=str(folder), allowed=allowed) from error
     release = tuple(int(part) for part in zarr.__version__.split(".")[:3] if part.isdigit())
     if release < (3, 1, 3):
         # earlier ones do not write a file whole or not at all
-        raise ModelError(
-            "needs zarr 3.1.3 or newer",
-            path="store",
-            given=f"zarr {zarr.__version__}",
-            allowed="pip install 'epicyclic[scale]'",
-        )
+        raise ModelError("needs zarr 3.1.3 or newer", path="store", given=f"zarr {zarr.__version__}", allowed=_INSTALL)
 
 
 def _group(path: Path, *, anew: bool) -> Any:

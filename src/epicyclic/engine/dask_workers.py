@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import asyncio
 import os
+import pickle
 import queue
 import secrets
 import signal
@@ -27,7 +28,7 @@ from typing import Any, cast
 
 from ..errors import ModelError
 from .block_store import Arrays
-from .run_folder import versions as installed_versions
+from .run_folder import versions
 
 _START = f"import sys; from {__name__} import serve; serve(int(sys.argv[1]))"
 # Seconds in which the processes of a cluster end by themselves; then they are killed.
@@ -159,15 +160,14 @@ def computed(
     compute: Callable[[int], Arrays],
     places: Sequence[int],
     *,
-    versions: Mapping[str, str],
     workers: int | None,
     scheduler: str | None,
 ) -> Iterator[tuple[int, Arrays]]:
-    """Place and arrays of every block, as they arrive.
+    """Place and arrays of every block, as they arrive, of workers that have the versions of this process.
 
     Parameters
     ----------
-    versions : that every worker must have.  workers : of a local cluster, or scheduler : address of another.
+    workers : of a local cluster, or scheduler : address of another.
 
     Raises
     ------
@@ -181,7 +181,7 @@ def computed(
         address = scheduler if scheduler is not None else stack.enter_context(local_cluster(workers or 1))
         client = stack.enter_context(_client(address))
         look = stack.enter_context(_interruptible())
-        for result in _Run(client, address, cloudpickle.dumps(compute), versions, places).results(look):
+        for result in _Run(client, address, cloudpickle.dumps((compute, versions())), places).results(look):
             look()
             yield result
 
@@ -290,13 +290,12 @@ def _require_scheduler(address: str) -> None:
 class _Run:
     """One run of places: futures at work, and those that are done in an inbox."""
 
-    def __init__(
-        self, client: Any, address: str, work: bytes, versions: Mapping[str, str], places: Sequence[int]
-    ) -> None:
+    def __init__(self, client: Any, address: str, work: bytes, places: Sequence[int]) -> None:
+        """work : function of a place and the versions that it wants, pickled."""
         self.client, self.address = client, address
         # two clients of one scheduler have tasks of their own
         self.token = secrets.token_hex(6)
-        self.work = client.submit(_loaded, work, dict(versions), key=f"epicyclic-work-{self.token}")
+        self.work = client.submit(pickle.loads, work, key=f"epicyclic-work-{self.token}")
         self.places = places
         self.next = 0  # position of the next place to give
         self.at_work: dict[int, Any] = {}  # position -> future, in the order of positions
@@ -406,12 +405,7 @@ class _Run:
             return self._anew(position, "a block has killed every worker it was given to: memory?")
         del self.at_work[position]
         if isinstance(error, ModuleNotFoundError) and (error.name or "").partition(".")[0] == "epicyclic":
-            return ModelError(
-                "the workers have no epicyclic",
-                path="scheduler",
-                given=self.address,
-                allowed="workers with the same packages as this process",
-            )
+            return self._refusal("the workers have no epicyclic", "workers with the same packages as this process")
         return cast(BaseException, error)
 
     def _anew(self, position: int, problem: str) -> BaseException | None:
@@ -420,22 +414,14 @@ class _Run:
             self._submit([position])
             return None
         del self.at_work[position]
-        return ModelError(problem, path="scheduler", given=self.address, allowed="workers that live; resume goes on")
+        return self._refusal(problem, "workers that live; resume goes on")
 
     def _lost(self) -> ModelError:
-        return ModelError(
-            "the connection to the scheduler is lost",
-            path="scheduler",
-            given=self.address,
-            allowed="a scheduler that runs; with a store, resume goes on from what is done",
-        )
+        allowed = "a scheduler that runs; with a store, resume goes on from what is done"
+        return self._refusal("the connection to the scheduler is lost", allowed)
 
-
-def _loaded(work: bytes, versions: Mapping[str, str]) -> tuple[Callable[[int], Arrays], Mapping[str, str]]:
-    """The function of a job on a worker, and the versions it wants."""
-    import cloudpickle
-
-    return cloudpickle.loads(work), versions
+    def _refusal(self, problem: str, allowed: str) -> ModelError:
+        return ModelError(problem, path="scheduler", given=self.address, allowed=allowed)
 
 
 def _block(work: tuple[Callable[[int], Arrays], Mapping[str, str]], place: int) -> Arrays:
@@ -446,13 +432,9 @@ def _block(work: tuple[Callable[[int], Arrays], Mapping[str, str]], place: int) 
     ModelError : other versions on the worker.  Whatever the block raises.
     """
     compute, wanted = work
-    installed = installed_versions()
-    if installed != dict(wanted):
-        raise ModelError(
-            "the workers have other packages",
-            path="scheduler",
-            given=", ".join(f"{name} {version}" for name, version in installed.items()),
-            allowed=", ".join(f"{name} {version}" for name, version in wanted.items()),
-        )
+    installed = versions()
+    if installed != wanted:
+        given, allowed = (", ".join(map(" ".join, packages.items())) for packages in (installed, wanted))
+        raise ModelError("the workers have other packages", path="scheduler", given=given, allowed=allowed)
     os.environ["EPICYCLIC_JOBS"] = "1"
     return compute(place)

@@ -178,14 +178,16 @@ def plain_bytes(value: object) -> bytes:
     return b"".join(_pieces(value, None))
 
 
-def plain_value(raw: bytes) -> Any:
-    """What `plain_bytes` has been given.
+def plain_value(raw: bytes, restore: Restore | None = None) -> Any:
+    """What `plain_bytes` has been given; restore : as of `read_plain`.
 
     Raises
     ------
     ValueError, KeyError, TypeError : other bytes.
     """
-    return _value_of(raw, None)
+    head, _, blob = raw.partition(b"\n")
+    parts = json.loads(head)
+    return _Reader(parts["objects"], blob, restore).value(parts["value"])
 
 
 def _pieces(value: object, refer: Refer | None) -> Iterator[bytes]:
@@ -195,13 +197,6 @@ def _pieces(value: object, refer: Refer | None) -> Iterator[bytes]:
     yield json.dumps({"value": tree, "objects": writer.objects}).encode("utf-8")
     yield b"\n"
     yield from writer.blobs
-
-
-def _value_of(raw: bytes, restore: Restore | None) -> Any:
-    """The value of such bytes."""
-    head, _, blob = raw.partition(b"\n")
-    parts = json.loads(head)
-    return _Reader(parts["objects"], blob, restore).value(parts["value"])
 
 
 def write_plain(path: Path, value: object, *, refer: Refer | None = None) -> None:
@@ -241,6 +236,6 @@ def read_plain(path: Path, *, restore: Restore | None = None, what: str = "a seg
         rest = "delete it and the segments after it, or the folder" if what == "a segment" else "delete the folder"
         raise ModelError(damaged, path=str(path), allowed=rest)
     try:
-        return _value_of(bytes(written), restore)
+        return plain_value(bytes(written), restore)
     except Exception as error:  # whole, but written by another program
         raise ModelError(f"not {what} of a run: {error}", path=str(path)) from error

@@ -187,11 +187,8 @@ def _locked(folder: Path) -> int | None:
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
             if os.path.samestat(os.fstat(handle), os.stat(folder)):
                 return handle
-        except BlockingIOError:
-            os.close(handle)
-            break
         except OSError:
-            pass
+            pass  # another run has it, or it is gone by now
         os.close(handle)
     raise ModelError("another run writes there", path=str(folder), allowed="another output, or wait for its end")
 
@@ -269,24 +266,23 @@ def with_numbers(model: Model, kept: Mapping[str, Values], *, compared: str, fol
         if leaf is None:
             continue
         number, other = np.asarray(leaf), kept.get(name)
-        same = other is not None and other.shape == number.shape and other.dtype == number.dtype
-        if same and other is not None and name.startswith(f".{compared}"):
-            same = _alike(number, other)
-        if not same:
+        if other is None or not _alike(number, other, values=name.startswith(f".{compared}")):
             raise _another_run(folder, [f"another model: {name.lstrip('.')} differs"])
-        bits = bits and other is not None and number.tobytes() == other.tobytes()
+        bits = bits and number.tobytes() == other.tobytes()
     result: Model = model if bits else _with_leaves(model, kept)
     return result
 
 
-def _alike(number: Values, other: Values) -> bool:
-    """Whether two arrays differ by rounding alone."""
+def _alike(number: Values, other: Values, *, values: bool) -> bool:
+    """Whether two arrays are of one form; values : and differ by rounding alone."""
+    if (number.shape, number.dtype) != (other.shape, other.dtype):
+        return False
+    if not values:
+        return True
     if number.dtype.kind not in "fc":
         return np.array_equal(number, other)
-    finite = np.isfinite(number)
-    size = float(np.abs(number[finite]).max(initial=0.0))
-    near = bool(np.all(np.abs(number[finite] - other[finite]) <= _SAME * size))
-    return near and np.array_equal(number[~finite], other[~finite], equal_nan=True)
+    size = float(np.abs(number[np.isfinite(number)]).max(initial=0.0))
+    return np.allclose(other, number, rtol=0.0, atol=_SAME * size, equal_nan=True)
 
 
 # --- the run ---------------------------------------------------------------------------------------------------------
@@ -379,12 +375,12 @@ class RunFolder:
     def made(self, name: str, make: Callable[[], Value]) -> Value:
         """The value that has been kept under a name; where none has, it is made, and kept at once."""
         part = self.part(name)
-        if 0 not in part.known:
-            value = make()
-            part.add(0, value)
-            self.write()
-            return value
-        value = part.known[0]
+        if 0 in part.known:
+            kept: Value = part.known[0]
+            return kept
+        value = make()
+        part.add(0, value)
+        self.write()
         return value
 
     def value(self, name: str) -> Any:

@@ -398,17 +398,6 @@ class _Entry:
     kinds: tuple[str, ...]
     whole: bool
 
-    def typed(self, values: Sequence[Any]) -> list[Any]:
-        """Values of a list, as a person means them."""
-        if self.written and not self.path.startswith(OPTIONS):
-            return [typed(value) for value in values]
-        return list(values)
-
-    @property
-    def is_list(self) -> bool:
-        """Whether it is a list of at least one value."""
-        return isinstance(self.value, Sequence) and not isinstance(self.value, str) and bool(self.value)
-
 
 def _entry(document: Document, written: bool, section: str, path: str, value: object) -> _Entry:
     """The entry of a path in a section of the job."""
@@ -442,9 +431,10 @@ def _axis(entry: _Entry, u: NDArray[np.float64] | None = None) -> StudyAxis:
                 raise ModelError("not a number of points", path=where, given=count, allowed=f"1 to {_MOST_POINTS}")
             u = np.linspace(0.0, 1.0, count)
         return _with_values(entry, _between(entry, u))
-    if entry.is_list:
-        values = entry.value if u is None else [entry.value[int(number * len(entry.value))] for number in u]
-        return _with_values(entry, entry.typed(values))
+    if isinstance(entry.value, Sequence) and not isinstance(entry.value, str) and entry.value:
+        values = list(entry.value) if u is None else [entry.value[int(number * len(entry.value))] for number in u]
+        as_typed = entry.written and not entry.path.startswith(OPTIONS)
+        return _with_values(entry, [typed(value) for value in values] if as_typed else values)
     problem, allowed = "not values", f'["5 um", "10 um"], or {_ALLOWED_RANGE}'
     if u is not None:
         problem, ends = "not a distribution", _ALLOWED_RANGE.replace(" points = 9,", "")
@@ -471,9 +461,8 @@ def _with_values(entry: _Entry, values: Sequence[Any]) -> StudyAxis:
     ModelError : the first, last and middle one cannot stand at the path; a value wrong alone fails at its points.
     """
     first_error: ModelError | None = None
-    texts = dict.fromkeys(map(str, (values[0], values[-1], values[len(values) // 2])))
-    for text in texts if not entry.path.startswith(OPTIONS) else ():
-        value = next(value for value in values if str(value) == text)
+    probes = {str(value): value for value in (values[0], values[-1], values[len(values) // 2])}
+    for value in () if entry.path.startswith(OPTIONS) else probes.values():
         try:
             read(entry.document.data, {entry.path: value})
         except ModelError as error:

@@ -59,14 +59,8 @@ def computed_block(
     return {"points": np.frombuffer(plain_bytes(points), np.uint8)}
 
 
-def points_of(block: Mapping[str, np.ndarray]) -> list[dict[str, Any]]:
-    """Points of a block: status, reason, warnings and result (None of a point that failed), names of all variables."""
-    points: list[dict[str, Any]] = plain_value(block["points"].tobytes())
-    return points
-
-
 def _point(evaluate: Evaluate, model: Mapping[str, Any], options: Row, row: Row, keep: Sequence[str]) -> dict[str, Any]:
-    """Result of one point, or why it has none."""
+    """Of one point: status, reason, warnings and result (None where it failed), names of all variables."""
     overrides = {path: value for path, value in row.items() if not path.startswith(OPTIONS)}
     options = dict(options) | {
         path.removeprefix(OPTIONS).replace("-", "_"): value for path, value in row.items() if path.startswith(OPTIONS)
@@ -144,19 +138,16 @@ def run_study(
         ragged=("points",),
     )
 
-    def by_points(share: float) -> None:
+    def told(share: float) -> None:
         """Progress of points from that of blocks."""
-        assert isinstance(share, Counted)
-        assert progress is not None
-        progress(Counted(min(share.done * size, len(rows)), len(rows)))
+        if progress is not None and isinstance(share, Counted):
+            progress(Counted(min(share.done * size, len(rows)), len(rows)))
 
     points: list[dict[str, Any]] = []
-    told = None if progress is None else by_points
-    with closing(
-        run_blocks(blocks, store=store, resume=resume, workers=workers, scheduler=scheduler, progress=told)
-    ) as arriving:
+    given = run_blocks(blocks, store=store, resume=resume, workers=workers, scheduler=scheduler, progress=told)
+    with closing(given) as arriving:
         for _, arrays in arriving:
-            arrived = points_of(arrays)
+            arrived: list[dict[str, Any]] = plain_value(arrays["points"].tobytes())
             # what the verb does not give cannot be kept: seen at the first point that has a result
             names = next((point["names"] for point in arrived if point["result"] is not None), study.keep)
             if missing := [name for name in study.keep if name not in names]:

@@ -18,7 +18,8 @@ import threading
 import time
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager, nullcontext, suppress
+from contextlib import ExitStack, contextmanager, suppress
+from functools import partial
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from types import ModuleType
@@ -115,6 +116,12 @@ def each(
             kept.add(place, result)
         enter(place, result)
 
+    def at_ease() -> None:
+        """What this raises is raised again where it is needed."""
+        if meanwhile is not None:
+            with suppress(Exception):
+                meanwhile()
+
     if kept is not None:
         for place, result in sorted(kept.known.items()):
             enter(place, result)
@@ -125,9 +132,15 @@ def each(
         left = len(places) - done
         spent = time.perf_counter() - start
         if done and most > 1 and left > 1 and spent / done * left > _WORTH[method]:
-            count = min(most, left)
-            folder = None if kept is None else kept.of
-            _by_workers(work, items, places[done:], keep, folder, count=count, method=method, meanwhile=meanwhile)
+            count, folder = min(most, left), None if kept is None else kept.of
+            with _workers(
+                partial(_alone, work), items, places[done:], keep, folder, count=count, method=method
+            ) as take:
+                # beside this thread, which gives the workers their next places
+                beside = threading.Thread(target=at_ease, daemon=True)
+                beside.start()
+                take()
+                beside.join()
             # none may be started here, or one may have been killed: this process does what is left
             for missing in sorted(set(range(len(items))) - results.keys()):
                 keep(missing, work(items[missing]))
@@ -136,88 +149,9 @@ def each(
     return [results[place] for place in range(len(items))]
 
 
-def _by_workers(
-    work: Callable[[Item], Result],
-    items: Sequence[Item],
-    places: Sequence[int],
-    keep: Callable[[int, Result], None],
-    folder: RunFolder | None,
-    *,
-    count: int,
-    method: str,
-    meanwhile: Callable[[], object] | None,
-) -> None:
-    """Compute the items at `places` by `count` workers; `keep` takes place and result of each as it arrives.
-
-    folder : in which `keep` keeps them.  meanwhile : called once here while they compute.
-
-    Places of a worker that was killed are left out.  Workers hold nothing that this process waits for, so that they
-    can be ended at any instant.
-    """
-    inbox, workers = queue.SimpleQueue[tuple[int, bool, Any]](), list[tuple[BaseProcess, Connection]]()
-    beside: threading.Thread | None = None
-
-    def at_ease() -> None:
-        """What this raises is raised again where it is needed."""
-        if meanwhile is not None:
-            with suppress(Exception):
-                meanwhile()
-
-    try:
-        try:
-            with _starting(method):
-                for _ in range(count):
-                    workers.append(_started(method, _serve, work, items, duplex=True))
-        except (OSError, NotImplementedError):
-            return  # no process may be started here
-        for number, (_, connection) in enumerate(workers):
-            threading.Thread(target=_receive_run, args=(number, connection, inbox), daemon=True).start()
-        waiting, open_ = iter(places), [0] * len(workers)
-
-        def give(number: int) -> None:
-            """Send a worker the next place, if any."""
-            place = next(waiting, None)
-            if place is not None:
-                with suppress(OSError):  # the end of a worker that was killed comes through the inbox
-                    workers[number][1].send(place)
-                open_[number] += 1
-
-        for number in [*range(len(workers))] * _AHEAD:
-            give(number)
-        if meanwhile is not None:
-            # beside this thread, which gives the workers their next places
-            beside = threading.Thread(target=at_ease, daemon=True)
-            beside.start()
-        while any(open_):
-            number, more, message = _received(inbox, folder)
-            if not more:
-                open_[number] = 0
-                continue
-            place, result, error = message
-            if error is not None:
-                raise error
-            give(number)
-            open_[number] -= 1
-            keep(place, result)
-        if beside is not None:
-            beside.join()
-    finally:
-        for worker, _ in workers:
-            worker.terminate()
-        for worker, _ in workers:
-            worker.join()
-
-
-def _serve(work: Callable[[Any], Any], items: Sequence[Any], connection: Connection) -> None:
-    """A worker: place, result and error of every item whose place it is sent."""
-    _become_worker(work)
-    while True:
-        place, result, failed = connection.recv(), None, None
-        try:
-            result = work(items[place])
-        except Exception as error:
-            failed = error
-        connection.send((True, (place, result, failed)))
+def _alone(work: Callable[[Item], Result], item: Item) -> tuple[Result]:
+    """A point as a run of one result."""
+    return (work(item),)
 
 
 def runs(
@@ -244,100 +178,128 @@ def runs(
     Whatever `work` or `arrived` raises; the other runs are then given up, and so they are on Ctrl-C.
     """
     method, begin = "fork" if sys.platform == "linux" else "spawn", time.perf_counter()
-    count = min(processes(), len(items))
-    inbox, seen = queue.SimpleQueue[tuple[int, bool, Any]](), [0] * len(items)
-    workers, ended = dict[int, BaseProcess](), dict[int, bool]()
+    others, elsewhere, seen = range(1, min(processes(), len(items))), range(0), [0] * len(items)
 
     def keep(place: int, result: Result) -> None:
         seen[place] += 1
         arrived(place, result)
 
-    def start_others() -> None:
-        """Start a worker for each run after the first, as far as there are processes; the rest is computed here."""
-        for place in range(1, count):
-            try:
-                with _starting(method):
-                    workers[place], receiver = _started(method, _send_run, work, items[place], duplex=False)
-            except (OSError, NotImplementedError):
-                return
-            threading.Thread(target=_receive_run, args=(place, receiver, inbox), daemon=True).start()
+    def take(*, wait: bool = True) -> set[int]:
+        """Nothing comes as long as there are no workers."""
+        return set()
 
-    def take(wait: bool) -> None:
-        """Take what the workers have sent, all of it where this process has nothing else to do."""
-        while len(ended) < len(workers) and (wait or not inbox.empty()):
-            place, more, result = _received(inbox, kept)
-            if more:
-                keep(place, result)
-            elif isinstance(result, BaseException):
-                raise result
-            else:
-                # the end of what a worker sends follows its last word
-                ended.setdefault(place, bool(result))
-
-    try:
+    with ExitStack() as stack:
         for place, item in enumerate(items):
-            if place in workers:
-                continue  # computed there
+            if place in elsewhere:
+                continue
             for result in work(item):
                 keep(place, result)
-                if place == 0 and count > 1 and (long or time.perf_counter() - begin > _WORTH[method]):
-                    start_others()
-                    count = 1
+                if place == 0 and elsewhere != others and (long or time.perf_counter() - begin > _WORTH[method]):
+                    elsewhere = others
+                    started = _workers(work, items, others, keep, kept, count=len(others), method=method)
+                    take = stack.enter_context(started)
                 take(wait=False)
-        take(wait=True)
-        for place in sorted(set(workers) - {place for place, whole in ended.items() if whole}):
+        for place in sorted(set(elsewhere) - take()):
             # a worker was killed: this process does what is left
             for number, result in enumerate(work(items[place])):
                 if number >= seen[place]:
                     keep(place, result)
+
+
+@contextmanager
+def _workers(
+    work: Callable[[Item], Iterable[Result]],
+    items: Sequence[Item],
+    places: Iterable[int],
+    keep: Callable[[int, Result], None],
+    kept: RunFolder | None,
+    *,
+    count: int,
+    method: str,
+) -> Iterator[Callable[..., set[int]]]:
+    """Workers, as many as may be started, at the items at `places`: each has the next one as soon as it has ended one.
+
+    Yields a function by which `keep` takes place and result of all that has come, those of an item in their order, and
+    with ``wait`` of all that comes.  It gives the places that are whole: those of a worker that was killed are not.
+    Workers hold nothing that this process waits for, so that they can be ended at any instant.
+
+    kept : in which `keep` keeps the results; while none comes, what has come is written.
+    """
+    inbox, workers = queue.SimpleQueue[tuple[int, Any]](), list[tuple[BaseProcess, Connection]]()
+    context: Any = multiprocessing.get_context(method)
+    waiting, whole = iter(places), set[int]()
+    at_work = [0] * count  # places of each
+
+    def receive(number: int, connection: Connection) -> None:
+        """Bring what a worker sends to the inbox, so that it need not wait until this process is free for it."""
+        with suppress(EOFError, OSError):
+            while True:
+                inbox.put((number, connection.recv()))
+        inbox.put((number, None))
+
+    def give(number: int) -> None:
+        """Send a worker the next place, if any."""
+        place = next(waiting, None)
+        if place is not None:
+            with suppress(OSError):  # the end of a worker that was killed comes through the inbox
+                workers[number][1].send(place)
+            at_work[number] += 1
+
+    def take(*, wait: bool = True) -> set[int]:
+        while any(at_work) and (wait or not inbox.empty()):
+            try:
+                number, message = inbox.get(timeout=_IDLE)
+            except queue.Empty:
+                if kept is not None:
+                    kept.write()
+                continue
+            if message is None:
+                at_work[number] = 0
+                continue
+            place, more, content = message
+            if more:
+                keep(place, content)
+            elif content is not None:
+                raise content
+            else:
+                whole.add(place)
+                at_work[number] -= 1
+                give(number)
+        return whole
+
+    try:
+        with suppress(OSError, NotImplementedError), starting(method):
+            for _ in range(count):
+                here, there = context.Pipe()
+                worker = context.Process(target=_serve, args=(work, items, there), daemon=True)
+                try:
+                    worker.start()
+                finally:
+                    there.close()
+                workers.append((worker, here))
+        for number, (_, connection) in enumerate(workers):
+            threading.Thread(target=receive, args=(number, connection), daemon=True).start()
+        for number in [*range(len(workers))] * _AHEAD:
+            give(number)
+        yield take
     finally:
-        for worker in workers.values():
+        for worker, _ in workers:
             worker.terminate()
+        for worker, _ in workers:
             worker.join()
 
 
-def _started(
-    method: str, target: Callable[..., None], *arguments: object, duplex: bool
-) -> tuple[BaseProcess, Connection]:
-    """A worker, and this end of its pipe; `target` takes the other end as its last argument."""
-    context: Any = multiprocessing.get_context(method)
-    here, there = context.Pipe(duplex)
-    worker = context.Process(target=target, args=(*arguments, there), daemon=True)
-    try:
-        worker.start()
-    finally:
-        there.close()
-    return worker, here
-
-
-def _receive_run(place: int, receiver: Connection, inbox: queue.SimpleQueue[tuple[int, bool, Any]]) -> None:
-    """Bring what a worker sends to the inbox, so that it need not wait until this process is free for it."""
-    try:
-        while True:
-            inbox.put((place, *receiver.recv()))
-    except (EOFError, OSError):
-        inbox.put((place, False, False))
-
-
-def _received(inbox: queue.SimpleQueue[tuple[int, bool, Any]], kept: RunFolder | None) -> tuple[int, bool, Any]:
-    """The next message of a worker; while none comes, what has come is written."""
-    while True:
-        try:
-            return inbox.get(timeout=_IDLE)
-        except queue.Empty:
-            if kept is not None:
-                kept.write()
-
-
-def _send_run(work: Callable[[Any], Iterable[Any]], item: Any, sender: Connection) -> None:
-    """A run in a worker: every result, then whether the run is whole, or what it has raised."""
+def _serve(work: Callable[[Any], Iterable[Any]], items: Sequence[Any], connection: Connection) -> None:
+    """A worker: of every item whose place it is sent the results, then the end or what it has raised."""
     _become_worker(work)
-    try:
-        for result in work(item):
-            sender.send((True, result))
-        sender.send((False, True))
-    except Exception as error:
-        sender.send((False, error))
+    while True:
+        place, failed = connection.recv(), None
+        try:
+            for result in work(items[place]):
+                connection.send((place, True, result))
+        except Exception as error:
+            failed = error
+        connection.send((place, False, failed))
 
 
 def _become_worker(work: Callable[[Any], Any]) -> None:
@@ -362,7 +324,7 @@ def die_with_parent() -> None:
 
 
 @contextmanager
-def without_script() -> Iterator[None]:
+def _without_script() -> Iterator[None]:
     """Start processes anew without the script that runs: they would run it again, of which they need nothing."""
     main = sys.modules["__main__"]
     sys.modules["__main__"] = ModuleType("__main__")
@@ -373,8 +335,8 @@ def without_script() -> Iterator[None]:
 
 
 @contextmanager
-def _starting(method: str) -> Iterator[None]:
-    """Start workers: without the script that runs, and with Ctrl-C held back until all of them stand.
+def starting(method: str) -> Iterator[None]:
+    """Start processes, forked or anew: these without the script that runs, and with Ctrl-C held back until all stand.
 
     Held back, Ctrl-C meets no process half started, and workers inherit that.
     """
@@ -385,9 +347,10 @@ def _starting(method: str) -> Iterator[None]:
         resource_tracker.ensure_running()
     held = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if hasattr(signal, "pthread_sigmask") else None
     try:
-        with warnings.catch_warnings(), without_script() if method == "spawn" else nullcontext():
-            # Python warns of forks beside other threads; a worker only computes, and takes no lock of theirs
-            warnings.filterwarnings("ignore", ".*fork", DeprecationWarning)
+        with _without_script() if method == "spawn" else warnings.catch_warnings():
+            if method == "fork":
+                # Python warns of forks beside other threads; a worker only computes, and takes no lock of theirs
+                warnings.filterwarnings("ignore", ".*fork", DeprecationWarning)
             yield
     finally:
         if held is not None:

@@ -32,6 +32,9 @@ def compute(request: Request, *, stop: Callable[[], bool], early: Callable[[Page
         os._exit(3)
     if source.get("title") == "burn":
         burn(120.0)
+    if request.kind == "levers":
+        yield PageFrame(rev=request.rev, kind="levers", head={"levers": [{"path": source.get("title", "")}]})
+        return
     time.sleep(LIVE)
     big = np.zeros(20_000, np.float32)
     early(PageFrame(rev=request.rev, kind="curve", head={"title": source.get("title", "")}))

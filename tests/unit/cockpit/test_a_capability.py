@@ -92,7 +92,7 @@ def test_its_findings_are_what_tab_and_answer_say_and_its_variable_is_drawn() ->
     assert frame.arrays["job/bar"].max() == most
     with pytest.raises(Exception, match="out of range"):
         done(factor=0.1)
-    assert task_of("crowding", {}, ({}, {}), 1, Path("job")).label == "Crowding"
+    assert task_of("crowding", {}, ({}, {}), 1, Path("job"))[0] == "Crowding"
 
 
 def test_it_has_a_tab_with_fields_and_an_answer_that_waits_for_it() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Mapping
+from dataclasses import asdict
 from functools import cache
 from itertools import pairwise
 from typing import Any
@@ -14,8 +15,8 @@ from tests.unit.cockpit.dialog_session import FakeSession
 from tests.unit.cockpit.test_page import raise_in
 from tests.unit.cockpit.visit import visit
 
+from epicyclic.cockpit.computing.levers import levers_at
 from epicyclic.cockpit.page.page import LeverControl, entries_of, number_in
-from epicyclic.cockpit.processes.jobs import levers_at
 from epicyclic.cockpit.state.model_file import text_of, written_value
 from epicyclic.cockpit.state.state import (
     PageState,
@@ -53,7 +54,7 @@ OTHERS = {
 
 @cache
 def levers(drive: str) -> tuple[Mapping[str, Any], ...]:
-    return levers_at(*request_of(opened(drive)))
+    return tuple(asdict(lever) for lever in levers_at(*request_of(opened(drive))))
 
 
 def resolved(source: object, overrides: Mapping[str, object]) -> dict[str, Any]:

@@ -8,7 +8,7 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import AsyncIterator, Callable, Coroutine, Mapping
+from collections.abc import AsyncIterator, Callable, Coroutine
 from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import Any
@@ -17,10 +17,10 @@ import psutil
 import pytest
 from tests.unit.cockpit import fake_compute
 
-from epicyclic.cockpit.processes.jobs import Task, levers_at
+from epicyclic.cockpit.computing.levers import levers_at
 from epicyclic.cockpit.processes.session import Session
-from epicyclic.cockpit.processes.worker import Spare, Worker
-from epicyclic.cockpit.state.frames import PageFrame, pack, unpack
+from epicyclic.cockpit.processes.worker import Client, Spare, Worker
+from epicyclic.cockpit.state.frames import PageFrame, Request, pack, unpack
 from epicyclic.cockpit.state.state import PageState, StateHistory, Step, opened, request_of, with_value
 from epicyclic.errors import ModelError
 
@@ -75,11 +75,7 @@ async def begun(one: Worker, title: str = "a") -> tuple[Session, Seen]:
 
 def quiet(session: Session) -> None:
     """Have no levers chosen: the models here have no gears."""
-
-    async def no_levers() -> None:
-        return None
-
-    session.renew_levers = no_levers  # type: ignore[method-assign]
+    session._ask_levers = lambda: None  # type: ignore[method-assign]
 
 
 def test_a_full_request_gives_all_its_frames() -> None:
@@ -176,16 +172,40 @@ def test_what_is_newer_does_not_wait_for_a_long_frame_of_what_it_replaces() -> N
             await until(lambda: len(seen.frames) == 2)
             assert time.monotonic() - start < 0.9 * fake_compute.LONG * fake_compute.PART
             assert [(frame.rev, frame.kind) for frame in seen.frames] == [(1, "live"), (2, "live")]
-            # a call that comes while a frame is computed is answered after it
+            # what another client asks for while a frame is computed is answered after it
             session.set("damping.modal", 0.6, released=True)
             await until(lambda: len(seen.frames) == 3)
-            value = asyncio.create_task(one.call(fake_compute.sleep_for, 0.01))
+            given: list[bytes] = []
+            client = Client(deliver=given.append, idle=lambda: None)
+            one.join(client)
+            one.ask(client, Request(rev=7, kind="levers", source={"title": "b"}))
             await asyncio.sleep(0.1)
             session.set("damping.modal", 0.7, released=False)
-            assert await asyncio.wait_for(value, 2) == 0.01
+            await until(lambda: given, 2)
             await until(lambda: not session.busy)
+            assert [unpack(packed).head for packed in given] == [{"levers": [{"path": "b"}]}]
             assert (seen.frames[-1].rev, seen.frames[-1].kind) == (4, "live")
             await session.close()
+
+
+def test_of_a_page_that_leaves_the_rest_is_dropped_while_another_is_served() -> None:
+    async def test() -> None:
+        async with worker() as one:
+            (first, seen), (other, other_seen) = await begun(one, "a"), await begun(one, "long")
+            await until(lambda: seen.frames and len(other_seen.frames) == 1)
+            await asyncio.sleep(0.2)  # the next frame of the other takes three seconds
+            count = len(seen.frames)
+            one.leave(first._client)
+            other.set("damping.modal", 0.5, released=False)
+            await until(lambda: not other.busy)
+            await asyncio.sleep(3 * fake_compute.PART)
+            assert len(seen.frames) == count < 5
+            one.join(first._client)
+            first.set("damping.modal", 0.5, released=True)
+            await until(lambda: not first.busy)
+            assert [frame.kind for frame in seen.frames[-5:]] == ["live", "sweep", "sweep", "sharing", "sharing"]
+            await first.close()
+            await other.close()
 
     run(test())
 
@@ -281,20 +301,12 @@ def test_calls_come_back_and_go_with_their_session() -> None:
             assert await session.call(fake_compute.sleep_for, 0.01) == 0.01
             with pytest.raises(ModelError, match=r"a\.b = 3: not so; allowed: 4"):
                 await session.call(fake_compute.refuse)
-            assert await one.call(pow, 2, 3) == 8
-            with pytest.raises(ModelError, match="not so"):
-                await one.call(fake_compute.refuse)
-            session.set("damping.modal", 0.5, released=True)
-            assert await one.call(pow, 2, 4) == 16
-            assert {"live", "sweep"} >= set(kind for kind, frame in session.frames.items() if frame.rev == session.rev)
-            with pytest.raises(ModelError, match="ended by itself"):
-                await one.call(os._exit, 3)
             with pytest.raises(ModelError, match="ended by itself"):
                 await session.call(lambda: 3)  # nobody can pickle that
             told: list[float] = []
             session.listen(jobs=lambda page: told.extend(job.progress for job in page.jobs.visible()))
             counted = session.jobs.begin("call", {"function": len, "arguments": ("",)}, model=({}, {}), rev=1)
-            counted._task = Task(name="counted", label="", function=fake_compute.tell)
+            counted._task = fake_compute.tell
             await counted.wait()
             assert (counted.status, counted.value) == ("done", 3)
             assert 0.5 in told
@@ -649,21 +661,22 @@ def test_a_click_on_a_speed_is_a_step_and_the_file_is_that_of_all_steps(tmp_path
 def test_a_page_that_is_opened_again_has_the_same_levers() -> None:
     first = levers_at(*request_of(opened("ren2021")))
     moved = with_value(opened("ren2021"), "deviations.carrier.run_out", "90 um")
-    again = levers_at(*request_of(with_value(moved, str(first[0]["path"]), "[0, 0, 0] um")))
-    assert [one["path"] for one in again] == [one["path"] for one in first]
+    again = levers_at(*request_of(with_value(moved, first[0].path, "[0, 0, 0] um")))
+    assert [one.path for one in again] == [one.path for one in first]
 
 
-def test_undo_shows_no_levers_of_the_other_model(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_undo_shows_no_levers_of_the_other_model() -> None:
     async def test() -> None:
         async with worker() as one:
             asked: list[str] = []
-
-            async def chosen(_: Worker, levers: object, source: Mapping[str, Any], overrides: object) -> Any:
-                asked.append(source["title"])
-                return ({"path": source["title"]},)
-
-            monkeypatch.setattr(Worker, "call", chosen)
             session = Session(one)
+            deliver = session._client_of_levers.deliver
+
+            def told(packed: bytes) -> None:
+                asked.append(unpack(packed).head["levers"][0]["path"])
+                deliver(packed)
+
+            session._client_of_levers.deliver = told
             await session.start(PageState(name="a", base=TEXT.format("a")))
             await until(lambda: session.levers)
             await session.open(PageState(name="b", base=TEXT.format("b")))

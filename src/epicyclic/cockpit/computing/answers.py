@@ -11,7 +11,8 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +25,7 @@ from ...document.writer import quantity_text
 from ...errors import ModelError
 from ...limits import RESONANCE_BAND, ResonanceVerdict, limit_in_short
 from ...questions.modes.campbell import MeshCrossings, tones_of_meshes
-from ...questions.studies.detune import strongest
+from ...questions.studies.detune import NearResonance, strongest
 from ...results.dataset import EQUAL
 from ...statics.equilibrium import compliance_of
 from ...statics.record import unheld_warnings
@@ -76,17 +77,13 @@ def scaled(train: Train, path: str, factor: float) -> dict[str, object]:
     The path may leave out the name of the stage.
     """
     document = dict(leaves(dict(train.document)))
-    table = next((table for table in _STAGED if path.startswith(f"{table}.")), "")
-    with_stage = [f"{table}.{stage}.{path.removeprefix(f'{table}.')}" for stage in train.planets] if table else []
     overrides: dict[str, object] = {}
-    for full in (path, *with_stage):
-        for leaf, value in document.items():
-            number = written(value) if leaf == full or leaf.startswith(f"{full}.") else None
-            if number is not None and not number.whole and leaf.rpartition(".")[2] != "phase" and any(number.values):
-                values = tuple(float(f"{factor * value:.6g}") for value in number.values)
-                overrides[in_short(train, leaf, document)] = number.text(values)
-        if overrides:
-            break
+    for leaf, value in document.items():
+        short = in_short(train, leaf, document)
+        is_at_path = any(f"{name}.".startswith(f"{path}.") for name in (leaf, short))
+        number = written(value) if is_at_path and leaf.rpartition(".")[2] != "phase" else None
+        if number is not None and not number.whole and any(number.values):
+            overrides[short] = number.text(tuple(float(f"{factor * value:.6g}") for value in number.values))
     return overrides
 
 
@@ -103,31 +100,29 @@ def class_six(train: Train) -> Mapping[str, object]:
     """
     values: dict[str, object] = {}
     reasons: dict[str, object] = {}
-    several = len(train.planets) > 1
     gears: dict[str, Body] = {}
     for body in train.bodies:
         if body.gear is not None and body.frame in train.planets:
             gears.setdefault(body.member, body)
     for member, body in gears.items():
-        radius, module = (0.0, 0.0) if body.gear is None else (body.gear.reference_radius, body.gear.module)
-        if not (module > 0 and math.isfinite(radius) and radius > 0):
+        gear = body.gear
+        if gear is None or not (gear.module > 0 and 0 < gear.reference_radius < math.inf):
             continue
-        path = f"deviations.{member if several else member.rpartition('.')[2]}.run_out"
-        width = run_out_width(max(2 * radius, _DIAMETER), max(module, _MODULE), _CLASS)
+        path = in_short(train, f"deviations.{member}.run_out")
+        width = run_out_width(max(2 * gear.reference_radius, _DIAMETER), max(gear.module, _MODULE), _CLASS)
         values[path] = quantity_text(round(width / 2, 7), "length")
         reasons[f'assumed."{path}"'] = f"half of the run-out F_rT of class {_CLASS} of ISO 1328-1:2013"
     for stage, count in train.planets.items():
         carried = next((m for m, body in gears.items() if body.frame == stage and body.carried_by is not None), None)
         if carried is None or count < 2:
             continue
-        path = f"deviations.{carried if several else carried.rpartition('.')[2]}.position.y"
+        path = in_short(train, f"deviations.{carried}.position.y")
         values[path] = f"[{_PIN * 1e6:g}{', 0' * (count - 1)}] um"
         reasons[f'assumed."{path}"'] = "one pin, that of planet 1, stands 20 um off along the circle of pins"
     return {**values, **reasons}
 
 
-_CALL = re.compile(r"\s*(\w+)\s*\((.*)\)\s*", re.DOTALL)
-_GRADE_OF = re.compile(r"(.*?(?:IT|:\d{4}\s+))(\d+)(\s*,.*)", re.DOTALL)
+_GRADE_OF = re.compile(r"\s*grade\s*\((.*?(?:IT|:\d{4}\s+))(\d+)(\s*,.*)\)\s*", re.DOTALL)
 # Grades finer that halve a tolerance: of ISO 1328-1 exactly (a step is the root of 2), of ISO 286-1 nearly.
 _FINER = 2
 
@@ -135,17 +130,11 @@ _FINER = 2
 def halved_text(text: str) -> str | None:
     """A distribution with half its spread about the same mean, a grade two steps finer; None where there is none, as
     below the finest grade of a standard."""
-    call = _CALL.fullmatch(text)
-    if call is None:
-        return None
-    name, inside = call[1], call[2]
-    if name == "grade":
-        grade = _GRADE_OF.fullmatch(inside)
-        if grade is None:
-            return None
-        finer, known = int(grade[2]) - _FINER, SIZE_GRADES if grade[1].endswith("IT") else FLANK_GRADES
-        return f"grade({grade[1]}{finer}{grade[3]})" if finer in known else None
-    return narrowed_text(text, 0.5)
+    grade = _GRADE_OF.fullmatch(text)
+    if grade is None:
+        return narrowed_text(text, 0.5)
+    finer, known = int(grade[2]) - _FINER, SIZE_GRADES if grade[1].endswith("IT") else FLANK_GRADES
+    return f"grade({grade[1]}{finer}{grade[3]})" if finer in known else None
 
 
 def halved_tolerance(train: Train, entry: str) -> dict[str, object]:
@@ -163,10 +152,9 @@ def halved_tolerance(train: Train, entry: str) -> dict[str, object]:
         half = halved_text(value)
         return {} if half is None else {where: half}
     if isinstance(value, Mapping):
-        parts = (part,) if part else ("own", "common")
-        halves = {key: halved_text(text) for key in parts if isinstance(text := value.get(key), str)}
-        changed = {**value, **{key: half for key, half in halves.items() if half is not None}}
-        return {} if changed == dict(value) else {where: changed}
+        texts = {key: value.get(key) for key in ((part,) if part else ("own", "common"))}
+        halves = {key: half for key, text in texts.items() if isinstance(text, str) and (half := halved_text(text))}
+        return {where: {**value, **halves}} if halves else {}
     return {}
 
 
@@ -195,19 +183,21 @@ def planet_answer(train: Train, sharing: Mapping[str, Any] | None, errors: Mappi
         return Answer("planet", "Not known: no mesh carries load.")
     largest, turning = float(np.nanmax(value)), float(sharing.get("k_gamma_turning") or np.nan)
     planets, verdict = max(train.planets.values(), default=1), sharing["verdict"]
-    level: Level = "good" if verdict["passes"] else "bad"
-    limit = limit_of(verdict["limit"], verdict["source"])
-    figure, against = f"{verdict['value']:.3f}", f" Limit {verdict['limit']:g}: {limit['words']}."
-    judged: dict[str, Any] = {"figure": figure, "level": level, "limit": limit, "evidence": "sharing"}
-    if largest <= 1 + _ONE and not has_deviations(train) and train.document.get("tolerance"):
-        text = (
-            f"No deviations are given: as drawn all {planets} planets carry the same. Compute: within the tolerances."
-        )
-        return Answer("planet", text, job="tolerance", **{**judged, "level": "none"})
+    limit, level = limit_of(verdict["limit"], verdict["source"]), "good" if verdict["passes"] else "bad"
+    against = f" Limit {verdict['limit']:g}: {limit['words']}."
+    judged: dict[str, Any] = {
+        "figure": f"{verdict['value']:.3f}",
+        "level": level,
+        "limit": limit,
+        "evidence": "sharing",
+    }
     if largest <= 1 + _ONE and not has_deviations(train):
-        text = f"No deviations are given: all {planets} planets carry the same; class 6 of ISO 1328-1 may be assumed."
-        values = class_six(train)
-        return Answer("planet", text, apply=values, apply_label=_ASSUME, **{**judged, "level": "none"})
+        judged["level"], none = "none", "No deviations are given:"
+        if train.document.get("tolerance"):
+            text = f"{none} as drawn all {planets} planets carry the same. Compute: within the tolerances."
+            return Answer("planet", text, job="tolerance", **judged)
+        text = f"{none} all {planets} planets carry the same; class 6 of ISO 1328-1 may be assumed."
+        return Answer("planet", text, apply=class_six(train), apply_label=_ASSUME, **judged)
     if largest <= 1 + _ONE:
         while_turning = np.asarray(sharing.get("turning", value), dtype=float)
         peak = ""
@@ -219,9 +209,8 @@ def planet_answer(train: Train, sharing: Mapping[str, Any] | None, errors: Mappi
     text = carrying(sharing["rows"], value, f"{largest:.3f}") + ", mean-load K_gamma"
     if turning > largest + _NO_CHANGE:
         text += f" ({turning:.3f} while turning)"
-    if errors is not None and errors["rows"] and float(errors["rows"][0]["share"]) > _WORTH:
-        first = errors["rows"][0]
-        much = "most" if float(first["share"]) >= _MOST else f"{float(first['share']):.0f} %"
+    if errors is not None and (first := errors["rows"][0])["share"] > _WORTH:
+        much = "most" if first["share"] >= _MOST else f"{first['share']:.0f} %"
         text += f"; {much} of what is above 1 from {first['label']}"
     return Answer("planet", f"{text}.{against}", **judged)
 
@@ -306,7 +295,7 @@ def float_answer(train: Train, sharing: Part, twin: Part) -> Answer:
         return Answer("float", "The train has no sun that could float.")
     if sharing is None:
         return Answer("float", _no_load(train))
-    if twin is None or sharing["k_gamma"] is None:
+    if twin is None:
         return Answer("float", "The sun has no radial support of its own to take away, or nothing else holds it.")
     now, then = float(sharing["k_gamma"]), float(twin["k_gamma"])
     of_stage = f" of {twin['stage']}" if len(train.planets) > 1 else ""
@@ -317,22 +306,16 @@ def float_answer(train: Train, sharing: Part, twin: Part) -> Answer:
     turning = float(sharing["k_gamma_turning"]), float(twin["k_gamma_turning"])
     change = f"mean-load K_gamma {_change(now, then)}, turning K_gamma {_change(*turning)}"
     figure, after = _both(now, then)
-    level: Level = "good"
-    values: dict[str, object] = {}
+    judged: dict[str, Any] = {"figure": figure, "level": "good", "evidence": "sharing"}
     if twin["value"] != 0:
-        text = f"The sun{of_stage} floats already. With a rigid support: {change}."
-        after = ""
-    else:
-        text = f"With a floating sun{of_stage}: {change}."
-        verdict = sharing["verdict"]
-        if now - then >= _NO_CHANGE and not (verdict is not None and verdict["passes"]):
-            level, values = "warn", {str(twin["path"]): twin["value"]}
-        elif verdict is not None and verdict["passes"]:
-            resonance += f"{_NOTHING_TO_DO.format(**verdict)}."
-    text, label = text + resonance, "Let the sun float"
-    return Answer(
-        "float", text, figure=figure, then=after, level=level, apply=values, apply_label=label, evidence="sharing"
-    )
+        text = f"The sun{of_stage} floats already. With a rigid support: {change}.{resonance}"
+        return Answer("float", text, **judged)
+    text, verdict = f"With a floating sun{of_stage}: {change}.{resonance}", sharing["verdict"]
+    if verdict["passes"]:
+        text += f"{_NOTHING_TO_DO.format(**verdict)}."
+    elif now - then >= _NO_CHANGE:
+        judged |= {"level": "warn", "apply": {twin["path"]: twin["value"]}, "apply_label": "Let the sun float"}
+    return Answer("float", text, then=after, **judged)
 
 
 def _change(now: float, then: float) -> str:
@@ -354,49 +337,35 @@ def error_answer(train: Train, sharing: Mapping[str, Any] | None, errors: Mappin
     job = "tolerance" if train.document.get("tolerance") and sharing is not None else None
     if sharing is None:
         return Answer("error", _no_load(train))
+    answer = partial(Answer, "error", evidence="errors", job=job)
     if not has_deviations(train):
         text = "No deviations are given: no error costs anything; class 6 of ISO 1328-1 may be assumed."
-        values = class_six(train)
-        return Answer("error", text, figure="0 %", apply=values, apply_label=_ASSUME, evidence="errors", job=job)
-    if errors is None or not errors["rows"]:
-        text = "No deviation parts the load: all of them follow the mesh frequency, which is no part of K_gamma."
-        return Answer("error", text, evidence="errors", job=job)
+        return answer(text, figure="0 %", apply=class_six(train), apply_label=_ASSUME)
+    if errors is None:
+        return answer(
+            "No deviation parts the load: all of them follow the mesh frequency, which is no part of K_gamma."
+        )
     rows: Sequence[Mapping[str, Any]] = errors["rows"]
-    first, k = rows[0], float(errors["k_gamma"])
-    share = float(first["share"])
-    of = "while turning" if "turning" in str(errors.get("of", "")) else "mean-load"
-    level: Level = "good"
-    verdict, values, nothing = sharing["verdict"], dict[str, object](), ""
-    fails = verdict is not None and not verdict["passes"]
+    first, verdict = rows[0], sharing["verdict"]
+    of = "while turning" if "turning" in errors["of"] else "mean-load"
+    fails, nothing = verdict is not None and not verdict["passes"], ""
     if verdict is not None and not fails:
         nothing = _NOTHING_TO_DO.format(**verdict) + ("; the job tells of 99 % of the trains." if job else ".")
-    if share > _WORTH and not k - 1 < _NO_CHANGE:
-        without = float(first.get("without", np.nan))
+    if first["share"] > _WORTH and not errors["k_gamma"] - 1 < _NO_CHANGE:
+        share, without, name = first["share"], first["without"], first["label"]
         then = f"; {without:.3f} without it" if np.isfinite(without) else ""
-        name = str(first["label"])
-        text = f"{name[:1].upper()}{name[1:]}: {share:.0f} % of K_gamma\u00a0-\u00a01 ({of}){then}."
-        level = "warn" if share >= _MOST and fails else "good"
+        text = f"{name[:1].upper()}{name[1:]}: {share:.0f} % of K_gamma\u00a0-\u00a01 ({of}){then}.{nothing}"
+        level: Level = "warn" if share >= _MOST and fails else "good"
         # what only the turning train feels would not lower the K_gamma that is held against the limit
-        values = scaled(train, str(first["path"]), 0.5) if fails and of == "mean-load" else {}
-        text += nothing
-    else:  # no deviation parts the mean load: the one that costs most while the train turns
-        first = max(rows, key=lambda row: float(row.get("turning", 0.0)))
-        share = float(first.get("turning", 0.0))
-        text = f"No single deviation changes K_gamma ({of}) by {number(_WORTH)} % of what it is above 1"
-        if not share > _WORTH:
-            return Answer("error", f"{text}.{nothing}", figure="0 %", level="good", evidence="errors", job=job)
-        text += f"; while turning the largest part has the {first['label']}, {share:.0f} %."
-        text += nothing
-    return Answer(
-        "error",
-        text,
-        figure=f"{share:.0f} %",
-        level=level,
-        apply=values,
-        apply_label=_HALVE,
-        evidence="errors",
-        job=job,
-    )
+        values = scaled(train, first["path"], 0.5) if fails and of == "mean-load" else {}
+        return answer(text, figure=f"{share:.0f} %", level=level, apply=values, apply_label=_HALVE)
+    # no deviation parts the mean load: the one that costs most while the train turns
+    first = max(rows, key=lambda row: float(row["turning"]))
+    share, most = first["turning"], ""
+    if share > _WORTH:
+        most = f"; while turning the largest part has the {first['label']}, {share:.0f} %"
+    text = f"No single deviation changes K_gamma ({of}) by {number(_WORTH)} % of what it is above 1{most}.{nothing}"
+    return answer(text, figure=f"{share if most else 0:.0f} %", level="good")
 
 
 def _no_load(train: Train) -> str:
@@ -418,23 +387,12 @@ _FAILS = frozenset(
 _PATH = re.compile(r"\b(?:stages|operation|deviations|bodies|couplings|loads|damping|tolerance)(?:\.[\w-]+)+")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ModelCheck:
-    """One line of the checks.
+def checks_of(train: Train, system: System) -> list[dict[str, str]]:
+    """Warnings of the train, its teeth and its equations; those that fail first.
 
     level : ``bad`` where the train cannot be built or solved, else ``warn``.  code : of `warning_codes`, or "".
     text : without its code.  path : of the model file, "" where the text names none.  cure : what helps.
     """
-
-    level: Literal["bad", "warn"]
-    code: str
-    text: str
-    path: str
-    cure: str
-
-
-def checks_of(train: Train, system: System) -> tuple[ModelCheck, ...]:
-    """Warnings of the train, its teeth and its equations; those that fail first."""
     teeth: list[CodedText] = []
     first = {mesh.pair: mesh for mesh in reversed(train.meshes) if mesh.teeth is not None}
     for mesh in first.values():  # the first mesh of every pair
@@ -449,60 +407,40 @@ def checks_of(train: Train, system: System) -> tuple[ModelCheck, ...]:
         code = code_of(text) or ""
         plain = text.removesuffix(f" [{code}]") if code else str(text)
         path, cure = _PATH.search(plain), WARNING_CODES[code].cure if code else ""
-        level: Literal["bad", "warn"] = "bad" if code in _FAILS else "warn"
-        checks.append(ModelCheck(level=level, code=code, text=plain, path=path[0] if path else "", cure=cure))
-    return tuple(sorted(checks, key=lambda check: check.level != "bad"))
+        level = "bad" if code in _FAILS else "warn"
+        checks.append({"level": level, "code": code, "text": plain, "path": path[0] if path else "", "cure": cure})
+    return sorted(checks, key=lambda check: check["level"] != "bad")
 
 
 # resonances and relief ------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Meeting:
-    """A mesh order at a mode.
-
-    mode : number of the mode as of the verb `modes`.  order : mesh order.  stage : whose, "" of a train with one mesh
-    frequency.  frequency : [Hz].  speed : per operating speed [1].  away : from the speed that is shown [1].
-    force_ratio : largest force of the mode per mean mesh force [1], nan where not known.  label : of the mode.
-    """
-
-    mode: int
-    order: int
-    stage: str
-    frequency: float
-    speed: float
-    away: float
-    force_ratio: float
-    label: str
-
-
-def meetings_of(system: System, modes: Mapping[str, Any], relative_speed: float) -> list[Meeting]:
+def meetings_of(system: System, modes: Mapping[str, Any], relative_speed: float) -> list[NearResonance]:
     """Mesh orders 1 .. 12 that meet a mode which they excite within 20 % of a speed per operating speed [1], speeds
     rising; where it is not known what they excite, all that meet one."""
     tones = tones_of_meshes(system)
     crossings: MeshCrossings = modes["crossings"]
     near = np.abs(crossings.relative_speed / relative_speed - 1) <= RESONANCE_BAND
-    crossings, force_ratio = crossings.chosen(near), modes["force_ratio"][near]
+    met, force_ratio = crossings.chosen(near), modes["force_ratio"][near]
     rows = {int(row["index"]): row for row in modes["rows"]}  # the highest modes of a large train have none
     several = len({name.partition("/")[0] for names in tones.values() for name in names}) > 1
     words = [" and ".join(name if several else name.rpartition("/")[2] for name in names) for names in tones.values()]
     stages = words if len(tones) > 1 else [""]
-    columns = (crossings.mode, crossings.tone, crossings.order, crossings.relative_speed, force_ratio)
-    meetings = []
-    for mode, tone, order, speed, ratio in zip(*(column.tolist() for column in columns), strict=True):
-        if (row := rows.get(mode + 1)) is not None:
-            meeting = Meeting(
-                mode=mode + 1,
-                order=int(order),
-                stage=stages[tone],
-                frequency=float(row["frequency"]),
-                speed=float(speed),
-                away=float(speed) / relative_speed - 1,
-                force_ratio=float(ratio),
-                label=str(row["label"]) or f"most motion {row['body']}",
-            )
-            meetings.append(meeting)
-    return meetings
+    columns = (met.mode, met.count, met.tone, met.order, met.relative_speed, force_ratio)
+    return [
+        NearResonance(
+            mode=mode,
+            multiplicity=count,
+            hertz=float(rows[mode + 1]["frequency"]),
+            stage=stages[tone],
+            order=order,
+            speed=speed,
+            away=speed / relative_speed - 1,
+            force_ratio=ratio,
+        )
+        for mode, count, tone, order, speed, ratio in zip(*(column.tolist() for column in columns), strict=True)
+        if mode + 1 in rows
+    ]
 
 
 def resonance_answer(
@@ -531,17 +469,19 @@ def resonance_answer(
     level: Level = "warn"
     force = "its force is not known without torque and damping"
     meeting = strongest(met)
+    row = next(row for row in modes["rows"] if row["index"] == meeting.mode + 1)
+    label = row["label"] or f"most motion {row['body']}"
     if np.isfinite(meeting.force_ratio):
         verdict = ResonanceVerdict(meeting.force_ratio)
         level, force = LEVELS[verdict.tone], f"the mode's force is {verdict.text}"
     others = "" if len(met) == 1 else f" ({len(met)} within {band})"
     return Answer(
         "resonance",
-        f"{_words(meeting, to_rpm)}; {force}{others}.",
+        f"{_words(meeting, label, to_rpm)}; {force}{others}.",
         figure=per_cent(abs(meeting.away)),
         level=level,
         evidence="modes" if sweep is None else "sweep",
-        mode=meeting.mode,
+        mode=meeting.mode + 1,
         speed=None if to_rpm is None else to_rpm * meeting.speed,
         mark=marked(meeting, to_rpm),
         changes=() if level == "good" else changes,
@@ -550,16 +490,16 @@ def resonance_answer(
     )
 
 
-def marked(meeting: Meeting, to_rpm: float | None) -> str:
+def marked(meeting: NearResonance, to_rpm: float | None) -> str:
     """A resonance in few words: ``4th order, 92 rpm, -8 %``.  to_rpm : operating speed [rpm], None where unknown."""
     return f"{_order(meeting)}, {_place(meeting, to_rpm)}"
 
 
-def _order(meeting: Meeting) -> str:
+def _order(meeting: NearResonance) -> str:
     return f"{ordinal(meeting.order)} order" + (f" of {meeting.stage}" if meeting.stage else "")
 
 
-def _place(meeting: Meeting, to_rpm: float | None) -> str:
+def _place(meeting: NearResonance, to_rpm: float | None) -> str:
     """``92 rpm, -8 %``."""
     at = "" if to_rpm is None else f"{number(to_rpm * meeting.speed, 4)} rpm, "
     return f"{at}{signed_per_cent(meeting.away)}"
@@ -591,9 +531,9 @@ def resonance_shift(
     before, after = (mode_shapes([], m["rows"], m["shape"], m["mass"]) for m in (modes, modes_of_twin))
     like, frequency = like_modes(before, after), dict(zip(after.number, after.frequency, strict=True))
 
-    def is_last(meeting: Meeting) -> bool:
-        mode = like[meeting.mode][0]
-        same = mode is not None and math.isclose(frequency[mode], last.frequency, rel_tol=EQUAL)
+    def is_last(meeting: NearResonance) -> bool:
+        mode = like[meeting.mode + 1][0]
+        same = mode is not None and math.isclose(frequency[mode], last.hertz, rel_tol=EQUAL)
         return same and (meeting.order, meeting.stage) == (last.order, last.stage)
 
     if now and is_last(strongest(now)):
@@ -606,14 +546,14 @@ def resonance_shift(
     return f"{which}: {place}{force}."
 
 
-def _words(meeting: Meeting, to_rpm: float | None) -> str:
+def _words(meeting: NearResonance, label: str, to_rpm: float | None) -> str:
     """``Mesh order 4 meets mode 9 (sun moves sideways, 812 Hz) at 92 rpm, 8 % below this speed``."""
     of_stage = f" of {meeting.stage}" if meeting.stage else ""
     at = "" if to_rpm is None else f" at {number(to_rpm * meeting.speed, 4)} rpm,"
     side = "below" if meeting.away < 0 else "above"
     return (
-        f"Mesh order {meeting.order}{of_stage} meets mode {meeting.mode} ({meeting.label}, "
-        f"{number(meeting.frequency, 4)} Hz){at} {per_cent(abs(meeting.away))} {side} this speed"
+        f"Mesh order {meeting.order}{of_stage} meets mode {meeting.mode + 1} ({label}, "
+        f"{number(meeting.hertz, 4)} Hz){at} {per_cent(abs(meeting.away))} {side} this speed"
     )
 
 
@@ -637,8 +577,9 @@ class ReliefEstimate:
     load: str
 
 
-def estimates_of(train: Train) -> list[ReliefEstimate]:
-    """The deflection F/(c' b) of a single pair of teeth under the mean mesh force, for every pair of gears with teeth.
+def relief_estimate(train: Train) -> ReliefEstimate | None:
+    """The largest deflection F/(c' b) of a single pair of teeth under the mean mesh force, of all pairs of gears with
+    teeth; None where none is loaded.
 
     c' b follows from the mean mesh stiffness of the model by c_gamma = c' (0.75 eps_alpha + 0.25) [iso6336].
     """
@@ -651,11 +592,11 @@ def estimates_of(train: Train) -> list[ReliefEstimate]:
         single = mesh.stiffness / (0.75 * float(mesh.contact_ratio) + 0.25)
         force = mean_force(train, mesh)
         amount = force / single
-        if math.isfinite(amount) and amount > 0:
+        if 0 < amount < math.inf:
             unit, scale = force_unit(force)
             load = f"{number(scale * force)} {unit}{' a helix' if mesh.side else ''}"
             estimates[mesh.pair] = ReliefEstimate(pair=mesh.pair, amount=amount, module=first.module, load=load)
-    return list(estimates.values())
+    return max(estimates.values(), key=lambda estimate: estimate.amount, default=None)
 
 
 FOLLOW = "Let the curve follow"
@@ -701,10 +642,9 @@ def relief_answer(train: Train) -> Answer:
     if not any(mesh.teeth is not None for mesh in train.meshes):
         text = "Not known: no gear has a face width, so no flank can be relieved (stages.STAGE.face_width)."
         return Answer("relief", text)
-    estimates = estimates_of(train)
-    if not estimates:
+    largest = relief_estimate(train)
+    if largest is None:
         return Answer("relief", "Not known: no torque loads the teeth (operation.torque).")
-    largest = max(estimates, key=lambda estimate: estimate.amount)
     drawn, um = drawn_relief(train), number(1e6 * largest.amount, 2)
     pair, follow = largest.pair.rpartition(".")[2], follow_overrides(train)
     estimate = f"first estimate F/(c' b) for {largest.load} at operating load"

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -35,12 +36,12 @@ from ..state.frames import (
 )
 from . import answers
 from .detuning import is_quick, offered_of
+from .levers import levers_at
 from .speed_view import ForceCurves, ModeView, SpeedModel, efforts, force_curves, mode_view, speed_head, speed_model
 from .train_view import (
-    ErrorView,
     SharingView,
+    Shown,
     Twin,
-    error_head,
     error_view,
     full_sharing,
     live_sharing,
@@ -50,7 +51,6 @@ from .train_view import (
     twin_of,
 )
 
-Arrays = dict[str, NDArray[Any]]
 Found = TypeVar("Found")
 
 # Time for load sharing where instants have to be solved one by one, while a lever moves and at rest [s].
@@ -91,7 +91,7 @@ class _Parts:
     sharing: SharingView | None = None
     twin: Twin | None = None
     shift: str = ""
-    errors: ErrorView | None = None
+    errors: Shown | None = None
     ready: SpeedModel | None = None
     curves: ForceCurves | None = None
     missing: tuple[_Missing, ...] = ()
@@ -102,9 +102,6 @@ class _Parts:
 # The newest live set, and the request that it is of without its number.
 _newest: tuple[Request, _Model, _Parts] | None = None
 
-
-_Shown = tuple[Any, Mapping[str, NDArray[Any]]]
-"""One part as the page takes it: a table, of the modes rows; and arrays by their names within the part."""
 
 _NOT_COMPUTED = (ModelError, ConvergenceError, ArithmeticError, np.linalg.LinAlgError)
 
@@ -121,8 +118,9 @@ def compute(
     ``live``: one frame with everything a lever moves: train, modes, sharing, errors, the sweep with mesh orders,
     answers, checks.  ``full``: that, then frames ``sweep`` (200 speeds, then 60 with shaft orders), ``errors`` and
     ``sharing`` (the whole hunting period), each with the answers as they then are; where a resonance matters
-    ``changes``, answers with what moves it away.  A model that is wrong gives one frame ``failed`` with the problem,
-    its path, what was given and what is allowed.
+    ``changes``, answers with what moves it away.  ``levers``: one frame with the levers of the model file.
+
+    A model that is wrong gives one frame ``failed`` with the problem, its path, what was given and what is allowed.
 
     Parameters
     ----------
@@ -138,6 +136,10 @@ def compute(
             raise _Stopped
 
     try:
+        if request.kind == "levers":
+            levers = levers_at(request.source, request.overrides)
+            yield PageFrame(rev=request.rev, kind="levers", head={"levers": [asdict(lever) for lever in levers]})
+            return
         model, parts = _live_set(request, early)
         yield _live_frame(model, parts, start)
         if request.kind == "full":
@@ -185,7 +187,8 @@ def _live_set(request: Request, early: Callable[[PageFrame], None] | None) -> tu
         effort = efforts(ready)[0]
         curves = _attempt("sweep", "forces over speed", lambda: force_curves(ready, effort), missing)
     if early is not None and curves is not None:
-        early(_curve_frame(model, curves, start))
+        state = {"computed_ms": 1e3 * (time.perf_counter() - start)}
+        early(_frame(model, "curve", _shown(model, _Parts(curves=curves)), {"state": state}))
     modes = _attempt(
         "modes", "modes", lambda: mode_view(train, system, model.labels, relative_speed=relative_speed), missing
     )
@@ -193,7 +196,9 @@ def _live_set(request: Request, early: Callable[[PageFrame], None] | None) -> tu
     twin = errors = None
     if shared is not None:
         twin = twin_of(train, shared)
-        errors = _attempt("errors", "share of the errors", lambda: error_view(train, system), missing)
+        errors = _attempt(
+            "errors", "share of the errors", lambda: error_view(train, system, request.overrides), missing
+        )
     parts = _Parts(
         modes=modes,
         sharing=shared,
@@ -220,36 +225,22 @@ def _attempt(pane: str, what: str, compute_it: Callable[[], Found], missing: lis
     return None
 
 
-def _curve_frame(model: _Model, curves: ForceCurves, start: float) -> PageFrame:
-    """The frame of the curve alone, ahead of the live one."""
-    shown = _shown(model, _Parts(curves=curves))
-    head: dict[str, Any] = {name: table for name, (table, _) in shown.items()}
-    arrays = {f"{name}/{key}": array for name, (_, values) in shown.items() for key, array in values.items()}
-    return _frame(model, "curve", {**head, "state": {"computed_ms": 1e3 * (time.perf_counter() - start)}}, arrays)
-
-
 def _live_frame(model: _Model, parts: _Parts, start: float) -> PageFrame:
     """The frame of the live set."""
     relative_speed, shown = model.request.relative_speed, _shown(model, parts)
-    head: dict[str, Any] = {
+    head = {
         "train": train_head(model.train, model.labels, model.meshes, relative_speed=relative_speed),
         **_answers(model, parts, shown),
+        "assumed": dict(model.train.assumed),
+        "missing": {one.pane: one.text for one in parts.missing},
+        "state": {
+            **operation_head(model.train, relative_speed=relative_speed),
+            "computed_ms": 1e3 * (time.perf_counter() - start),
+            "live_ms": 1e3 * parts.seconds,
+            "mesh_frequencies": len({tone for tone in model.system.tones if tone}),
+        },
     }
-    arrays: Arrays = {}
-    if parts.sharing is not None:
-        arrays["meshes/load"] = parts.sharing.load
-    for name, (table, values) in shown.items():
-        head[name] = table
-        arrays |= {f"{name}/{key}": array for key, array in values.items()}
-    head["assumed"] = dict(model.train.assumed)
-    head["missing"] = {one.pane: one.text for one in parts.missing}
-    head["state"] = {
-        **operation_head(model.train, relative_speed=relative_speed),
-        "computed_ms": 1e3 * (time.perf_counter() - start),
-        "live_ms": 1e3 * parts.seconds,
-        "mesh_frequencies": len({tone for tone in model.system.tones if tone}),
-    }
-    return _frame(model, "live", head, arrays)
+    return _frame(model, "live", shown, head, {} if parts.sharing is None else {"meshes/load": parts.sharing.load})
 
 
 def _further_frames(model: _Model, parts: _Parts, pause: Callable[[], None]) -> Iterator[PageFrame]:
@@ -289,7 +280,7 @@ def _change_frame(model: _Model, parts: _Parts, pause: Callable[[], None]) -> It
         relative = model.request.relative_speed
         work = partial(offered_of, model.train, model.axis, resonance, relative, told=lambda _: pause())
         parts = replace(parts, changes=_attempt("modes", "changes", work, []) or ())
-        yield _frame(model, "changes", _answers(model, parts, _shown(model, parts)), {})
+        yield _frame(model, "changes", {}, _answers(model, parts, _shown(model, parts)))
 
 
 def _shift(model: _Model, parts: _Parts) -> str:
@@ -321,28 +312,34 @@ def _told_modes(view: ModeView, rows: Any) -> dict[str, Any]:
 def _part_frame(model: _Model, parts: _Parts, name: str) -> PageFrame:
     """A frame of one part, with the answers as they now are."""
     shown = _shown(model, parts)
-    table, values = shown[name]
-    arrays = {f"{name}/{key}": array for key, array in values.items()}
-    return _frame(model, name, {name: table, **_answers(model, parts, shown)}, arrays)
+    return _frame(model, name, {name: shown[name]}, _answers(model, parts, shown))
 
 
-def _frame(model: _Model, kind: str, head: Mapping[str, Any], arrays: Arrays) -> PageFrame:
-    """A frame of float32."""
+def _frame(
+    model: _Model,
+    kind: str,
+    shown: Mapping[str, Shown],
+    head: Mapping[str, Any],
+    arrays: Mapping[str, NDArray[Any]] = MappingProxyType({}),
+) -> PageFrame:
+    """A frame of parts, and what stands beside them; its numbers are float32."""
+    tables = {name: table for name, (table, _) in shown.items()}
+    of_parts = {f"{name}/{key}": array for name, (_, values) in shown.items() for key, array in values.items()}
     with np.errstate(over="ignore"):
-        small = {name: np.asarray(values, dtype=np.float32) for name, values in arrays.items()}
-    return PageFrame(rev=model.request.rev, kind=kind, head=head, arrays=small)
+        small = {name: np.asarray(values, dtype=np.float32) for name, values in {**arrays, **of_parts}.items()}
+    return PageFrame(rev=model.request.rev, kind=kind, head={**head, **tables}, arrays=small)
 
 
-def _shown(model: _Model, parts: _Parts) -> dict[str, _Shown]:
+def _shown(model: _Model, parts: _Parts) -> dict[str, Shown]:
     """Parts of a frame by their names; those that there are."""
-    shown: dict[str, _Shown] = {}
+    shown: dict[str, Shown] = {}
     if parts.modes is not None:
         values = {name: getattr(parts.modes, name) for name in ("frequency", "shape", "mass")}
         shown["modes"] = _mode_rows(model, parts.modes), values
     if parts.sharing is not None:
         shown["sharing"] = sharing_head(parts.sharing, parts.twin, model.train, model.meshes)
     if parts.errors is not None:
-        shown["errors"] = error_head(parts.errors, model.request.overrides)
+        shown["errors"] = parts.errors
     if parts.curves is not None and model.axis is not None:
         head, arrays = speed_head(parts.curves, model.axis, parts.modes, list(model.meshes.values()))
         head["operating"] = model.axis[1] * model.request.relative_speed
@@ -351,7 +348,7 @@ def _shown(model: _Model, parts: _Parts) -> dict[str, _Shown]:
     return shown
 
 
-def _told(model: _Model, parts: _Parts, shown: Mapping[str, _Shown]) -> dict[str, Any]:
+def _told(model: _Model, parts: _Parts, shown: Mapping[str, Shown]) -> dict[str, Any]:
     """What the answers are asked with: what is shown, and of the modes the mesh orders that meet them."""
     told = {name: {**table, **values} for name, (table, values) in shown.items() if name != "modes"}
     if parts.modes is not None:
@@ -361,13 +358,10 @@ def _told(model: _Model, parts: _Parts, shown: Mapping[str, _Shown]) -> dict[str
     return told
 
 
-def _answers(model: _Model, parts: _Parts, shown: Mapping[str, _Shown]) -> dict[str, Any]:
+def _answers(model: _Model, parts: _Parts, shown: Mapping[str, Shown]) -> dict[str, Any]:
     """Answers and checks of a frame."""
     found = answers.answers_of(model.train, model.system, **_told(model, parts, shown), changes=parts.changes)
-    checks = [asdict(check) for check in answers.checks_of(model.train, model.system)]
+    checks = answers.checks_of(model.train, model.system)
     for missing in parts.missing:
         checks.append({"level": "warn", "code": "not-computed", "text": missing.text, "path": missing.path})
-    return {
-        "answers": [asdict(answer) for answer in found],
-        "checks": checks,
-    }
+    return {"answers": [asdict(answer) for answer in found], "checks": checks}

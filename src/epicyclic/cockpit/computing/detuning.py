@@ -9,22 +9,9 @@ from typing import TYPE_CHECKING
 
 from ...limits import NO_MATTER, RESONANCE_BAND
 from ...questions.studies import DetuneOptions
-from ...show.views import findings_of
 from ...system.system import System
 from ...train.train import Train
-from ..state.frames import (
-    LEVELS,
-    MINUS,
-    Answer,
-    OfferedChange,
-    PageFrame,
-    SpeedAxis,
-    number,
-    per_cent,
-    signed_per_cent,
-    speed_axis,
-)
-from .job_kinds import bars, job_frame
+from ..state.frames import MINUS, Answer, OfferedChange, SpeedAxis, number, per_cent, signed_per_cent
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -49,10 +36,10 @@ def offered_of(
     from ...questions.studies.detune import detune
 
     result = detune(train, DetuneOptions(mode=answer.mode, relative_speed=relative_speed), progress=told)
-    return _offered(result, axis)
+    return changes_of(result, axis)
 
 
-def _offered(result: xr.Dataset, axis: SpeedAxis | None) -> tuple[OfferedChange, ...]:
+def changes_of(result: xr.Dataset, axis: SpeedAxis | None) -> tuple[OfferedChange, ...]:
     """The first changes of a result that leave clearly less in the band, or where that is not known move out of it."""
     found = json.loads(result.attrs["resonance"])
     now = math.nan if found.get("force_ratio") is None else float(found["force_ratio"])
@@ -79,25 +66,3 @@ def _offered(result: xr.Dataset, axis: SpeedAxis | None) -> tuple[OfferedChange,
             )
         )
     return tuple(offered[:_MOST])
-
-
-def detune_frame(result: xr.Dataset, train: Train) -> PageFrame:
-    """Distance of the resonance from operation with every change; the answer with the first of them."""
-    drawn = bars("away from operation then [%]", result["change"].values.tolist(), 100 * result["moved_away"].values)
-    (finding,) = findings_of({"detune": result})
-    found, axis, text = json.loads(result.attrs["resonance"]), speed_axis(train), f"{finding.text} {finding.change}"
-    answers = []
-    if found:
-        answer = Answer(
-            "resonance",
-            text,
-            figure=per_cent(abs(float(found["speed"]) - 1)),
-            level=LEVELS[finding.tone],
-            evidence="sweep",
-            job="detune",
-            mode=int(found["mode"]),
-            speed=None if axis is None else float(found["speed"]) * axis[1],
-            changes=() if finding.tone == "good" else _offered(result, axis),
-        )
-        answers.append(answer)
-    return job_frame("detune", "What moves a resonance away", text.strip(), drawn, answers=answers)

@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
+from functools import partial
 from inspect import signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -35,7 +36,8 @@ from ...system.tooth_pairs import first_mesh
 from ...train.resolution import load
 from ...train.train import Train
 from ...warning_codes import code_of
-from ..state.frames import LEVELS, Answer, Level, PageFrame, force_unit, mesh_labels, number, per_cent, speed_axis
+from ..state.frames import LEVELS, Answer, PageFrame, force_unit, mesh_labels, number, per_cent, speed_axis
+from .detuning import changes_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -150,11 +152,8 @@ def found_frame(kind: JobKind, result: xr.Dataset, train: Train) -> PageFrame:
         first = findings[0]
         value = "" if np.isnan(first.value) else number(first.value, 4)
         limit = None if np.isnan(first.limit) else {"value": first.limit, "words": "", "source": "", "path": ""}
-        text = f"{first.text} {first.change}".strip()
-        level = LEVELS[first.tone]
-        answers.append(
-            Answer(kind.question, text, figure=value, limit=limit, level=level, evidence=kind.name, job=kind.name)
-        )
+        answer = partial(Answer, kind.question, figure=value, limit=limit, evidence=kind.name, job=kind.name)
+        answers.append(answer(f"{first.text} {first.change}".strip(), level=LEVELS[first.tone]))
     return job_frame(kind.name, kind.label, _said(result), _first_variable(result, train), answers=answers)
 
 
@@ -202,7 +201,6 @@ def cases_frame(result: xr.Dataset, others: Sequence[xr.Dataset]) -> PageFrame:
 
 # Columns of cases that findings say, or that fill a screen.
 _TOO_MUCH = ("sharing", "mesh")
-_EVERY_CASE = {"case": ALL_CASES}
 _DRAW = "Draw this relief"
 
 
@@ -221,29 +219,19 @@ def relief_frame(result: xr.Dataset, train: Train) -> PageFrame:
     (finding,) = findings_of({"relief": result})
     overrides = json.loads(str(result.attrs["overrides"])) if finding.tone != "good" else {}
     figure = str(result["solution_text"].values[int(result.attrs["picked"]), 0]).replace("um", "µm")
-
-    def answer(text: str, level: Level, apply: Mapping[str, object] | None = None, apply_label: str = "") -> Answer:
-        return Answer(
-            "relief",
-            text,
-            then=figure,
-            level=level,
-            apply=apply,
-            apply_label=apply_label,
-            evidence="relief",
-            job="relief",
-        )
-
-    found = answer(f"{finding.text} {finding.change}".strip(), LEVELS[finding.tone], overrides, _DRAW)
+    answer = partial(Answer, "relief", then=figure, evidence="relief", job="relief")
+    text, level = f"{finding.text} {finding.change}".strip(), LEVELS[finding.tone]
+    found = answer(text, level=level, apply=overrides, apply_label=_DRAW)
     kept: list[tuple[Mapping[str, object], Answer]] = []
     if overrides:
         relieved = load(dict(train.document), overrides)
         effect, follow = relief_effect(result), follow_overrides(relieved)
         what = effect.what.removeprefix("peak to peak of the loaded ")
         text = f"is drawn: {what} {effect.before} before, {effect.after} after{effect.at}."
-        kept.append((overrides, answer(f"{text}{uncounted(relieved)}", "good", follow, FOLLOW)))
+        after = answer(f"{text}{uncounted(relieved)}", level="good", apply=follow, apply_label=FOLLOW)
+        kept.append((overrides, after))
         if follow:
-            kept.append(({**overrides, **follow}, answer(text, "good")))
+            kept.append(({**overrides, **follow}, answer(text, level="good")))
     return job_frame(
         "relief", "Tip relief", finding.text, drawn, apply=overrides, apply_label=_DRAW, answers=[found], kept=kept
     )
@@ -365,28 +353,13 @@ def tolerance_frame(result: xr.Dataset, train: Train) -> PageFrame:
     shares = overlap(of_definition(result).isel(pair=scattering_pair(of_definition(result))))
     half = float(ranking.high[first] - ranking.value[first])
     figure = "nothing to do" if finding.tone == "good" else f"{ranking.value[first]:.4f} ± {half:.4f}"
-    error = Answer(
-        "error",
-        f"{finding.change}{then} Shares of the variance {shares}.",
-        figure=figure,
-        level="good" if finding.tone == "good" else "warn",
-        apply=apply,
-        apply_label="Halve this tolerance",
-        evidence="tolerance",
-        job="tolerance",
-        assumed=assumed_of(train, "tolerance"),
-    )
+    answer = partial(Answer, evidence="tolerance", job="tolerance", assumed=assumed_of(train, "tolerance"))
+    text, level = f"{finding.change}{then} Shares of the variance {shares}.", LEVELS[finding.tone]
+    halve = partial(answer, apply=apply, apply_label="Halve this tolerance")
+    error = halve("error", text, figure=figure, level="good" if level == "good" else "warn")
     limits = dict(zip(*(result[f"k_gamma_limit{name}"].values.tolist() for name in ("", "_source")), strict=True))
-    planet = Answer(
-        "planet",
-        finding.text,
-        then=f"{finding.value:.3f} at {at}",
-        level=LEVELS[finding.tone],
-        limit=limit_of(finding.limit, str(limits[finding.limit])),
-        evidence="tolerance",
-        job="tolerance",
-        assumed=assumed_of(train, "tolerance"),
-    )
+    limit = limit_of(finding.limit, str(limits[finding.limit]))
+    planet = answer("planet", finding.text, then=f"{finding.value:.3f} at {at}", level=level, limit=limit)
     text = f"{finding.text} {finding.change} What is drawn stands in place of the numbers of the model."
     return job_frame(
         "tolerance",
@@ -559,12 +532,11 @@ def job_keywords(name: str, source: Source, overrides: Mapping[str, object], opt
 
 def _relief_search(train: Train) -> Mapping[str, Any]:
     """Keywords of the verb `relief` for the pair that bends most: bounds about its first estimate."""
-    from .answers import estimates_of
+    from .answers import relief_estimate
 
-    estimates = estimates_of(train)
-    if not estimates:
+    largest = relief_estimate(train)
+    if largest is None:
         raise ModelError("no tooth is loaded", path="operation.torque", allowed="face widths, and a torque of a member")
-    largest = max(estimates, key=lambda estimate: estimate.amount)
     high, (short, long) = _AMOUNTS * largest.amount * 1e6, (share * largest.module * 1e3 for share in _LENGTHS)
     pair = largest.pair.rpartition(".")[2]
     return {
@@ -573,10 +545,26 @@ def _relief_search(train: Train) -> Mapping[str, Any]:
     }
 
 
-def _detune_frame(result: xr.Dataset, train: Train, options: Mapping[str, Any]) -> PageFrame:
-    from .detuning import detune_frame
-
-    return detune_frame(result, train)
+def detune_frame(result: xr.Dataset, train: Train) -> PageFrame:
+    """Distance of the resonance from operation with every change; the answer with the first of them."""
+    drawn = bars("away from operation then [%]", result["change"].values.tolist(), 100 * result["moved_away"].values)
+    (finding,) = findings_of({"detune": result})
+    found, axis, text = json.loads(result.attrs["resonance"]), speed_axis(train), f"{finding.text} {finding.change}"
+    answers = []
+    if found:
+        answer = Answer(
+            "resonance",
+            text,
+            figure=per_cent(abs(float(found["speed"]) - 1)),
+            level=LEVELS[finding.tone],
+            evidence="sweep",
+            job="detune",
+            mode=int(found["mode"]),
+            speed=None if axis is None else float(found["speed"]) * axis[1],
+            changes=() if finding.tone == "good" else changes_of(result, axis),
+        )
+        answers.append(answer)
+    return job_frame("detune", "What moves a resonance away", text.strip(), drawn, answers=answers)
 
 
 _KINDS = (
@@ -616,7 +604,7 @@ _KINDS = (
         options=("samples",),
         verb="sharing",
         defaults={"method": "static"},
-        overrides=_EVERY_CASE,
+        overrides={"case": ALL_CASES},
         beside=("modes", "check"),
         frame=lambda result, train, options, *others: cases_frame(result, others),
     ),
@@ -678,7 +666,7 @@ _KINDS = (
         effort=(6, 6),
         options=("mode", "order", "band", "changes"),
         verb="detune",
-        frame=_detune_frame,
+        frame=lambda result, train, options: detune_frame(result, train),
     ),
     JobKind(
         name="sensitivity",

@@ -30,7 +30,7 @@ from ...statics.tangent import linear
 from ...system.assembly import assemble
 from ...train.resolution import load
 from ...train.train import Train
-from ..state.frames import largest_known, per_cent
+from ..state.frames import largest_known, member_name, per_cent
 from .answers import in_short
 
 # A soft support that is still felt, per mesh stiffness: where a floating sun is first held.
@@ -76,38 +76,16 @@ class Lever:
         return Written(values=values, unit=self.unit, many=True).text(values)
 
 
-def candidates_of(train: Train, tables: PlainTable, overrides: Mapping[str, object]) -> list[Lever]:
-    """Candidates of a train in the order of the page.
-
-    tables, overrides : the model file and what is laid over it, which say how a number is written.
-    """
-    model = _Model(train, tables, overrides)
-    return [
-        *(model.pins() if model.loaded else ()),
-        *(model.run_outs() if model.loaded else ()),
-        *model.supports(),
-        *model.operation(),
-        *model.design(),
-    ]
-
-
 class _Model:
-    """A train with its document and its texts."""
+    """A train with its document and its texts: the model file and what is laid over it say how a number is written."""
 
     def __init__(self, train: Train, tables: PlainTable, overrides: Mapping[str, object]) -> None:
         self.train, self.tables, self.overrides = train, tables, overrides
         self.document = dict(leaves(dict(train.document)))
         self.several = len(train.planets) > 1
-        # errors of a train without load part nothing
-        self.loaded = any((train.kinematics.torque or {}).values())
         self.members: dict[str, Any] = {}
         for body in train.bodies:
             self.members.setdefault(body.member, body)
-
-    def of(self, member: str) -> str:
-        """A member in words: ``sun``, ``high sun`` of several stages."""
-        stage, _, name = member.rpartition(".")
-        return f"{stage} {name}" if self.several else name
 
     def path_of(self, full: str) -> str:
         """The path at which the file or an override states a value, else the short one."""
@@ -125,6 +103,28 @@ class _Model:
         numbers = (written(self.document.get(name)) for name in names)
         return next((number for number in numbers if number is not None), None)
 
+    def candidates(self) -> list[Lever]:
+        """Candidates in the order of the page; errors of a train without load part nothing."""
+        loaded = any((self.train.kinematics.torque or {}).values())
+        errors = [*self.pins(), *self.run_outs()] if loaded else []
+        return [*errors, *self.supports(), *self.operation(), *self.design()]
+
+    def lever(
+        self,
+        kind: str,
+        full: str,
+        label: str,
+        number: Written | None,
+        *,
+        unit: str = "",
+        value: float = 0.0,
+        **more: Any,
+    ) -> Lever:
+        """A candidate at a full path; unit, value : where the model states none."""
+        if number is not None:
+            unit, value = number.unit or unit, number.values[more.get("entry", 0)]
+        return Lever(kind=kind, path=self.path_of(full), label=label, unit=unit, value=value, **more)
+
     def pins(self) -> Iterator[Lever]:
         """Tangential position of the pin that stands farthest off, else of that of planet 1."""
         for member, body in self.members.items():
@@ -137,16 +137,8 @@ class _Model:
             if (number is not None and not number.many) or len(values) != count or count < 2:
                 continue
             entry = max(range(count), key=lambda i: (abs(values[i]), -i))
-            yield Lever(
-                kind="pin",
-                path=self.path_of(full),
-                label=f"pin of {self.of(member)} {entry + 1}, tangential",
-                value=values[entry],
-                unit=number.unit if number is not None and number.unit else "um",
-                entry=entry,
-                count=count,
-                others=tuple(values),
-            )
+            label = f"pin of {member_name(self.train, member)} {entry + 1}, tangential"
+            yield self.lever("pin", full, label, number, unit="um", entry=entry, count=count, others=tuple(values))
 
     def run_outs(self) -> Iterator[Lever]:
         """Run-out of every member about the axis that turns; of planets where the file has one."""
@@ -160,41 +152,26 @@ class _Model:
                 continue
             if number is None and body.kind == "planet":
                 continue
-            yield Lever(
-                kind="run_out",
-                path=self.path_of(full),
-                label=f"run-out of the {self.of(member)}{'s' if body.kind == 'planet' else ''}",
-                value=0.0 if number is None else number.values[0],
-                unit=number.unit if number is not None and number.unit else "um",
-            )
+            label = f"run-out of the {member_name(self.train, member)}{'s' if body.kind == 'planet' else ''}"
+            yield self.lever("run_out", full, label, number, unit="um")
 
     def supports(self) -> Iterator[Lever]:
         """Radial stiffness of suns, whether they float or not, and of what has a finite one."""
-        stiffness: dict[str, float] = {}
-        for mesh in self.train.meshes:
-            stiffness.setdefault(mesh.stage, mesh.stiffness)
+        stiffness = {mesh.stage: mesh.stiffness for mesh in reversed(self.train.meshes)}  # of the first mesh
         for member, body in self.members.items():
             sun = body.kind == "sun" and body.gear is not None
             for table in ("support", "bearing"):
                 full = f"stages.{member}.{table}.radial"
                 number = self.number(full)
-                stated = number is not None and not number.many
-                value = number.values[0] if number is not None and stated else math.inf
-                if body.frame not in stiffness or (number is not None and not stated):
+                if body.frame not in stiffness or (number is not None and number.many):
                     continue
-                if not (0 < value < math.inf) and not (sun and table == "support"):
-                    continue
-                unit = number.unit if number is not None and number.unit else "N/m"
-                word = "bearing of the" if table == "bearing" else "support of the"
-                yield Lever(
-                    kind="sun" if sun and table == "support" else "support",
-                    path=self.path_of(full),
-                    label=f"{word} {self.of(member)}{'s' if body.kind == 'planet' else ''}, radial",
-                    value=value,
-                    unit=unit,
-                    log=True,
-                    usual=float(f"{_SOFT * stiffness[body.frame] / _si_of(unit):.2g}"),
+                kind = "sun" if sun and table == "support" else "support"
+                label = (
+                    f"{table} of the {member_name(self.train, member)}{'s' if body.kind == 'planet' else ''}, radial"
                 )
+                lever = self.lever(kind, full, label, number, unit="N/m", value=math.inf, log=True)
+                if kind == "sun" or 0 < lever.value < math.inf:
+                    yield replace(lever, usual=float(f"{lever.scaled(_SOFT * stiffness[body.frame]):.2g}"))
 
     def operation(self) -> Iterator[Lever]:
         """Torques, powers and speeds that the file states, of the case that is computed where it states them."""
@@ -209,13 +186,8 @@ class _Model:
                 member = full.removeprefix(place)
                 nominal = f"operation.{table}.{member}"
                 short = in_short(self.train, nominal, self.document).removeprefix(f"operation.{table}.")
-                yield Lever(
-                    kind=kind,
-                    path=self.path_of(full),
-                    label=f"{table} of the {short.replace('.', ' ') if not self.several else member.replace('.', ' ')}",
-                    value=number.values[0],
-                    unit=number.unit,
-                )
+                label = f"{table} of the {(member if self.several else short).replace('.', ' ')}"
+                yield self.lever(kind, full, label, number)
 
     def design(self) -> Iterator[Lever]:
         """Helix angle, module, face width, masses, damping and mesh stiffnesses that the file states."""
@@ -230,19 +202,12 @@ class _Model:
             elif parts[0] == "stages" and len(parts) == 3 and parts[2] in words:
                 label, log = words[parts[2]] + stage, False
             elif parts[0] == "stages" and len(parts) == 4 and parts[3] == "mass":
-                label, log = f"mass of the {self.of(f'{parts[1]}.{parts[2]}')}", False
+                label, log = f"mass of the {member_name(self.train, f'{parts[1]}.{parts[2]}')}", False
             elif parts[0] == "stages" and parts[2] == "meshes" and parts[-1] == "stiffness" and len(parts) == 5:
                 label, log = f"stiffness of {parts[3]}{stage}", True
             else:
                 continue
-            yield Lever(
-                kind="design",
-                path=self.path_of(full),
-                label=label,
-                value=number.values[0],
-                unit=number.unit,
-                log=log,
-            )
+            yield self.lever("design", full, label, number, log=log)
 
 
 def _si_of(unit: str) -> float:
@@ -349,13 +314,10 @@ def levers_of(source: PlainTable | Path, overrides: Mapping[str, object]) -> tup
     """
     train = load(source, dict(overrides))
     tables = parse_text(file_text(source), str(source)) if isinstance(source, Path) else source
-    candidates = candidates_of(train, tables, overrides)
+    candidates = _Model(train, tables, overrides).candidates()
     effects = _effects(source, overrides, train, candidates)
     ranked = sorted(range(len(candidates)), key=lambda i: (-effects[i].size, i))
-    chosen: list[int] = []
-    for i in ranked:  # the first of each kind
-        if candidates[i].kind not in [candidates[k].kind for k in chosen]:
-            chosen.append(i)
+    chosen = list({candidates[i].kind: i for i in reversed(ranked)}.values())  # the first of each kind
     # the places that are left go to those that move most
     moving = [i for i in ranked if i not in chosen and effects[i].size > 0]
     chosen += moving[: _MOST - len(chosen)]
@@ -367,6 +329,20 @@ def levers_of(source: PlainTable | Path, overrides: Mapping[str, object]) -> tup
             lever = _that_loads(source, overrides, lever)
         levers.append(lever)
     return tuple(levers)
+
+
+def levers_at(source: PlainTable | Path, overrides: Mapping[str, object]) -> tuple[Lever, ...]:
+    """Levers of a model file at the case that overrides name, whatever else they move: a page that is opened again has
+    the same ones.  Where the file alone is no model, those of the file with its overrides.
+
+    Raises
+    ------
+    ModelError : the model cannot be read.
+    """
+    try:
+        return levers_of(source, {path: case for path, case in overrides.items() if path == "case"})
+    except ModelError:
+        return levers_of(source, overrides)
 
 
 def _that_loads(source: PlainTable | Path, overrides: Mapping[str, object], lever: Lever) -> Lever:
@@ -407,12 +383,8 @@ def _effects(
 
 def _in_turn(candidates: list[Lever]) -> list[int]:
     """Places of the candidates, one of each kind in turn, so that their number costs no kind its best."""
-    before: dict[str, int] = {}
-    rounds = []
-    for i, candidate in enumerate(candidates):
-        rounds.append((before.get(candidate.kind, 0), i))
-        before[candidate.kind] = before.get(candidate.kind, 0) + 1
-    return [i for _, i in sorted(rounds)]
+    kinds = [candidate.kind for candidate in candidates]
+    return sorted(range(len(kinds)), key=lambda i: (kinds[:i].count(kinds[i]), i))
 
 
 def _tried(candidate: Lever) -> float:

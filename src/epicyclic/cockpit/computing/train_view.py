@@ -10,15 +10,16 @@ import hashlib
 import json
 import math
 from collections import OrderedDict
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from ...errors import ConvergenceError, ModelError
-from ...limits import KGammaLimit, KGammaVerdict, nearest_verdict
+from ...limits import KGammaLimit, nearest_verdict
 from ...questions.check.check import drawing
 from ...questions.sharing.definitions import DEFINITIONS, mesh_limits
 from ...questions.sharing.sharing import spread_sharing
@@ -35,7 +36,10 @@ from ...system.assembly import assemble
 from ...system.excitation import unit_lines
 from ...system.system import Array, System
 from ...train.train import Body, Displacement, MeshError, Train
-from ..state.frames import as_overridden, largest_known, member_words, number
+from ..state.frames import as_overridden, largest_known, member_name, member_words, number
+
+Shown = tuple[Any, Mapping[str, NDArray[Any]]]
+"""One part as the page takes it: a table, of the modes rows; and arrays by their names within the part."""
 
 # Torques below this part of the largest are rounding of a member that carries none.
 _NO_TORQUE = 1e-9
@@ -49,13 +53,8 @@ def operation_head(train: Train, *, relative_speed: float = 1.0) -> dict[str, An
     relative_speed : speed per operating speed [1], which the speeds follow.
     """
     speed, torque = train.kinematics.speed or {}, train.kinematics.torque or {}
-    several = len(train.planets) > 1
     carried = {body.member for body in train.bodies if body.branch is not None}
-
-    def name(member: str) -> str:
-        stage, _, word = member.rpartition(".")
-        return f"{stage} {word}" if several and stage else word
-
+    shown = {body.member for body in train.bodies if body.kind != "body"} - carried
     largest = max((abs(value) for value in torque.values()), default=0.0)
     loaded = {member: value for member, value in torque.items() if abs(value) > _NO_TORQUE * largest}
     unit, scale = ("kN m", 1e-3) if largest >= 1e3 else ("N m", 1.0)
@@ -63,11 +62,11 @@ def operation_head(train: Train, *, relative_speed: float = 1.0) -> dict[str, An
     return {
         "ratio": max(ports) / min(ports) if len(ports) > 1 and math.isfinite(max(ports)) else None,
         "speeds": [
-            [name(member), relative_speed * float(value), "rpm"]
+            [member_name(train, member), relative_speed * float(value), "rpm"]
             for member, value in speed.items()
-            if member not in carried and member in {body.member for body in train.bodies if body.kind != "body"}
+            if member in shown
         ],
-        "torques": [[name(member), scale * value, unit] for member, value in loaded.items()],
+        "torques": [[member_name(train, member), scale * value, unit] for member, value in loaded.items()],
         "relative_speed": relative_speed,
         "case": train.document.get("case", ""),
         "cases": list(cases) if isinstance(cases := train.document.get("cases"), Mapping) else [],
@@ -245,31 +244,12 @@ _NONE, _ROUNDING = 1e-9, 1e-6
 _WORDS = {"run_out": "run-out", "bearing_run_out": "bearing run-out", "errors": "turning error"}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ErrorView:
-    """K_gamma without each deviation, of E deviations, by their path in the model file.
+def error_view(train: Train, system: System, overrides: Mapping[str, object]) -> Shown | None:
+    """``head["errors"]`` and its arrays, the deviations that cost most first; None without deviations that count.
 
-    path, label : (E,).  k_gamma, k_turning : of the train as it is [1].  without, without_turning : (E,) the same of
-    the train without that deviation [1].
-    """
-
-    path: tuple[str, ...]
-    label: tuple[str, ...]
-    k_gamma: float
-    k_turning: float
-    without: Array
-    without_turning: Array
-
-    @property
-    def turning(self) -> bool:
-        """Whether nothing stands still in the train that would part the load, so that the turning K_gamma ranks."""
-        return not self.k_gamma > 1 + _NONE
-
-
-def error_view(train: Train, system: System) -> ErrorView | None:
-    """K_gamma of a train and of the train without each of its deviations; None without deviations that count.
-
-    What follows the mesh frequency, at a multiple of it above zero, is no part of K_gamma.
+    ``share`` (row,) of what K_gamma is above 1 that goes with the deviation [%], ``turning`` the same of the largest
+    over the hunting period [%], ``without`` (row,) K_gamma without it [1].  What follows the mesh frequency, at a
+    multiple of it above zero, is no part of K_gamma.  overrides : whose spelling of a path counts.
 
     Raises
     ------
@@ -294,15 +274,23 @@ def error_view(train: Train, system: System) -> ErrorView | None:
         factors[1 + row, last : last + len(group)] = -1.0
         last += len(group)
     loads = sample_loads(train_map, factors, laws=laws)
-    k = np.array([[largest_known(values) for values in sample] for sample in loads.k])
-    return ErrorView(
-        path=tuple(groups),
-        label=tuple(_label(train, group) for group in groups.values()),
-        k_gamma=float(k[0, 0]),
-        k_turning=float(k[0, 1]),
-        without=k[1:, 0],
-        without_turning=k[1:, 1],
-    )
+    k, k_turning = np.array([[largest_known(values) for values in sample] for sample in loads.k]).T
+    is_turning = not k[0] > 1 + _NONE  # nothing stands still that would part the load: the turning K_gamma ranks
+    ranked = k_turning if is_turning else k
+    share, turning = _share(ranked), _share(k_turning)
+    order = np.lexsort((-turning, -share))[:_MOST]
+    arrays = {"share": share[order], "turning": turning[order], "without": ranked[1:][order]}
+    paths, columns_of = list(groups), {name: values.tolist() for name, values in arrays.items()}
+    rows = [
+        {
+            "label": _label(train, groups[paths[i]]),
+            "path": as_overridden(paths[i], overrides),
+            **{name: values[row] for name, values in columns_of.items()},
+        }
+        for row, i in enumerate(order)
+    ]
+    of = "K_gamma while turning" if is_turning else "mean-load K_gamma"
+    return {"rows": rows, "of": of, "unit": "%", "k_gamma": float(ranked[0])}, arrays
 
 
 def _label(train: Train, group: Sequence[Displacement | MeshError]) -> str:
@@ -339,38 +327,13 @@ def _length(item: Displacement | MeshError) -> float:
     return 1e6 * float(length)
 
 
-def error_head(view: ErrorView, overrides: Mapping[str, object]) -> tuple[dict[str, Any], dict[str, Array]]:
-    """``head["errors"]`` and its arrays, those that cost most first: ``share`` (row,) of what K_gamma is above 1 that
-    goes with the deviation [%], ``turning`` the same of the largest over the hunting period [%], ``without`` (row,)
-    K_gamma without it [1].
+def _share(k: Array) -> Array:
+    """Share of K_gamma above 1 that goes with each deviation, (E,) [%]; 0 where there is none.
+
+    k : (1 + E,) K_gamma of the train as it is, then without each [1].
     """
-    k, without = (view.k_turning, view.without_turning) if view.turning else (view.k_gamma, view.without)
-    share, turning = _share(k, without), _share(view.k_turning, view.without_turning)
-    order = np.lexsort((-turning, -share))[:_MOST]
-    head = {
-        "rows": [
-            {
-                "label": view.label[i],
-                "path": as_overridden(view.path[i], overrides),
-                "share": float(share[i]),
-                "turning": float(turning[i]),
-                "without": float(without[i]),
-            }
-            for i in order
-        ],
-        "of": "K_gamma while turning" if view.turning else "mean-load K_gamma",
-        "unit": "%",
-        "k_gamma": k,
-    }
-    return head, {"share": share[order], "turning": turning[order], "without": without[order]}
-
-
-def _share(k: float, without: Array) -> Array:
-    """Share of K_gamma above 1 that goes with each deviation, (E,) [%]; 0 where there is none."""
-    above = k - 1
-    if not above > _NONE:
-        return np.zeros(len(without))
-    share = np.nan_to_num((k - without) / above)
+    above = k[0] - 1
+    share = np.nan_to_num((k[0] - k[1:]) / above) if above > _NONE else np.zeros(len(k) - 1)
     result: Array = np.where(np.abs(share) < _ROUNDING, 0.0, 100 * share)
     return result
 
@@ -403,49 +366,20 @@ class SharingView:
     whole: bool
     quick: bool
 
-    @property
-    def k_gamma(self) -> float:
-        """Largest coefficient of any mesh [1]; nan where unknown."""
-        return largest_known(self.coefficient)
-
-    @property
-    def k_gamma_turning(self) -> float:
-        """The same of the largest over the hunting period [1]."""
-        return largest_known(self.turning)
-
-    def verdict(self, assumed: Iterable[str]) -> KGammaVerdict | None:
-        """Of the mesh nearest to its limit; None without a load.  assumed : paths that the model assumes."""
-        return nearest_verdict(self.mesh, self.coefficient.tolist(), self.limits, assumed=assumed)
-
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Twin:
     """The same train with the radial support of a sun taken away, or, where it floats, made rigid.
 
-    label : in words.  stage : whose sun.  path, value : override that makes the model so.  train, system : of it.
-    coefficient, turning : (w,) as of `SharingView` [1].
+    head : ``head["sharing"]["twin"]``: ``label`` in words, ``stage`` whose sun, ``path`` and ``value`` of the override
+    that makes the model so, ``k_gamma`` and ``k_gamma_turning``.  train, system : of it.  coefficient : (w,) as of
+    `SharingView` [1].
     """
 
-    label: str
-    stage: str
-    path: str
-    value: object
+    head: Mapping[str, Any]
     train: Train
     system: System
     coefficient: Array
-    turning: Array
-
-    @property
-    def head(self) -> dict[str, Any]:
-        """``head["sharing"]["twin"]``."""
-        return {
-            "label": self.label,
-            "k_gamma": largest_known(self.coefficient),
-            "k_gamma_turning": largest_known(self.turning),
-            "stage": self.stage,
-            "path": self.path,
-            "value": self.value,
-        }
 
 
 def live_sharing(system: System, *, patience: float = 0.1) -> SharingView:
@@ -492,15 +426,13 @@ def full_sharing(result: xr.Dataset, live: SharingView) -> SharingView:
     )
 
 
-def sharing_head(
-    view: SharingView, twin: Twin | None, train: Train, labels: Mapping[str, str]
-) -> tuple[dict[str, Any], dict[str, Array]]:
+def sharing_head(view: SharingView, twin: Twin | None, train: Train, labels: Mapping[str, str]) -> Shown:
     """``head["sharing"]``, and its arrays ``coefficient``, ``turning``, ``cycle_peak``, ``over_period`` and ``twin``.
 
     labels : of the meshes.
     """
     pair = {mesh.name: mesh.pair.rpartition(".")[2] for mesh in train.meshes}
-    verdict = view.verdict(train.assumed)
+    verdict = nearest_verdict(view.mesh, view.coefficient.tolist(), view.limits, assumed=train.assumed)
     head = {
         "definition": "mean-load",
         "stage": "whole" if view.whole else "at rest",
@@ -508,8 +440,8 @@ def sharing_head(
             {"label": labels.get(name, name), "mesh": row, "pair": pair.get(name, "")}
             for row, name in enumerate(view.mesh)
         ],
-        "k_gamma": view.k_gamma,
-        "k_gamma_turning": view.k_gamma_turning,
+        "k_gamma": largest_known(view.coefficient),
+        "k_gamma_turning": largest_known(view.turning),
         "verdict": None if verdict is None else {**verdict._asdict(), "passes": verdict.passes},
         "cycle_peak": largest_known(view.cycle_peak),
         "cycles": view.period,
@@ -545,16 +477,15 @@ def twin_of(train: Train, view: SharingView) -> Twin | None:
     except (ModelError, ConvergenceError):
         return None
     where = f" of {stage}" if len(train.planets) > 1 else ""
-    return Twin(
-        label=f"with a supported sun{where}" if floats else f"with a floating sun{where}",
-        stage=stage,
-        path=f"stages.{suns[stage]}.support.radial",
-        value="inf" if floats else 0,
-        train=changed,
-        system=system,
-        coefficient=coefficient,
-        turning=turning,
-    )
+    head = {
+        "label": f"with a {'supported' if floats else 'floating'} sun{where}",
+        "k_gamma": largest_known(coefficient),
+        "k_gamma_turning": largest_known(turning),
+        "stage": stage,
+        "path": f"stages.{suns[stage]}.support.radial",
+        "value": "inf" if floats else 0,
+    }
+    return Twin(head=head, train=changed, system=system, coefficient=coefficient)
 
 
 def twin_train(train: Train, stage: str) -> tuple[Train | None, bool]:

@@ -15,7 +15,7 @@ import tempfile
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
@@ -38,18 +38,13 @@ Loadable = tuple[PlainTable, Mapping[str, object]]
 """What `load` takes: source and overrides."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Task:
-    """Picklable work: function(*arguments, progress=progress)."""
-
-    name: str
-    label: str
-    function: Callable[..., Result]
-    arguments: tuple[Any, ...] = ()
+Task = Callable[..., Result]
+"""Picklable work, called with ``progress=progress``."""
 
 
-def task_of(name: str, options: Mapping[str, Any], model: Loadable, rev: int, stem: Path) -> Task:
-    """The task of a name: a job of the answers, "html" for the report, or "call" with a function and its arguments.
+def task_of(name: str, options: Mapping[str, Any], model: Loadable, rev: int, stem: Path) -> tuple[str, Task]:
+    """Label and task of a name: a job of the answers, "html" for the report, or "call" with a function and its
+    arguments.
 
     stem : path without suffix of the file that it may write.
 
@@ -58,15 +53,14 @@ def task_of(name: str, options: Mapping[str, Any], model: Loadable, rev: int, st
     ModelError : no such job.
     """
     if name == "call":
-        return Task(name=name, label="", function=_called, arguments=(options["function"], options["arguments"]))
+        return "", partial(_called, options["function"], options["arguments"])
     if name == "html":
-        return Task(name=name, label="report", function=_report, arguments=(model, stem.with_suffix(".html")))
+        return "report", partial(_report, model, stem.with_suffix(".html"))
     from ..computing.job_kinds import JOBS
 
     if name not in JOBS:
         raise ModelError("no such job", path="job", given=name, allowed=", ".join([*JOBS, "html"]))
-    arguments = (name, model, options, rev, stem.with_suffix(".nc"))
-    return Task(name=name, label=JOBS[name].label, function=_job, arguments=arguments)
+    return JOBS[name].label, partial(_job, name, model, options, rev, stem.with_suffix(".nc"))
 
 
 def _called(function: Callable[..., Any], arguments: tuple[Any, ...], *, progress: Progress) -> Result:
@@ -105,23 +99,6 @@ def _report(model: Loadable, target: Path, *, progress: Progress) -> Result:
 
 
 # functions that the page waits for ------------------------------------------------------------------------------------
-
-
-def levers_at(source: PlainTable, overrides: Mapping[str, object]) -> tuple[Mapping[str, Any], ...]:
-    """Levers of a model file as tables, at the case that overrides name, whatever else they move: a page that is opened
-    again has the same ones.  Where the file alone is no model, those of the file with its overrides.
-
-    Raises
-    ------
-    ModelError : the model cannot be read.
-    """
-    from ..computing.levers import levers_of
-
-    try:
-        levers = levers_of(source, {path: case for path, case in overrides.items() if path == "case"})
-    except ModelError:
-        levers = levers_of(source, overrides)
-    return tuple(asdict(lever) for lever in levers)
 
 
 def verb_file(model: Loadable, verb: str, kind: str, folder: Path) -> bytes:
@@ -346,10 +323,8 @@ class Jobs:
         if self._closed:
             raise ModelError("the page is closed", path="job", given=name)
         number = next(self._numbers)
-        task = task_of(name, dict(options), model, rev, self.folder / f"job-{number}")
-        job = Job(
-            id=number, name=name, label=task.label, rev=rev, hidden=hidden, model=model, origin=origin, _task=task
-        )
+        label, task = task_of(name, dict(options), model, rev, self.folder / f"job-{number}")
+        job = Job(id=number, name=name, label=label, rev=rev, hidden=hidden, model=model, origin=origin, _task=task)
         job.options = dict(options)
         self.all.append(job)
         ended = [job for job in self.all if job.ended]
@@ -424,7 +399,7 @@ class Jobs:
         job._process = process
         arrived, ended = partial(self._arrived, job), partial(self._died, job)
         job._channel = Channel(connection, arrived=arrived, ended=ended)
-        job._channel.send((work, (job._task, 0 if job.hidden else _NICE)))
+        job._channel.send((work, (job.name, job._task, 0 if job.hidden else _NICE)))
 
     def _arrived(self, job: Job, message: tuple[str, Any]) -> None:
         if job.ended:
@@ -513,7 +488,7 @@ def _exit_code(process: SpawnProcess) -> int | None:
     return process.exitcode
 
 
-def work(connection: Connection, task: Task, nice: int = 0) -> None:
+def work(connection: Connection, name: str, task: Task, nice: int = 0) -> None:
     """What the process of a job does: run the task, tell its progress, send its result or its error."""
     last = 0.0
     if nice and hasattr(os, "nice"):
@@ -533,14 +508,14 @@ def work(connection: Connection, task: Task, nice: int = 0) -> None:
 
     try:
         progress(0.0)
-        frame, path, value = task.function(*task.arguments, progress=progress)
+        frame, path, value = task(progress=progress)
         connection.send(("done", (None if frame is None else pack(frame), path, value)))
     except _Stopped:
         connection.send(("cancelled", None))
     except ModelError as error:
         connection.send(("failed", error))
     except Exception as error:
-        connection.send(("failed", ModelError(f"{type(error).__name__}: {error}", path=task.name)))
+        connection.send(("failed", ModelError(f"{type(error).__name__}: {error}", path=name)))
     with suppress(OSError, EOFError):
         connection.close()
 

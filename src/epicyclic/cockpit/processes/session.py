@@ -9,11 +9,11 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from ...errors import ModelError
 from ...results.files import write_text
-from ..state.frames import PageFrame, Request, failed_frame, unpack
+from ..state.frames import Kind, PageFrame, Request, failed_frame, unpack
 from ..state.model_file import text_of
 from ..state.state import (
     Origin,
@@ -30,7 +30,7 @@ from ..state.state import (
     with_value,
     with_values,
 )
-from .jobs import Job, Jobs, levers_at, verb_file
+from .jobs import Job, Jobs, verb_file
 from .worker import Client, Worker, start_worker
 
 Levers = tuple[Mapping[str, Any], ...]
@@ -57,6 +57,7 @@ class Session:
         self.levers: Levers = ()
         # by the text of the model and its case, so that undo brings them back at once
         self._levers_of: dict[tuple[str, object], Levers] = {}
+        self._asked_levers: tuple[int, tuple[str, object]] = 0, ("", None)  # number of the state, and of what they are
         self.pinned: PageState | None = None
         self._numbers_of_a = 0
         self.pinned_packed: dict[str, bytes] = {}
@@ -69,12 +70,13 @@ class Session:
         self._client_of_a = Client(deliver=self._deliver_a, idle=self._tell_state)
         self._previews = 0
         self._client_of_preview = Client(deliver=self._deliver_preview, idle=lambda: None)
+        self._client_of_levers = Client(deliver=self._deliver_levers, idle=lambda: None)
+        self._clients = self._client, self._client_of_a, self._client_of_preview, self._client_of_levers
         self._listeners: dict[str, list[Callable[..., None]]] = {
             name: [] for name in ("frame", "state", "failed", "jobs", "view", "looked", "waits", "preview", "early")
         }
         self._kept: dict[Origin, PageState | None] = {}
         self._digests: dict[Path, str] = {}
-        self._tasks: set[asyncio.Task[None]] = set()
 
     # listeners --------------------------------------------------------------------------------------------------------
 
@@ -137,7 +139,7 @@ class Session:
         if self._worker is None:
             self._worker = start_worker()
         self.jobs.spare, self.jobs.queue = self._worker.spare, self._worker.queue
-        for client in (self._client, self._client_of_a, self._client_of_preview):
+        for client in self._clients:
             if client not in self._worker.clients:
                 self._worker.join(client)
 
@@ -155,24 +157,22 @@ class Session:
         if self.state is not None and _of_levers(self.state) in self._levers_of:
             self.levers = self._levers_of[_of_levers(self.state)]
         else:
-            task = asyncio.get_running_loop().create_task(self.renew_levers())
-            self._tasks.add(task)
-            task.add_done_callback(self._tasks.discard)
+            asyncio.get_running_loop().call_soon(self._ask_levers)  # after the frames
 
-    async def renew_levers(self) -> None:
-        """Choose the levers anew from the present model."""
-        state = self.state
-        if state is None or self._worker is None or self.closed:
-            return
-        try:
-            source, overrides = request_of(state)
-            levers = await self._worker.call(levers_at, source, overrides)
-        except ModelError:
-            return  # the failed frame says what is wrong
-        self._levers_of[_of_levers(state)] = tuple(levers)
-        if self.state is not None and _of_levers(self.state) == _of_levers(state):
-            self.levers = self._levers_of[_of_levers(state)]
-            self._tell_state()
+    def _ask_levers(self) -> None:
+        """Have the levers chosen from the present model."""
+        if self.state is not None and self._worker is not None and not self.closed:
+            self._asked_levers = self.rev, _of_levers(self.state)
+            with suppress(ModelError):  # the failed frame says what is wrong
+                self._worker.ask(self._client_of_levers, _request(self.state, self.rev, "levers"))
+
+    def _deliver_levers(self, packed: bytes) -> None:
+        frame, (rev, of) = unpack(packed), self._asked_levers
+        if frame.rev == rev and frame.kind != "failed" and not self.closed:
+            self._levers_of[of] = tuple(frame.head["levers"])
+            if self.state is not None and _of_levers(self.state) == of:
+                self.levers = self._levers_of[of]
+                self._tell_state()
 
     def set(self, path: str, value: object, *, released: bool, key: str | None = None) -> None:
         """Set one value.  released : ask for everything, not only for what follows a drag; key : of one drag.
@@ -194,10 +194,7 @@ class Session:
 
     def set_text(self, text: str) -> None:
         """Take another model text. Raises ModelError where it is no TOML or names a file that it may not."""
-        before = self._present()
-        self.history = self.history.push(with_text(before, text), "edit the text")
-        self._show_levers()
-        self._changed(released=True)
+        self._moved(self.history.push(with_text(self._present(), text), "edit the text"))
 
     def undo(self) -> None:
         self._moved(self.history.undo())
@@ -208,8 +205,7 @@ class Session:
     def operate_at(self, relative_speed: float) -> None:
         """Show the train at another speed, per operating speed; the model stays as it is."""
         state = at_speed(self._present(), relative_speed)
-        self.history = self.history.push(state, f"operate at {state.relative_speed:.4g} times the speed")
-        self._changed(released=True)
+        self._moved(self.history.push(state, f"operate at {state.relative_speed:.4g} times the speed"))
 
     def _moved(self, history: StateHistory) -> None:
         if history.now is self.history.now:
@@ -221,7 +217,7 @@ class Session:
 
     def _present(self) -> PageState:
         if self.state is None:
-            raise ModelError("no model is open", path="model", allowed="open one, or make a new one")
+            raise _no_model()
         return self.state
 
     def _changed(self, *, released: bool) -> None:
@@ -442,8 +438,7 @@ class Session:
         if not isinstance(text, str):
             raise ModelError("is no snapshot", path="kept state", allowed="what this page has kept")
         sealed = file_of(text, snapshot)
-        state = from_fragment(text, most=None, file=None if sealed is None else (sealed.path, sealed.trusted))
-        state = _opening(state)
+        state = _opening(from_fragment(text, most=None, file=sealed))
         kept = None if snapshot.get("unsaved", True) is not False else state
         if kept is None and snapshot.get("base_kept") is True:
             kept = replace(state, overrides={})
@@ -466,11 +461,9 @@ class Session:
 
     def leave(self) -> None:
         """Have nothing computed any more but jobs: nobody looks."""
-        for client in (self._client, self._client_of_a, self._client_of_preview):
+        for client in self._clients:
             if self._worker is not None:
                 self._worker.leave(client)
-        for task in self._tasks:
-            task.cancel()
 
     def take_over(self, other: Session) -> None:
         """Go on where the session of a page that is gone has ended, with all it has; that one has nothing then."""
@@ -522,14 +515,16 @@ class _PageJobs(Jobs):
         ModelError : no such job; no model is open; the model names a file that it may not.
         """
         state, rev = self._session.state, self._session.rev
-        if state is not None:
-            model = request_of(state)
-            job = self.begin(name, options or {}, model=model, rev=rev, origin=state.origin, hidden=hidden)
-            job.state = state
-            return job
-        if name != "call":
-            raise ModelError("no model is open", path="model", allowed="open one, or make a new one")
-        return self.begin(name, options or {}, model=({}, {}), rev=rev, hidden=hidden)
+        if state is None and name != "call":
+            raise _no_model()
+        model, origin = ({}, {}) if state is None else request_of(state), None if state is None else state.origin
+        job = self.begin(name, options or {}, model=model, rev=rev, origin=origin, hidden=hidden)
+        job.state = state
+        return job
+
+
+def _no_model() -> ModelError:
+    return ModelError("no model is open", path="model", allowed="open one, or make a new one")
 
 
 _openings = itertools.count(1)
@@ -545,7 +540,7 @@ def _opening(state: PageState) -> PageState:
     return replace(state, opening=next(_openings))
 
 
-def _request(state: PageState, rev: int, kind: Literal["live", "full"]) -> Request:
+def _request(state: PageState, rev: int, kind: Kind) -> Request:
     source, overrides = request_of(state)
     return Request(rev=rev, kind=kind, source=source, overrides=overrides, relative_speed=state.relative_speed)
 

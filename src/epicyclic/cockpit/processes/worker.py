@@ -17,17 +17,15 @@ import sys
 import threading
 import warnings
 import weakref
-from collections import deque
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import dataclass, field
 from importlib import import_module
-from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from typing import Any
 
-from ...engine.workers import BLAS_THREADS, die_with_parent, without_script
+from ...engine.workers import BLAS_THREADS, die_with_parent, starting
 from ...errors import ModelError
 from ..state.frames import PageFrame, Request, failed_frame, pack
 
@@ -117,7 +115,7 @@ def spawned(function: Callable[..., None], *arguments: Any) -> Started:
         before = {name: os.environ.get(name) for name in BLAS_THREADS}
         os.environ.update(dict.fromkeys(BLAS_THREADS, "1"))
         try:
-            with without_script(), _without_interrupts():
+            with starting("spawn"):  # Ctrl-C stays blocked until `_begin` ignores it: imports take half a second
                 process.start()
         finally:
             for name, value in before.items():
@@ -128,20 +126,6 @@ def spawned(function: Callable[..., None], *arguments: Any) -> Started:
     theirs.close()
     _started.add(process)
     return process, ours
-
-
-@contextmanager
-def _without_interrupts() -> Iterator[None]:
-    """Ctrl-C blocked in a process that starts meanwhile, until `_begin` ignores it: its imports take half a second."""
-    if not hasattr(signal, "pthread_sigmask"):  # Windows
-        yield
-        return
-    resource_tracker.ensure_running()  # its own start would unblock them
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def kill_group(process: SpawnProcess) -> None:
@@ -317,18 +301,8 @@ class _Task:
 
 
 @dataclass(slots=True, eq=False)
-class _Call:
-    """A function that the process calls between frames, and who waits for its value."""
-
-    number: int
-    function: Callable[..., Any]
-    arguments: tuple[Any, ...]
-    value: asyncio.Future[Any]
-
-
-@dataclass(slots=True, eq=False)
 class Client:
-    """One page: what it waits for, and what of it runs.  deliver : called with each packed frame.
+    """What a page waits for, and what of it runs.  deliver : called with each packed frame.
 
     idle : called when nothing of it is left.  early : called with packed frames ahead of the one at work.
     """
@@ -362,9 +336,6 @@ class Worker:
     _timer: asyncio.TimerHandle | None = None
     _numbers: Iterator[int] = field(default_factory=itertools.count)
     _starts: int = 0
-    _calls: list[_Call] = field(default_factory=list)
-    _calling: _Call | None = None
-    _frames_since: int = 0
 
     def start(self) -> None:
         """Start the process; it says by itself when it is warm.  Needs a running event loop."""
@@ -384,7 +355,8 @@ class Worker:
         if client in self.clients:
             self.clients.remove(client)
         if self._busy is client:
-            asyncio.get_running_loop().call_later(_GONE, self._gone, client, client.task)
+            if client.task is not None and client.task.request.kind != "levers":  # these end soon by themselves
+                asyncio.get_running_loop().call_later(_GONE, self._gone, client, client.task)
         elif client.task is not None:
             self._send(("drop", client.task.number))
             client.task = None
@@ -401,26 +373,10 @@ class Worker:
             self._send(("hurry", task.number))
         self._pump()
 
-    async def call(self, function: Callable[..., Any], *arguments: Any) -> Any:
-        """function(*arguments) in the process, between two frames: for what takes no longer than one.
-
-        Raises
-        ------
-        ModelError : what the function raises, or that the process ended.
-        """
-        call = _Call(next(self._numbers), function, arguments, asyncio.get_running_loop().create_future())
-        self._calls.append(call)
-        self._pump()
-        return await call.value
-
     async def stop(self) -> None:
         """End the process at once."""
         process, self._process = self._process, None
         self._quiet()
-        for call in [self._calling, *self._calls]:
-            if call is not None:
-                call.value.cancel()
-        self._calling, self._calls = None, []
         if self._channel is not None:
             self._channel.close()
             self._channel = None
@@ -433,16 +389,12 @@ class Worker:
 
     def _pump(self) -> None:
         """Have the process compute the next frame, of the client whose turn it is."""
-        if self._busy is not None or self._calling is not None or not self.ready.is_set():
-            return
-        if self._frames_since and self._next_call():
+        if self._busy is not None or not self.ready.is_set():
             return
         asking = (client for client in self.clients if client.waiting is not None or client.task is not None)
         client = next(asking, None)
         if client is None:
-            self._next_call()
             return
-        self._frames_since += 1
         self.clients.remove(client)
         self.clients.append(client)
         self._busy = client
@@ -456,34 +408,8 @@ class Worker:
             self._send(("next", client.task.number))
         self._timer = asyncio.get_running_loop().call_later(_LONGEST, self._too_long)
 
-    def _next_call(self) -> bool:
-        """Have the process make the call that waits longest; whether there is one.  Frames and calls take turns."""
-        self._calls = [call for call in self._calls if not call.value.done()]
-        if not self._calls:
-            return False
-        self._frames_since = 0
-        call = self._calling = self._calls.pop(0)
-        self._send(("call", call.number, call.function, call.arguments))
-        self._timer = asyncio.get_running_loop().call_later(_LONGEST, self._too_long)
-        return True
-
-    def _answered(self, value: Any, error: ModelError | None) -> None:
-        """Hand over what a call has given."""
-        call, self._calling = self._calling, None
-        if call is not None and not call.value.done():
-            if error is None:
-                call.value.set_result(value)
-            else:
-                call.value.set_exception(error)
-
     def _arrived(self, message: tuple[str, int, Any]) -> None:
         kind, number, data = message
-        if kind == "value":
-            if self._calling is not None and self._calling.number == number:
-                self._quiet()
-                self._answered(*data)
-                self._pump()
-            return
         if kind == "ready":
             self._starts = 0
             self.ready.set()
@@ -521,7 +447,6 @@ class Worker:
         self.ready.clear()
         busy = self._busy
         self._quiet()
-        self._answered(None, ModelError("the computing process ended by itself", path="model"))
         given_up = self._starts >= _MOST_STARTS
         for client in list(self.clients):
             task, client.task = client.task, None
@@ -534,12 +459,7 @@ class Worker:
                 request, client.waiting, client.deaths = client.waiting, None, 0
                 how = "cannot be started" if given_up else "ended by itself twice"
                 _fail(client, request, f"the computing process {how}")
-        if given_up:
-            calls, self._calls = self._calls, []
-            for call in calls:
-                self._calling = call
-                self._answered(None, ModelError("the computing process cannot be started", path="model"))
-        else:
+        if not given_up:
             self.start()
 
     def _gone(self, client: Client, task: _Task | None) -> None:
@@ -585,22 +505,19 @@ def serve_with(connection: Connection, compute: Compute) -> None:
     """The same with another function that computes."""
     connection.send(("ready", 0, None))
     running: dict[int, tuple[Request, Iterator[PageFrame]]] = {}
-    later: deque[tuple[Any, ...]] = deque()
     while True:
         try:
-            kind, number, *rest = later.popleft() if later else connection.recv()
+            kind, number, *rest = connection.recv()
         except (EOFError, OSError):
             return
         if kind == "drop":
             running.pop(number, None)
-        elif kind == "call":
-            connection.send(("value", number, _value(*rest)))
         elif kind in ("run", "next"):
             if kind == "run":
-                stop = _hurry(connection, number, later)
+                stop = _hurry(connection, number, running)
                 running[number] = (rest[0], iter(compute(rest[0], stop=stop, early=_sent(connection, number))))
             data = _next_frame(*running[number]) if number in running else None
-            last = data is None or running[number][0].kind == "live"
+            last = data is None or running[number][0].kind != "full"
             if last:
                 running.pop(number, None)
             connection.send(("end" if last else "frame", number, data))
@@ -611,18 +528,19 @@ def _sent(connection: Connection, number: int) -> Callable[[PageFrame], None]:
     return lambda frame: connection.send(("early", number, pack(frame)))
 
 
-def _hurry(connection: Connection, number: int, later: deque[tuple[Any, ...]]) -> Callable[[], bool]:
-    """Whether the task of this number is to be given up; other messages that came are kept for later."""
+def _hurry(
+    connection: Connection, number: int, running: dict[int, tuple[Request, Iterator[PageFrame]]]
+) -> Callable[[], bool]:
+    """Whether the task of this number is to be given up; others are dropped meanwhile."""
 
     def asked() -> bool:
         try:
             while connection.poll():
-                message = connection.recv()
-                if message[0] == "hurry":
-                    if message[1] == number:
-                        return True
-                else:
-                    later.append(message)
+                kind, other = connection.recv()
+                if kind == "drop":
+                    running.pop(other, None)
+                elif other == number:
+                    return True
         except (EOFError, OSError):
             return True  # nobody is there
         return False
@@ -637,15 +555,6 @@ def _next_frame(request: Request, frames: Iterator[PageFrame]) -> bytes | None:
         return None if frame is None else pack(frame)
     except Exception as error:
         return pack(failed_frame(request.rev, error))
-
-
-def _value(function: Callable[..., Any], arguments: tuple[Any, ...]) -> tuple[Any, ModelError | None]:
-    try:
-        return function(*arguments), None
-    except ModelError as error:
-        return None, error
-    except Exception as error:
-        return None, ModelError(f"{type(error).__name__}: {error}", path="model")
 
 
 _shared: list[Worker] = []

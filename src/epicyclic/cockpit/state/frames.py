@@ -29,6 +29,7 @@ if TYPE_CHECKING:  # a process that starts imports this module before anything e
     from ...train.train import Body, Train
 
 Numbers = NDArray[np.float32]
+Kind = Literal["live", "full", "levers"]
 _LENGTH = struct.Struct("<I")
 
 
@@ -36,12 +37,13 @@ _LENGTH = struct.Struct("<I")
 class Request:
     """What is asked of the computing process; picklable.
 
-    rev : number of the state, counted by the session.  kind : ``live``: one frame; ``full``: all frames of a state.
+    rev : number of the state, counted by the session.  kind : ``live``: one frame; ``full``: all frames of a state;
+    ``levers``: one frame with the levers of its model.
     source, overrides : what `load` takes.  relative_speed : speed per operating speed that is shown [1].
     """
 
     rev: int
-    kind: Literal["live", "full"]
+    kind: Kind
     source: PlainTable | Path
     overrides: Mapping[str, object] = field(default_factory=dict)
     relative_speed: float = 1.0
@@ -51,7 +53,7 @@ class Request:
 class PageFrame:
     """One message of results.
 
-    rev : of the state it belongs to.  kind : curve, live, sweep, sharing, errors, changes, job or failed.
+    rev : of the state it belongs to.  kind : curve, live, sweep, sharing, errors, changes, levers, job or failed.
     head : texts, labels and numbers, as JSON has them.  arrays : by name.
     """
 
@@ -272,19 +274,27 @@ def _seat(body: Body, side: str | None = None) -> str:
     return " ".join(filter(None, [body.member.rpartition(".")[2], str(body.branch or ""), side]))
 
 
+def member_name(train: Train, member: str) -> str:
+    """A member by its name: ``sun``, ``high sun`` of several stages."""
+    stage, _, word = member.rpartition(".")
+    return f"{stage} {word}" if len(train.planets) > 1 and stage else word
+
+
 def member_words(train: Train, member: str, branches: Sequence[int]) -> str:
     """A member in words: ``sun``, ``planets``, ``planets 1, 3`` where only those are meant, ``planet star1 2``.
 
     branches : those that are meant, rising; none of a member about the axis.
     """
-    stage, _, word = member.rpartition(".")
-    before = f"{stage} " if len(train.planets) > 1 and stage else ""
+    word, name = member.rpartition(".")[2], member_name(train, member)
     all_branches = {body.branch for body in train.bodies if body.member == member and body.branch is not None}
     if not all_branches:
-        return before + word
+        return name
     many = "planets" if len(branches) > 1 else "planet"
-    named = many if word == "planet" else f"{many} {word}"
-    return before + named + ("" if len(branches) == len(all_branches) else f" {listed(branches)}")
+    return (
+        name.removesuffix(word)
+        + (many if word == "planet" else f"{many} {word}")
+        + ("" if len(branches) == len(all_branches) else f" {listed(branches)}")
+    )
 
 
 def speed_axis(train: Train) -> SpeedAxis | None:

@@ -15,11 +15,11 @@ from tomlkit.exceptions import TOMLKitError
 
 from ...document.document import read
 from ...document.overrides import layer_of, parse_setting, replace_alternatives, stepwise
-from ...document.tables import PlainTable, merge, split_path, union, value_at, value_text
+from ...document.tables import PlainTable, merge, split_path, union, value_at
 from ...document.writer import commented_text
 from ...errors import ModelError
 from ...terms import Explanation, Schema, explained_paths, forms_of, schema
-from .state import Keys, PageState, keyed, request_of, spelling_of, tables_of, text_spelling
+from .state import Keys, PageState, keyed, request_of, spelling_of, tables_of, text_spelling, typed_text
 
 # Rounds of writing what still differs from the aim: the first writes the overrides, the second what follows from them
 # (masses after teeth, reasons of values that are not assumed any more); the commented writer stands behind.
@@ -230,21 +230,8 @@ def _put(table: Any, path: Keys, value: object) -> None:
             if len(parent[key]):
                 break
             del parent[key]
-    elif last not in table or not _replaced(table, last, value):
-        table[last] = value
-
-
-def _replaced(table: Any, key: str, value: object) -> bool:
-    """Whether a value took the place of another one, whose comment stays behind it."""
-    old = table[key]
-    trivia = getattr(old, "trivia", None)
-    if trivia is None or isinstance(old, Mapping) or isinstance(value, Mapping):
-        return False
-    new = tomlkit.item(value)
-    new.trivia.indent, new.trivia.comment_ws = trivia.indent, trivia.comment_ws
-    new.trivia.comment, new.trivia.trail = trivia.comment, trivia.trail
-    table[key] = new
-    return True
+    else:
+        table[last] = value  # the comment behind the old one stays
 
 
 # fields ---------------------------------------------------------------------------------------------------------------
@@ -442,23 +429,16 @@ def all_fields(tables: Mapping[str, Any], path: str = "", deep: int = 0) -> Iter
 @lru_cache(maxsize=4096)
 def explanation_of(path: str) -> Explanation | None:
     """Meaning, unit, default and what is allowed of a field; None where the schema says nothing of it."""
-    words = path.split(".")
-    found = explained_paths(path)
-    if not found and words[0] == "tolerance":
-        found = explained_paths(".".join(words[1:]))
-    if not found:  # of a side the same holds as of the whole
-        found = explained_paths(".".join(word for word in words if word not in _SIDES))
-    return found[0] if found else None
+    # of a side the same holds as of the whole
+    spellings = (
+        path,
+        path.removeprefix("tolerance."),
+        ".".join(word for word in path.split(".") if word not in _SIDES),
+    )
+    return next((found[0] for spelling in spellings if (found := explained_paths(spelling))), None)
 
 
 # values ---------------------------------------------------------------------------------------------------------------
-
-
-def typed_text(path: str, value: object) -> str:
-    """A value as a person types it, so that `typed_value` gives it back: a text without quotes where that is clear."""
-    if isinstance(value, str) and value.strip() == value and parse_setting(f"{path}={value}")[1] == value:
-        return value
-    return value_text(value)
 
 
 def typed_value(path: str, text: str) -> object:

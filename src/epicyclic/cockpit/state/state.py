@@ -90,8 +90,8 @@ _MOST_OVERRIDES = 2000
 # Speeds per operating speed that a page shows: no sweep of the package goes beyond.
 _SPEEDS = (1e-3, 100.0)
 _REASON = "assumed."
-# Tables whose entries may name a file of force over deflection (`document.document`).
-_WITH_FORCES = ("stages", "bodies", "couplings")
+# Tables whose entries may name a file: of force over deflection, of pitch deviations (`document.document`).
+_NAMING = ("stages", "bodies", "couplings", "deviations")
 
 
 Origin = tuple[Path | None, str | None, str]
@@ -295,24 +295,10 @@ def _placed(tables: PlainTable, folder: Path | None) -> PlainTable:
     ------
     ModelError : a file is named and there is no folder, or it lies outside of it.
     """
-    placed = {key: _forces(value, key, folder) if key in _WITH_FORCES else value for key, value in tables.items()}
-    if "deviations" in placed:
-        placed["deviations"] = _pitches(placed["deviations"], "deviations", folder)
-    return placed
+    return {key: _with_files(value, key, folder) if key in _NAMING else value for key, value in tables.items()}
 
 
-def _forces(value: Any, path: str, folder: Path | None) -> Any:
-    if not isinstance(value, Mapping):
-        return value
-    placed = {}
-    for key, entry in value.items():
-        where = f"{path}.{key}"
-        named = key == "file" and isinstance(entry, str)
-        placed[key] = _file(entry, where, folder) if named else _forces(entry, where, folder)
-    return placed
-
-
-def _pitches(value: Any, path: str, folder: Path | None) -> Any:
+def _with_files(value: Any, path: str, folder: Path | None) -> Any:
     if not isinstance(value, Mapping):
         return value
     placed: PlainTable = {}
@@ -320,10 +306,10 @@ def _pitches(value: Any, path: str, folder: Path | None) -> Any:
         where = f"{path}.{key}"
         if key == "pitch" and isinstance(entry, list):
             placed[key] = [_file(name, where, folder) if is_file_name(name) else name for name in entry]
-        elif key == "pitch" and is_file_name(entry):
+        elif (key == "pitch" and is_file_name(entry)) or (key == "file" and isinstance(entry, str)):
             placed[key] = _file(entry, where, folder)
         else:
-            placed[key] = _pitches(entry, where, folder)
+            placed[key] = _with_files(entry, where, folder)
     return placed
 
 
@@ -419,12 +405,15 @@ class StateHistory:
 
 
 def setting(path: str, value: object) -> str:
-    """``PATH=VALUE`` as `--set` takes it: a text that would be read as another value is quoted."""
-    if value is None:
-        return f"{path}="
-    if isinstance(value, str) and value.strip() and parse_setting(f"{path}={value}") == (path, value):
-        return f"{path}={value}"
-    return f"{path}={value_text(value)}"
+    """``PATH=VALUE`` as `--set` takes it."""
+    return f"{path}={'' if value is None else typed_text(path, value)}"
+
+
+def typed_text(path: str, value: object) -> str:
+    """A value as a person types it, so that `--set` gives it back: a text without quotes where that is clear."""
+    if isinstance(value, str) and parse_setting(f"{path}={value}")[1] == value:
+        return value
+    return value_text(value)
 
 
 def command_line(state: PageState, verb: str = "report", keywords: Mapping[str, Any] | None = None) -> str:
@@ -536,11 +525,11 @@ def snapshot_text(state: PageState) -> str:
     return _PREFIX + base64.urlsafe_b64encode(packed).decode().rstrip("=")
 
 
-def from_fragment(text: str, *, most: int | None = MOST_LINK, file: tuple[Path, bool] | None = None) -> PageState:
+def from_fragment(text: str, *, most: int | None = MOST_LINK, file: SealedFile | None = None) -> PageState:
     """The state of a fragment of anybody; it names no file of this machine.
 
     most : characters that it may have; None: as many as unpack to `_MOST_UNPACKED`.
-    file : of the state and whether it may name others beside it, where the server itself has sealed both.
+    file : of the state, where the server itself has sealed it.
 
     Raises
     ------
@@ -557,9 +546,8 @@ def from_fragment(text: str, *, most: int | None = MOST_LINK, file: tuple[Path, 
         state = opened(drive)
     elif isinstance(base, str):
         name = str(content.get("name", ""))
-        state = (
-            from_text(name, base) if file is None else PageState(name=name, base=base, path=file[0], trusted=file[1])
-        )
+        sealed = None if file is None else PageState(name=name, base=base, path=file.path, trusted=file.trusted)
+        state = from_text(name, base) if sealed is None else sealed
     else:
         raise _damaged("neither a ready drive nor a model")
     speed = content.get("speed", 1.0)

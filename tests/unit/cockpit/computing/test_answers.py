@@ -416,12 +416,12 @@ def test_class_six_of_several_stages_names_the_stage() -> None:
 @pytest.mark.parametrize("train", ["ren2021", "lin1999-n4", "encased-differential", "wind-stage"])
 def test_checks_are_the_warnings_of_check(train: str) -> None:
     found = checks_of(load(train), assemble(load(train)))
-    said = {f"{one.text} [{one.code}]" for one in found}
+    said = {f"{one['text']} [{one['code']}]" for one in found}
     # circulating power is a remark on the path of the power, and stands in the state
     expected = {text for text in json.loads(check(train).attrs["warnings"]) if "[power-circulates]" not in text}
     assert said == expected
-    assert [one.level for one in found] == sorted(one.level for one in found)
-    assert all(one.code in WARNING_CODES and one.cure for one in found)
+    assert [one["level"] for one in found] == sorted(one["level"] for one in found)
+    assert all(one["code"] in WARNING_CODES and one["cure"] for one in found)
 
 
 def test_codes_that_fail_are_known() -> None:

@@ -21,14 +21,6 @@ class FakeAnswer:
     figure: str
 
 
-@dataclass(frozen=True)
-class FakeCheck:
-    level: str
-    code: str
-    text: str
-    path: str
-
-
 @pytest.fixture
 def asked(monkeypatch: pytest.MonkeyPatch) -> list[dict[str, Any]]:
     """Calls of a room of answers that only writes down what it is given."""
@@ -39,8 +31,8 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[dict[str, Any]]:
         return (FakeAnswer(key="float", figure=str(len(calls))),)
 
     monkeypatch.setattr(answers, "answers_of", record)
-    told = [FakeCheck(level="bad", code="x", text="y", path="z")]
-    monkeypatch.setattr(answers, "checks_of", lambda train, system: told)
+    told = {"level": "bad", "code": "x", "text": "y", "path": "z"}
+    monkeypatch.setattr(answers, "checks_of", lambda train, system: [told])
     return calls
 
 

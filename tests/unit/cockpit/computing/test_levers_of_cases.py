@@ -10,8 +10,8 @@ import numpy as np
 
 from epicyclic import load
 from epicyclic.cockpit.computing.answers import assumed_of
+from epicyclic.cockpit.computing.levers import levers_at
 from epicyclic.cockpit.computing.train_view import live_sharing
-from epicyclic.cockpit.processes.jobs import levers_at
 from epicyclic.system.assembly import assemble
 
 MODELS = Path(__file__).parents[4] / "examples" / "models"
@@ -24,7 +24,7 @@ def tables(name: str) -> dict[str, Any]:
 def test_levers_of_the_operation_are_those_that_the_case_states() -> None:
     def of_operation(overrides: dict[str, object]) -> dict[str, float]:
         kinds = ("load", "speed")
-        return {one["path"]: one["value"] for one in levers_at(tables("hybrid"), overrides) if one["kind"] in kinds}
+        return {one.path: one.value for one in levers_at(tables("hybrid"), overrides) if one.kind in kinds}
 
     assert of_operation({}) == {"operation.torque.engine": 140, "operation.speed.engine": 1800}
     assert of_operation({"case": "electric"}) == {
