@@ -21,10 +21,9 @@ from epicyclic.cockpit.state.model_file import (
     explanation_of,
     file_value,
     group_at,
-    typed_text,
     typed_value,
 )
-from epicyclic.cockpit.state.state import command_line, opened, with_value
+from epicyclic.cockpit.state.state import command_line, opened, typed_text, with_value
 from epicyclic.document.document import read, ready_drives
 from epicyclic.document.overrides import parse_setting
 

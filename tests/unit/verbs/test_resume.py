@@ -166,13 +166,13 @@ def test_the_branch_set_is_not_followed_again(
     monkeypatch.setattr(contact_module, "_stability", refused)
     # points of the direction that was at work, too
     seen: list[int] = []
-    before = contact_module._fill
+    before = contact_module._filled
 
     def counted(*given: Any) -> Any:
         seen.append(1)
         return before(*given)
 
-    monkeypatch.setattr(contact_module, "_fill", counted)
+    monkeypatch.setattr(contact_module, "_filled", counted)
     xr.testing.assert_identical(runs["contact loss"](folder=tmp_path / "run", resume=True), expected)
     assert len(seen) < 2 * 6 - 2
 
