@@ -72,6 +72,7 @@ UNIT_PATTERNS: dict[str, str] = {
     "speed": f"(?:rpm|{_ANGLE}{_OVER}{_TIME})",
     "acceleration": f"{_LENGTH}(?:{_OVER}{_TIME}{_SQUARED}|{_per(_TIME, _TIME)})",
     "rate": f"1{_OVER}{_TIME}",
+    "frequency": "[kM]?Hz",
     "time": _TIME,
     "unbalance": f"{_MASS}{_TIMES}{_LENGTH}",
 }
@@ -181,6 +182,7 @@ KINDS: dict[str, Kind] = {
     "speed": Kind("speed", "rad/s", 1e7, "rad/s, rpm, deg/s"),
     "acceleration": Kind("acceleration", "m/s^2", 1e6, "m/s^2"),
     "rate": Kind("rate", "1/s", 1e12, "1/s"),
+    "frequency": Kind("frequency", "Hz", 1e7, "Hz, kHz"),
     "time": Kind("time", "s", 1e11, "s, ms, us, min, h"),
     "unbalance": Kind("unbalance", "kg m", 1e9, "kg m, g mm"),
 }

@@ -178,6 +178,7 @@ def _forces(
         "share": np.full(count, np.nan),
         "excited": np.full(count, "", dtype=object),
     }
+    system = system.scaling
     how, pulled = how or {"shaft_orders": len(tones) == 1}, 0
     try:
         for tone in np.unique(crossings.tone):

@@ -45,6 +45,7 @@ from ...limits import KGammaLimit, k_gamma_limit, limit_columns
 from ...statics.equilibrium import Compliance, Values, closed_state, require_balance, require_forces
 from ...statics.load_map import MEAN_LOADS
 from ...statics.record import (
+    force_at_rest,
     MeshGroup,
     Record,
     group_shares,
@@ -351,7 +352,8 @@ def static_waves(system: System, flexible: Compliance, tone: Fraction, samples: 
     k = mesh_stiffness(system, tone, np.arange(samples), samples)
     require_balance(flexible.free, system.force[None], system)
     for line in system.lines:
-        require_balance(flexible.free, np.array([line.force[0].real, line.force[0].imag]), system)
+        force = force_at_rest(system, line)
+        require_balance(flexible.free, np.array([force.real, force.imag]), system)
 
     left, size = np.zeros(samples), np.zeros(samples)
 
