@@ -141,6 +141,10 @@ def union(first: PlainTable, second: PlainTable, path: str) -> PlainTable:
     return result
 
 
+class Whole(dict[str, Any]):
+    """A table that takes the place of the one it is laid over, as a list does."""
+
+
 def merge(base: PlainTable, layer: PlainTable, path: str = "") -> PlainTable:
     """Return `layer` laid over `base`: tables entry by entry, all else replaced, `REMOVE` removes.
 
@@ -154,7 +158,7 @@ def merge(base: PlainTable, layer: PlainTable, path: str = "") -> PlainTable:
                 allowed = f"one of {', '.join(base)}" if base else "nothing: the file has none"
                 raise ModelError("nothing there to remove", path=where, allowed=allowed)
             del result[name]
-        elif isinstance(value, dict):
+        elif isinstance(value, dict) and not isinstance(value, Whole):
             below = result.get(name)
             result[name] = merge(below if isinstance(below, dict) else {}, value, where)
         else:
@@ -350,7 +354,8 @@ def _operation(table: PlainTable, names: Names, path: str = "operation") -> Plai
 def _ripples(value: Any, names: Names, path: str) -> Any:
     """Return tables with lists of tables as tables by number, from 1, and full names of the shafts whose turns count."""
     if isinstance(value, list) and value and all(isinstance(entry, dict) for entry in value):
-        value = {str(number): entry for number, entry in enumerate(value, start=1)}
+        numbered = {str(number): entry for number, entry in enumerate(value, start=1)}
+        return Whole(_ripples(numbered, names, path))
     if not isinstance(value, dict):
         return value
     result = {name: _ripples(entry, names, f"{path}.{name}") for name, entry in value.items()}

@@ -34,6 +34,8 @@ from ..warning_codes import CodedText, code_of, coded
 _WORK_LEFT = 1e-6
 # Load that counts, per the largest: torques written with six digits leave 1e-6 of themselves.
 _SMALL = 1e-5
+# Mean force of a link per its largest one that is rounding.
+_NO_MEAN = 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -451,6 +453,13 @@ def line_excitation(system: System, line: Line) -> ComplexArray:
     gaps, m = system.flank_gaps(line), len(system.meshes.name)
     of_groups = group_gap(line, sum(len(group.rows) for group in system.groups))
     return np.concatenate([gaps[:m], of_groups, gaps[m : m + system.far_flanks.mesh.size], force_at_rest(system, line)])
+
+
+def link_factor(largest: Array, average: Array) -> Array:
+    """Largest size of a force or moment per its mean [1], nan where the mean is rounding: of a torque its ripple."""
+    known = np.abs(average) > _NO_MEAN * largest
+    factor: Array = np.where(known, largest, np.nan) / np.where(known, np.abs(average), 1.0)
+    return factor
 
 
 def force_at_rest(system: System, line: Line) -> ComplexArray:

@@ -19,7 +19,7 @@ A notebook shows which bodies the meshes and links of a System couple, and its k
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import lru_cache
@@ -346,13 +346,12 @@ class System:
         lines = tuple(line for line in self.lines if self.unscaled.isdisjoint(line.causes))
         return replace(self, lines=lines, unscaled=frozenset())
 
-    def require_scaling(self, speed: Array | float, lines: Iterable[Line]) -> None:
+    def require_scaling(self, speed: Array) -> None:
         """Raise ModelError for lines whose frequency does not follow the speed, at relative speeds other than 1."""
-        fixed = self.unscaled.intersection(cause for line in lines for cause in line.causes) if self.unscaled else ()
-        if fixed and np.any(np.abs(np.asarray(speed) - 1) > _AT_SPEED):
+        if self.unscaled and np.any(np.abs(speed - 1) > _AT_SPEED):
             raise ModelError(
                 "does not follow the speed, and another speed than that of operation is asked for",
-                path=f"{min(fixed)}.frequency",
+                path=f"{min(self.unscaled)}.frequency",
                 allowed="order, which follows the speed of a shaft; or the operating speed alone",
             )
 

@@ -201,9 +201,7 @@ def response_parts(ready: Response, speed: Array, *, shaft_orders: bool = True) 
 
     A part is an index of speeds and their initial truncation; its solution is the same with and without the others.
     """
-    lines = [line for _, line in ready.lines.mesh]
-    lines += [line for shaft in ready.lines.shaft if shaft_orders for _, _, line in shaft.members]
-    ready.system.require_scaling(speed, lines)
+    ready.system.require_scaling(speed)
     first = np.tile(initial_truncation(ready), (speed.size, 1))
     return list(_chunks(ready, np.arange(speed.size), first, shaft_orders=shaft_orders))
 

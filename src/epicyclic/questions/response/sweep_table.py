@@ -290,6 +290,7 @@ ROWS: dict[str, tuple[str, ...]] = {
     "amplitude": ("dof",),
     "acceleration_rms": ("dof",),
     "body_acceleration_rms": ("body",),
+    "link_force_factor": ("link_row",),
     "link_force_mean": ("link_row",),
     "link_force_rms": ("link_row",),
     "link_force_peak": ("link_row",),
