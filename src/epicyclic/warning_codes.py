@@ -218,6 +218,14 @@ position-not-unique sharing.md
 No support holds a body: its place is not unique, the mesh forces are.
 Nothing to do for forces; for displacements state a support, however soft.
 
+followed-in-time ripple.md
+Ripple or another shaft order parts teeth, and no torus of its phases was solved: the forces are those of a run in time.
+Nothing; its extremes are those of the run, and residual tells how far its RMS has settled.
+
+teeth-rattle ripple.md
+The mean load of a mesh is below the ripple of its force: the teeth part and hammer, on both flanks where they reach.
+More mean load (a drag torque), less ripple (a softer coupling, more flywheel), or less backlash.
+
 contact-lost contact-loss.md
 Teeth lose contact for a part of the time: the mesh force is zero there, and the next impact is harder.
 More mean load, less deviation or relief nearer to the load; see run-up and coast-down with sweep --contact-loss.

@@ -215,10 +215,11 @@ def test_sharing_sees_the_ripple() -> None:
 
 def test_motion_in_time_settles_to_the_steady_response() -> None:
     """Of linear contact the last turns of a run swing as the steady response: mesh forces and torque of a coupling."""
-    changes = {"operation.ripple": {"engine": [{"order": 2, "torque": "60 N m"}]}, "damping.modal": "10 %"}
-    changes |= {"damping.mass": None, "damping.stiffness": None}
+    changes: dict[str, Any] = {"operation.ripple": {"engine": [{"order": 2, "torque": "60 N m"}]}}
+    changes |= {"damping.modal": "10 %"}
+    changes |= {"damping.mass": None, "damping.stiffness": None, **NO_VARIATION}
     response = steady(SHAFTED, overrides=changes)
-    run = transient(SHAFTED, overrides=changes, contact="linear", duration=0.6, samples=32)
+    run = transient(SHAFTED, overrides=changes, contact="linear", duration=0.6, samples=16)
     late = run.mesh_force.values[:, run.time.values > 0.48]
     bound = response.mesh_force_bound.values  # over all phases, of which a run of six ripples meets some
     assert np.all((late.max(axis=1) < 1.005 * bound) & (late.max(axis=1) > 0.85 * bound))
@@ -251,18 +252,25 @@ def unilateral(system: System, time: float, samples: int) -> np.ndarray[Any, Any
     return np.array([force(B @ y[:2], B @ y[2:]) for y in found.y.T])
 
 
-def test_rattle_is_that_of_an_independent_integration() -> None:
-    """Where teeth part and hammer on both flanks, contact loss and the run in time have the forces of SciPy's route."""
-    model = pair({"pinion": [{"order": "13/2", "torque": "20 N m"}]}, torque=10, speed=0.7 * NATURAL / 6.5, backlash=True)
+@pytest.mark.parametrize(("of_natural", "torus"), [(0.7, True), (0.4, False)])
+def test_rattle_is_that_of_an_independent_integration(of_natural: float, torus: bool) -> None:
+    """Where teeth part and hammer on both flanks, contact loss and the run in time have the forces of SciPy's route.
+
+    At the second speed no torus is solved, and the steady motion is followed in time.
+    """
+    ripple = {"pinion": [{"order": "13/2", "torque": "20 N m"}]}
+    model = pair(ripple, torque=10, speed=of_natural * NATURAL / 6.5, backlash=True)
     system = assemble(load(model))
     assert (len(system.dofs.names), system.far_flanks.B[:, 0].tolist()) == (2, (-system.meshes.B[:, 0]).tolist())
     force = unilateral(system, 0.2, 20001)
     result = steady(model, contact_loss=True)
-    assert result.mesh_force_bound.item() == pytest.approx(force.max(), rel=0.01)
-    assert result.mesh_force_minimum.item() == pytest.approx(force.min(), rel=0.01)
-    assert result.mesh_force_rms.item() == pytest.approx(force.std(), rel=0.01)
-    assert result.open_share.item() == pytest.approx(np.mean(force == 0), abs=0.02)
-    assert result.far_share.item() == pytest.approx(np.mean(force < 0), abs=0.02)
+    assert ("followed in time" in result.status.item()) is not torus
+    assert result.mesh_force_bound.item() == pytest.approx(force.max(), rel=0.015)
+    assert result.mesh_force_minimum.item() == pytest.approx(force.min(), rel=0.015)
+    assert result.mesh_force_rms.item() == pytest.approx(force.std(), rel=0.015)
+    assert result.open_share.item() == pytest.approx(np.mean(force == 0), abs=0.03)
+    assert result.far_share.item() == pytest.approx(np.mean(force < 0), abs=0.03)
+    assert "[teeth-rattle]" in result.attrs["warnings"]
     run = transient(model, duration=0.2, samples=64)
     late = run.mesh_force.values[0, run.time.values > 0.15]
     assert late.max() == pytest.approx(force.max(), rel=0.02)

@@ -36,7 +36,7 @@ class OrderUnit(Unit):
 
 
 class RippleTable(SchemaTable):
-    """A component of a ripple, A cos(order theta + phase) with the angle theta of a shaft, or a table over its turns."""
+    """A component of a ripple, A cos(order theta + phase) with the angle theta of a shaft, or a table."""
 
     order: Annotated[Fraction, OrderUnit("ratio")] | None = key(None, 'cycles in one turn, 2 or "1/2"')
     of: str | None = key(None, "member whose turn counts; default the shaft itself")

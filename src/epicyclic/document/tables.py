@@ -352,7 +352,7 @@ def _operation(table: PlainTable, names: Names, path: str = "operation") -> Plai
 
 
 def _ripples(value: Any, names: Names, path: str) -> Any:
-    """Return tables with lists of tables as tables by number, from 1, and full names of the shafts whose turns count."""
+    """Return tables with lists of tables as tables by number from 1, and full names of shafts whose turns count."""
     if isinstance(value, list) and value and all(isinstance(entry, dict) for entry in value):
         numbered = {str(number): entry for number, entry in enumerate(value, start=1)}
         return Whole(_ripples(numbered, names, path))

@@ -463,7 +463,7 @@ def link_factor(largest: Array, average: Array) -> Array:
 
 
 def force_at_rest(system: System, line: Line) -> ComplexArray:
-    """Force of a line on a train that turns slowly, (n,) [N, N m]: of torque ripple what accelerates the train left out.
+    """Force of a line on a train that turns slowly, (n,) [N, N m]: of torque ripple without what accelerates it.
 
     By d'Alembert F - M N (N' M N)^-1 N' F with the free motions N, the limit of the dynamic response at slow ripple.
     """

@@ -45,9 +45,9 @@ from ...limits import KGammaLimit, k_gamma_limit, limit_columns
 from ...statics.equilibrium import Compliance, Values, closed_state, require_balance, require_forces
 from ...statics.load_map import MEAN_LOADS
 from ...statics.record import (
-    force_at_rest,
     MeshGroup,
     Record,
+    force_at_rest,
     group_shares,
     idle_warnings,
     line_excitation,

@@ -51,7 +51,10 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
     words = "Least, most and contact over every step of the integration; the last fifth over the samples kept."
     if not whole:  # a result of an earlier version
         words = "Over the samples kept: between them forces may be larger."
-    return [Table(title=f"Mesh forces along the tooth normal, {title}", columns=columns, lead=words), *torque_tables(result)]
+    return [
+        Table(title=f"Mesh forces along the tooth normal, {title}", columns=columns, lead=words),
+        *torque_tables(result),
+    ]
 
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
