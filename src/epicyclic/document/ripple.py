@@ -32,7 +32,7 @@ class OrderUnit(Unit):
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         text = {"type": "string", "pattern": r"^\s*[0-9.]+(\s*/\s*[0-9]+)?\s*$"}
-        return {"anyOf": [{"type": "number", "exclusiveMinimum": 0, "maximum": _MOST_ORDER}, text]}
+        return {"anyOf": [{"type": "number", "minimum": 1 / _MOST_DENOMINATOR, "maximum": _MOST_ORDER}, text]}
 
 
 class RippleTable(SchemaTable):

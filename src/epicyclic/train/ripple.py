@@ -141,11 +141,18 @@ def _even_table(part: RippleTable, path: str) -> tuple[int, np.ndarray[tuple[int
 
 def _note(part: RippleTable, path: str, log: ResolutionLog) -> None:
     """Record what a component states."""
-    units = {"frequency": "Hz", "torque": "N m", "angle": "rad", "speed": "rad/s", "phase": "rad", "of": ""}
-    for name in part.model_fields_set:
-        value = getattr(part, name)
-        if value is not None:
-            log.note(f"{path}.{name}", str(value) if name == "order" else value, units.get(name, ""))
+    units = {
+        "order": "",
+        "of": "",
+        "frequency": "Hz",
+        "torque": "N m",
+        "angle": "rad",
+        "speed": "rad/s",
+        "phase": "rad",
+    }
+    for name, unit in units.items():
+        if (value := getattr(part, name)) is not None:
+            log.note(f"{path}.{name}", str(value) if name == "order" else value, unit)
 
 
 def _warn_of_inertia(model: ModelFile, member: str, kinematics: Kinematics, log: ResolutionLog) -> None:
