@@ -40,7 +40,7 @@ class RippleTable(SchemaTable):
 
     order: Annotated[Fraction, OrderUnit("ratio")] | None = key(None, 'cycles in one turn, 2 or "1/2"')
     of: str | None = key(None, "member whose turn counts; default the shaft itself")
-    frequency: Annotated[float, Unit("frequency", low=0, above=True)] | None = key(
+    frequency: Annotated[float, Unit("frequency", low=1e-3)] | None = key(
         None, "frequency that does not follow the speed, in place of an order"
     )
     torque: Annotated[float, Unit("torque", low=0)] | None = key(None, "amplitude of an external torque")

@@ -89,9 +89,8 @@ def test_a_file_is_its_table(tmp_path: Path) -> None:
     )
     model = tmp_path / "model.toml"
     head, _, tail = EXAMPLE.read_text().partition("[[operation.ripple.engine]]")
-    model.write_text(
-        f'{head}[operation.ripple]\nengine = [{{ file = "turn.csv" }}]\n\n[cases.light]{tail.partition("[cases.light]")[2]}'
-    )
+    cases = "[cases.light]" + tail.partition("[cases.light]")[2]
+    model.write_text(f'{head}[operation.ripple]\nengine = [{{ file = "turn.csv" }}]\n\n{cases}')
     (found,) = load(model, {"case": "loaded"}).ripples
     assert (found.frequency, found.follows) == (75, True)
     assert found.amplitude == pytest.approx(10, abs=1e-9)

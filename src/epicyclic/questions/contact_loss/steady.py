@@ -192,6 +192,9 @@ def _labelled(
         forces = gap_forces(point.problem, point.state)
         past += groups_past_the_end(ready.lawful, largest_link_forces(ready.lawful, point.problem.rows, forces))
     combined, label = _combinations(torus, point, force)
+    ends, rattle = (outputs.minimum, outputs.peak), list[CodedText]()
+    if any(line.ripple.size for line in ready.lawful.lines):
+        rattle = rattle_warnings(face.name, force.mean(axis=0), ends, outputs.open, outputs.far)
     along, slices = _along_the_face(torus, outputs, counts)
     links, link_labels = _link_variables(torus, outputs, counts)
     return dataset(
@@ -238,7 +241,7 @@ def _labelled(
             *_instability(stability, too_many_steps(ready, point.state.speed)),
             *coarse,
             *_warnings(lines, bool(pulled.any())),
-            *rattle_warnings(face.name, force.mean(axis=0), (outputs.minimum, outputs.peak), outputs.open, outputs.far),
+            *rattle,
             *past,
         ],
     )
