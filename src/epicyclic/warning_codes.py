@@ -219,7 +219,7 @@ No support holds a body: its place is not unique, the mesh forces are.
 Nothing to do for forces; for displacements state a support, however soft.
 
 followed-in-time ripple.md
-Ripple or another shaft order parts teeth, and no torus of its phases was solved: the forces are those of a run in time.
+Ripple parts teeth, and no torus of its phases was solved: the forces are those of a run in time.
 Nothing; its extremes are those of the run, and residual tells how far its RMS has settled.
 
 teeth-rattle ripple.md

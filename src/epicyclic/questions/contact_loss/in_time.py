@@ -1,4 +1,4 @@
-"""The steady motion followed in time, where ripple or other shaft lines part teeth and no torus of them is solved.
+"""The steady motion followed in time, where ripple parts teeth and no torus of its phases is solved.
 
 The run is cut into stretches of whole mesh cycles, at least 24 cycles of the slowest line each, until the RMS of all
 mesh forces of one stretch is that of the stretch before.
@@ -52,7 +52,7 @@ def followed_in_time(
         start: Any = {} if run is None else {"initial": run}
         run = transient(system, TransientOptions(cycles=cycles, mesh_frequency=tone, samples=_SAMPLES, **start))
         before, rms = rms, run.mesh_force.values[:, :-1].std(axis=1)
-        change = float(np.abs(rms - before).max() / rms.max()) if before.size else math.inf
+        change = float(np.abs(rms - before).max() / (rms.max() or 1.0)) if before.size else math.inf
         if change <= _SETTLED or not np.isfinite(rms).all():
             break
     causes = "; ".join(cause for line in lines if line.error > OFF for cause in line.shaft.causes)

@@ -98,10 +98,15 @@ def contact_steady(system: System, options: SteadyOptions) -> xr.Dataset:
         )
     recorded = {"contact_loss": True, "relative_speed": relative_speed, "shaft_orders": shaft_orders}
     parted = [line for line in lines if line.error > OFF and shaft_tones is None]
-    if parted and torus.mesh_tones == 1 and _pulls(torus, point, lines):
+    if parted and torus.mesh_tones == 1 and _rippled(system) and _pulls(torus, point, lines):
         return followed_in_time(system, torus.ready, float(relative_speed), lines, recorded)
     stability, coarse = mesh_order_stability(torus, point), _coarse(torus, point, linear)
     return _labelled(torus, point, lines, stability, recorded, rms=rms, coarse=coarse)
+
+
+def _rippled(system: System) -> bool:
+    """Whether the model states a ripple of torque or motion, `operation.ripple` or that of a case."""
+    return any(".ripple." in cause for line in system.lines for cause in line.causes)
 
 
 def _pulls(torus: Torus, point: TorusPoint, lines: Sequence[SuperposedLine]) -> bool:
@@ -193,7 +198,7 @@ def _labelled(
         past += groups_past_the_end(ready.lawful, largest_link_forces(ready.lawful, point.problem.rows, forces))
     combined, label = _combinations(torus, point, force)
     ends, rattle = (outputs.minimum, outputs.peak), list[CodedText]()
-    if any(line.ripple.size for line in ready.lawful.lines):
+    if _rippled(ready.lawful):
         rattle = rattle_warnings(face.name, force.mean(axis=0), ends, outputs.open, outputs.far)
     along, slices = _along_the_face(torus, outputs, counts)
     links, link_labels = _link_variables(torus, outputs, counts)
