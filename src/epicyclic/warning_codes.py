@@ -142,6 +142,18 @@ deviation-without-speed model-file.md
 Deviations that turn with a body are left out: without speeds their frequency is not known.
 State operation.speed of one member.
 
+ripple-without-speed model-file.md
+Ripple of torque or motion is left out: nothing turns, so its frequency is not known.
+State operation.speed of one member, or remove the ripple.
+
+ripple-without-inertia ripple.md
+A torque ripple acts on a shaft whose machine has no inertia in the model: it shakes the gear alone, far too much.
+State the inertia of the machine, as a body of its own behind a coupling or in the inertia of the member.
+
+ripple-mean ripple.md
+The mean of a table of torques over a turn is not the torque of the operation there, which counts.
+State the same mean in operation.torque, or take the mean out of the table.
+
 deviation-without-effect model-file.md
 A deviation moves nothing: no mesh, pin, support or bearing transmits it.
 Correct its path, or state the support or bearing that it displaces.
@@ -205,6 +217,14 @@ Nothing where the clearance is meant; else state a support.
 position-not-unique sharing.md
 No support holds a body: its place is not unique, the mesh forces are.
 Nothing to do for forces; for displacements state a support, however soft.
+
+followed-in-time ripple.md
+Ripple parts teeth, and no torus of its phases was solved: the forces are those of a run in time.
+Nothing; its extremes are those of the run, and residual tells how far its RMS has settled.
+
+teeth-rattle ripple.md
+The mean load of a mesh is below the ripple of its force: the teeth part and hammer, on both flanks where they reach.
+More mean load (a drag torque), less ripple (a softer coupling, more flywheel), or less backlash.
 
 contact-lost contact-loss.md
 Teeth lose contact for a part of the time: the mesh force is zero there, and the next impact is harder.

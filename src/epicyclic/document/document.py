@@ -192,6 +192,8 @@ def with_files(data: PlainTable, folder: Path | None) -> PlainTable:
     for name, value in data.items():
         if name in ("stages", "bodies", "couplings"):
             value = _with_forces(value, name, folder)
+        elif name in ("operation", "cases"):
+            value = _with_ripples(value, name, folder)
         elif name == "deviations" and isinstance(value, dict):
             value = {k: _with_pitches(entry, f"{name}.{k}", folder) for k, entry in value.items()}
         result[name] = value
@@ -208,6 +210,29 @@ def _with_forces(value: Any, path: str, folder: Path | None) -> Any:
         rest = {other: entry for other, entry in value.items() if other != "file"}
         return {**_force_table(name, f"{path}.file", folder), **rest}
     return {name: _with_forces(entry, f"{path}.{name}", folder) for name, entry in value.items()}
+
+
+def _with_ripples(value: Any, path: str, folder: Path | None) -> Any:
+    """Return tables of operation with angles and torques of the files that their ripples name."""
+    if isinstance(value, list):
+        return [_with_ripples(entry, f"{path}.{number}", folder) for number, entry in enumerate(value, start=1)]
+    if not isinstance(value, dict):
+        return value
+    if not isinstance(name := value.get("file"), str):
+        return {key: _with_ripples(entry, f"{path}.{key}", folder) for key, entry in value.items()}
+    heading = "angle [deg], torque [N m]"
+    allowed = f"a CSV file beside the model file: {heading}"
+    table = read_table((folder or Path()) / name, most=_MOST_BYTES, allowed=allowed, path=f"{path}.file", given=name)
+    if [column for column, _ in table.columns] != ["angle", "torque"] or not table.rows:
+        given = ", ".join(table.heading)
+        raise table.error(table.lines[0], "no table of torques over a turn", given=given, allowed=heading)
+    lists = {}
+    for column, kind in enumerate(("angle", "torque")):
+        table.scale(column, kind, allowed=heading)
+        lists[f"{kind}s"] = f"[{', '.join(map(repr, table.numbers(column)))}] {table.columns[column][1]}"
+    if beside := [name for name in lists if name in value]:
+        raise ModelError(f"stands beside {beside[0]}", path=f"{path}.file", given=name, allowed="one of the two")
+    return {**{key: entry for key, entry in value.items() if key != "file"}, **lists}
 
 
 def _with_pitches(value: Any, path: str, folder: Path | None) -> Any:

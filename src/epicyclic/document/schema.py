@@ -20,6 +20,7 @@ from pydantic import Field, model_validator
 from ..errors import ModelError
 from ..limits import TABLES, WIND
 from .deviations import DeviationsTable
+from .ripple import RippleTable
 from .schema_fields import (
     CouplingTable,
     Length,
@@ -358,6 +359,9 @@ class OperationTable(SchemaTable):
     )
     power: dict[str, Annotated[float, Unit("power")]] = Field(
         default_factory=dict, description="external power by member [kW], positive into the train"
+    )
+    ripple: dict[str, dict[str, RippleTable]] = Field(
+        default_factory=dict, description="ripple of torque or motion by member: components by number or name"
     )
     gravity: Annotated[tuple[float, float, float], Unit("acceleration", lists=True, count=3)] | None = key(
         None, "gravity in housing axes; true is 9.81 m/s^2 along -y; default none"

@@ -141,6 +141,10 @@ def union(first: PlainTable, second: PlainTable, path: str) -> PlainTable:
     return result
 
 
+class Whole(dict[str, Any]):
+    """A table that takes the place of the one it is laid over, as a list does."""
+
+
 def merge(base: PlainTable, layer: PlainTable, path: str = "") -> PlainTable:
     """Return `layer` laid over `base`: tables entry by entry, all else replaced, `REMOVE` removes.
 
@@ -154,7 +158,7 @@ def merge(base: PlainTable, layer: PlainTable, path: str = "") -> PlainTable:
                 allowed = f"one of {', '.join(base)}" if base else "nothing: the file has none"
                 raise ModelError("nothing there to remove", path=where, allowed=allowed)
             del result[name]
-        elif isinstance(value, dict):
+        elif isinstance(value, dict) and not isinstance(value, Whole):
             below = result.get(name)
             result[name] = merge(below if isinstance(below, dict) else {}, value, where)
         else:
@@ -337,11 +341,25 @@ def _entries(table: PlainTable, kind: str, names: Names, path: str = "") -> Plai
 def _operation(table: PlainTable, names: Names, path: str = "operation") -> PlainTable:
     """Expand `[operation]`: the stage put in front of every member."""
     result = dict(table)
-    for name in ("speed", "torque", "power"):
+    for name in ("speed", "torque", "power", "ripple"):
         if isinstance(by_member := table.get(name), dict):
+            by_member = _ripples(by_member, names, f"{path}.{name}") if name == "ripple" else by_member
             result[name] = _full(by_member, names, f"{path}.{name}")
     if isinstance(held := table.get("held"), list):
         result["held"] = [reference(m, names, path=f"{path}.held", sides=False) for m in held]
+    return result
+
+
+def _ripples(value: Any, names: Names, path: str) -> Any:
+    """Return tables with lists of tables as tables by number from 1, and full names of shafts whose turns count."""
+    if isinstance(value, list) and value and all(isinstance(entry, dict) for entry in value):
+        numbered = {str(number): entry for number, entry in enumerate(value, start=1)}
+        return Whole(_ripples(numbered, names, path))
+    if not isinstance(value, dict):
+        return value
+    result = {name: _ripples(entry, names, f"{path}.{name}") for name, entry in value.items()}
+    if isinstance(of := value.get("of"), str):
+        result["of"] = reference(of, names, path=f"{path}.of", sides=False)
     return result
 
 
@@ -490,13 +508,15 @@ def _normalised_operation(table: PlainTable, names: Names, path: str = "operatio
     for name in ("speed", "torque", "power"):
         if isinstance(table.get(name), dict):
             result[name] = _by_member(table[name], names, f"{path}.{name}", sides=name != "speed")
+    if isinstance(table.get("ripple"), dict):
+        result["ripple"] = _by_member(table["ripple"], names, f"{path}.ripple", sides=None)
     if isinstance(gravity := table.get("gravity"), bool):
         result["gravity"] = f"[0, {-STANDARD_GRAVITY}, 0] m/s^2" if gravity else None
     return result
 
 
-def _by_member(table: PlainTable, names: Names, path: str, *, sides: bool) -> PlainTable:
-    """Return {full path: value} of nested stage, member and side tables."""
+def _by_member(table: PlainTable, names: Names, path: str, *, sides: bool | None) -> PlainTable:
+    """Return {full path: value} of nested stage, member and side tables; sides None: the values are tables."""
     flat: PlainTable = {}
     for first, value in table.items():
         where = f"{path}.{first}"
@@ -510,9 +530,9 @@ def _by_member(table: PlainTable, names: Names, path: str, *, sides: bool) -> Pl
     return flat
 
 
-def _sides(member: str, value: Any, path: str, sides: bool) -> PlainTable:
+def _sides(member: str, value: Any, path: str, sides: bool | None) -> PlainTable:
     """Return {member: value}, or one entry for each side."""
-    if not isinstance(value, dict):
+    if sides is None or not isinstance(value, dict):
         return {member: value}
     for side, entry in value.items():
         if not sides or side not in SIDES:

@@ -495,6 +495,10 @@ def _operation(operation: Schema) -> None:
             "anyOf": [*value["anyOf"], {"type": "object", "additionalProperties": member}],
             "x-quantity": value.get("x-quantity", ""),
         }
+    ripple = operation["properties"]["ripple"]  # of a body, or of members of a stage; components by name, or a list
+    component = ripple["additionalProperties"].pop("additionalProperties")
+    parts = {"anyOf": [{"type": "object", "additionalProperties": component}, {"type": "array", "items": component}]}
+    ripple["additionalProperties"] = {"anyOf": [*parts["anyOf"], {"type": "object", "additionalProperties": parts}]}
     operation["properties"]["gravity"] = _either({"type": "boolean"}, operation["properties"]["gravity"])
 
 

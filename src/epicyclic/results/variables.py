@@ -222,6 +222,10 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "link_force_rms": ("N, N m for rx ry rz", "RMS of the dynamic force or moment in a bearing, support or coupling"),
     "link_force_peak": ("N, N m for rx ry rz", "largest size of the force or moment in a bearing, support or coupling"),
     "link_force_peak_to_peak": ("N, N m for rx ry rz", "largest less smallest force or moment"),
+    "link_force_factor": (
+        "1",
+        "largest size of the force or moment per its mean, of rz the torque factor; nan without",
+    ),
     "link_force_harmonic": ("N, N m for rx ry rz", "complex harmonics of the force or moment, one-sided"),
     "bearing_force_mean": ("N", "length of the mean radial force in a bearing or support"),
     "bearing_force_rms": ("N", "RMS of the dynamic radial force in a bearing or support"),

@@ -206,6 +206,9 @@ def force_table(result: xr.Dataset) -> Table:
     return Table(title="Mesh forces along the tooth normal", columns=columns)
 
 
+_TORQUE_FACTOR = "largest per mean"
+
+
 def largest_heading(result: xr.Dataset) -> str:
     """Heading of the largest radial forces: of several mesh frequencies they are a bound."""
     name = str(result["bearing_force_peak"].attrs.get("long_name", ""))
@@ -232,6 +235,25 @@ def largest_over_speed(
         heading: list(np.where(known, values[range(len(values)), place], np.nan)),
         at.format(of=of): list(np.where(known, own * frequency[place], np.nan)),
     }
+
+
+def torque_tables(result: xr.Dataset) -> list[Table]:
+    """Largest torque per mean of couplings, necks and shafts, where a result has them; over speeds where it is most."""
+    if "link_force_factor" not in result.variables:
+        return []
+    factor = result["link_force_factor"]
+    if "speed" in factor.dims:
+        columns = largest_over_speed(result, "link_row", "link_force_factor", _TORQUE_FACTOR)
+    else:
+        columns = {"link_row": list(map(str, result.link_row.values))}
+        if "link_force_mean" in result.variables:
+            columns["mean [N m]"] = list(result.link_force_mean.values)
+            columns["largest [N m]"] = list(result.link_force_peak.values)
+        columns[_TORQUE_FACTOR] = list(factor.values)
+    shown = [i for i, name in enumerate(columns["link_row"]) if name.endswith("/rz") and columns[_TORQUE_FACTOR][i] > 0]
+    found = {name: [column[i] for i in shown] for name, column in columns.items()}
+    named = {"link": [name.removesuffix("/rz") for name in found.pop("link_row")], **found}
+    return [Table(title="Torque of couplings, necks and shafts", columns=named)] if shown else []
 
 
 def relative_speed(result: xr.Dataset) -> np.ndarray[Any, np.dtype[np.float64]]:

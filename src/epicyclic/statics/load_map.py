@@ -48,6 +48,7 @@ from .record import (
     MeshGroup,
     RecordExcitation,
     excitation_of,
+    force_at_rest,
     line_excitation,
     parallel_meshes,
     still_excitation,
@@ -461,10 +462,11 @@ def _gap_and_force(
     ------
     ModelError : a load that nothing balances.
     """
-    require_balance(flexible.free, np.array([line.force[0].real, line.force[0].imag]), system)
+    force = force_at_rest(system, line)
+    require_balance(flexible.free, np.array([force.real, force.imag]), system)
     # errors of links that vary are gaps of rows here, no forces
     link_gap = line.link_gap[links]
-    force = line.force[0] - system.links.B[:, links] @ (system.links.stiffness[links] * link_gap)
+    force = force - system.links.B[:, links] @ (system.links.stiffness[links] * link_gap)
     gaps = system.flank_gaps(line)[: len(system.meshes.name) + system.far_flanks.mesh.size]
     return np.concatenate([gaps, link_gap]), force
 

@@ -17,6 +17,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 from math import gcd, lcm
 from typing import NamedTuple
 
@@ -26,13 +27,15 @@ from numpy.typing import NDArray
 from ..engine.plan import MOST_NUMBERS, require_memory
 from ..errors import ModelError
 from ..system.flank_laws import LinearLaw
-from ..system.system import Array, ComplexArray, Line, MeshRows, System, faces
+from ..system.system import Array, ComplexArray, Line, MeshRows, System, elastic_rows, faces, free_motions
 from ..warning_codes import CodedText, code_of, coded
 
 # Part of the work that reactions may leave: the null space has an error of 1e-10, radii that are printed one of 1e-4.
 _WORK_LEFT = 1e-6
 # Load that counts, per the largest: torques written with six digits leave 1e-6 of themselves.
 _SMALL = 1e-5
+# Mean force of a link per its largest one that is rounding.
+_NO_MEAN = 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -445,7 +448,35 @@ def line_excitation(system: System, line: Line) -> ComplexArray:
     """Amplitudes of a line in loaded flanks, rows of groups and far flanks [m], and its force at rest [N, N m]."""
     gaps, m = system.flank_gaps(line), len(system.meshes.name)
     of_groups = group_gap(line, sum(len(group.rows) for group in system.groups))
-    return np.concatenate([gaps[:m], of_groups, gaps[m : m + system.far_flanks.mesh.size], line.force[0]])
+    return np.concatenate([gaps[:m], of_groups, gaps[m : m + system.far_flanks.mesh.size], force_at_rest(system, line)])
+
+
+def link_factor(largest: Array, average: Array) -> Array:
+    """Largest size of a force or moment per its mean [1], nan where the mean is rounding: of a torque its ripple."""
+    known = np.abs(average) > _NO_MEAN * largest
+    factor: Array = np.where(known, largest, np.nan) / np.where(known, np.abs(average), 1.0)
+    return factor
+
+
+def force_at_rest(system: System, line: Line) -> ComplexArray:
+    """Force of a line on a train that turns slowly, (n,) [N, N m]: of torque ripple without what accelerates it.
+
+    By d'Alembert F - M N (N' M N)^-1 N' F with the free motions N, the limit of the dynamic response at slow ripple.
+    """
+    if not line.ripple.any():
+        return np.asarray(line.force[0])
+    free, carried = _inertia_of_free_motions(system)
+    return np.asarray(line.force[0] - carried @ (free.T @ line.ripple))
+
+
+@lru_cache(maxsize=4)  # of one train many lines
+def _inertia_of_free_motions(system: System) -> tuple[Array, Array]:
+    """Free motions N (n, r) and M N (N' M N)^-1 (n, r). Raises ModelError for a missing inertia."""
+    system.require_inertia()
+    scale = 1 / np.sqrt(np.diag(system.M))[:, None]
+    rows = np.hstack([elastic_rows(system), system.meshes.B, system.group_rows])
+    free = scale * free_motions(scale * rows)[0]
+    return free, system.M @ free @ np.linalg.inv(free.T @ system.M @ free)
 
 
 def excitation_of(

@@ -116,6 +116,7 @@ def assemble(train: Train) -> System:
         spin_up=spin_up_load(mass[:, 0], mass[:, 5], structure.frame_speed, structure.spin, own_centres(train)) @ T,
         stage_turns={} if turns is None else {s: Fraction(turns.get(s, 0)) / 60 for s in train.planets},
         far=_far_flanks(structure, T, meshes) if structure.far_of.size else None,
+        unscaled=frozenset(ripple.path for ripple in train.ripples if not ripple.follows),
         locked=dict(train.torques) if train.kinematics.locked else None,
         errors=error_rows(train, structure, T),
     )

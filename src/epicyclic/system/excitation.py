@@ -13,7 +13,7 @@ from fractions import Fraction
 import numpy as np
 
 from ..errors import ModelError
-from ..train.train import Displacement, Load, MeshError, Train
+from ..train.train import Displacement, Load, MeshError, Ripple, Train
 from .structure import Structure, own_centres, structure_of
 from .system import Array, ComplexArray, Line, eliminate
 
@@ -44,7 +44,7 @@ class _FullLine:
     """Amplitudes at one frequency, in unreduced rows.  An error of a mesh itself is on one of its flanks.
 
     mesh (m,), far (c,), link (p,), rigid (r,) : errors of the rows [m].  force : (3, 6 nb) by power of s and
-    ramp : (6 nb,) per s' [N, N m].
+    ramp : (6 nb,) per s' [N, N m].  ripple : (6 nb,) torques beside them [N m].
     """
 
     mesh: ComplexArray
@@ -53,6 +53,7 @@ class _FullLine:
     rigid: ComplexArray
     force: ComplexArray
     ramp: ComplexArray
+    ripple: ComplexArray
     causes: list[str] = field(default_factory=list)
 
 
@@ -73,8 +74,8 @@ class _Lines:
             rows, size = self.structure, self.structure.mesh.shape[1]
             kinds = (rows.mesh, rows.far, rows.link, rows.rigid)
             mesh, far, link, rigid = (np.zeros(len(kind), complex) for kind in kinds)
-            force, ramp = np.zeros((3, size), complex), np.zeros(size, complex)
-            self.by_frequency[frequency] = _FullLine(mesh, far, link, rigid, force, ramp)
+            force, ramp, ripple = np.zeros((3, size), complex), *np.zeros((2, size), complex)
+            self.by_frequency[frequency] = _FullLine(mesh, far, link, rigid, force, ramp, ripple)
         full = self.by_frequency[frequency]
         if cause not in full.causes:
             full.causes.append(cause)
@@ -111,6 +112,15 @@ class _Lines:
             full.far[rows[self.structure.far_of]] += complex(amplitude)
         else:
             full.mesh[rows] += complex(amplitude)
+
+    def ripple(self, ripple: Ripple) -> None:
+        """Add a torque about z of a body, or the angle that its rigid link prescribes."""
+        full, amplitude = self.at(ripple.frequency, np.array(ripple.amplitude), ripple.path)
+        if not ripple.link:
+            full.ripple[6 * self.structure.index[ripple.body] + 5] += complex(amplitude)
+        for i, row in enumerate(self.structure.rigids):
+            if row.link.name == ripple.link:
+                full.rigid[i] += complex(amplitude)
 
     def push(
         self, body: int, wrench: tuple[Array, Array], motion: tuple[Fraction, int, float], power: int | None, cause: str
@@ -157,6 +167,8 @@ def excitation_lines(train: Train, structure: Structure, model: FullModel) -> tu
         lines.mesh_error(error)
     for load in train.loads:
         _add_load(lines, load, train)
+    for ripple in train.ripples:
+        lines.ripple(ripple)
     gravity, masses = np.array(train.gravity), model.mass[:, 0]
     if any(train.gravity):
         for i, body in enumerate(train.bodies):
@@ -239,6 +251,7 @@ def _line(frequency: Fraction, full: _FullLine, structure: Structure, model: Ful
     mesh = full.mesh - structure.mesh @ shift
     link = full.link - structure.link @ shift
     force = full.force.copy()
+    force[0] += full.ripple
     force[0] += structure.link.T @ (model.link_stiffness * link)
     force[1] += structure.link.T @ (1j * omega * model.link_damping * link + model.turning @ link)
     inertia = model.mass.ravel()
@@ -255,5 +268,6 @@ def _line(frequency: Fraction, full: _FullLine, structure: Structure, model: Ful
         causes=tuple(sorted(full.causes)),
         group_gap=link[law],
         ramp_force=ramp @ model.T,
+        ripple=full.ripple @ model.T if full.ripple.any() else np.zeros(0, complex),
         far_gap=full.far - structure.far @ shift,
     )

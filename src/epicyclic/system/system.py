@@ -20,7 +20,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import lru_cache
 from html import escape
@@ -37,6 +37,8 @@ from .link_laws import LawGroup, Laws, stacked
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 Number = TypeVar("Number", bound=np.inexact)
+# Relative speeds this near to 1 are 1: rounding of a speed in Hz or rpm.
+_AT_SPEED = 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -165,6 +167,7 @@ class Line:
     group_gap : (R,) complex, the error of each row of the groups, in order; empty where there are none.
     far_gap : (c,) complex, the error of each far flank [m]; empty where all are zero.
     ramp_force : (n,) complex, further force per s' while the speed changes [N s]; empty where there is none.
+    ripple : (n,) complex, the part of force[0] that is torque ripple of shafts [N m]; empty where there is none.
     """
 
     frequency: Fraction
@@ -175,6 +178,7 @@ class Line:
     group_gap: ComplexArray = field(default_factory=lambda: np.zeros(0, complex))
     far_gap: ComplexArray = field(default_factory=lambda: np.zeros(0, complex))
     ramp_force: ComplexArray = field(default_factory=lambda: np.zeros(0, complex))
+    ripple: ComplexArray = field(default_factory=lambda: np.zeros(0, complex))
 
     def __repr__(self) -> str:
         """One line: frequency, largest gap of a mesh, number of causes."""
@@ -244,6 +248,7 @@ class System:
     euler : (n, n) terms s' E q on the left side while the speed changes; empty: none are known.
     spin_up : (n,) inertial load of the nominal motion per s', on the right side [N s]; empty: none is known.
     errors : rows of the transmission errors.
+    unscaled : paths of ripple at frequencies that do not follow the speed: see `require_scaling`.
     locked : of a train that what is held locks the torque on every body that carries one [N m]; None: the train turns.
     """
 
@@ -271,6 +276,7 @@ class System:
     far: FarFlanks | None = None
     euler: Array = field(default_factory=lambda: np.zeros((0, 0)))
     spin_up: Array = field(default_factory=lambda: np.zeros(0))
+    unscaled: frozenset[str] = frozenset()
     locked: Mapping[str, float] | None = None
     errors: ErrorRows = field(default_factory=ErrorRows)
 
@@ -354,6 +360,23 @@ class System:
         """Raise ModelError of a locked train, for a question that asks for speeds."""
         if self.locked is not None:
             raise needs_turning()
+
+    @property
+    def scaling(self) -> System:
+        """The System without the lines whose frequencies do not follow the speed; itself where all do."""
+        if not self.unscaled:
+            return self
+        lines = tuple(line for line in self.lines if self.unscaled.isdisjoint(line.causes))
+        return replace(self, lines=lines, unscaled=frozenset())
+
+    def require_scaling(self, speed: Array) -> None:
+        """Raise ModelError for lines whose frequency does not follow the speed, at relative speeds other than 1."""
+        if self.unscaled and np.any(np.abs(speed - 1) > _AT_SPEED):
+            raise ModelError(
+                "does not follow the speed, and another speed than that of operation is asked for",
+                path=f"{min(self.unscaled)}.frequency",
+                allowed="order, which follows the speed of a shaft; or the operating speed alone",
+            )
 
     def require_inertia(self) -> None:
         """Raise ModelError naming the first mass or inertia that is missing for a free coordinate."""

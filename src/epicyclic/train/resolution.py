@@ -48,6 +48,7 @@ from .links import couplings, links_of_bodies, links_of_stage
 from .mesh_laws import contact_errors
 from .phasing import disc_gaps
 from .power import planet_arms, power_flow
+from .ripple import resolve_ripples
 from .stage_bodies import bodies_of_stage, coaxial, frames_of, free_bodies, member_centre, meshes_of_stage, tilt_groups
 from .stages import GearPair, Plan, gear_below, plan_stages
 from .train import DIRECTIONS, Body, Damping, Derived, Load, Mesh, ResolutionLog, Train, bodies_named, stage_axis
@@ -660,6 +661,8 @@ def resolve(document: Document) -> Train:
         bodies=bodies, meshes=meshes, links=links, kinematics=kinematics, planets=planets, log=log
     )
     resolve_deviations(model, deviated)
+    ripples, prescribed = resolve_ripples(model, bodies, kinematics, log)
+    links += prescribed
     gravity = model.operation.gravity or (0.0, 0.0, 0.0)
     if model.operation.gravity is not None:
         log.note(f"{model.operation_path('gravity')}.gravity", list(gravity), "m/s^2")
@@ -680,6 +683,7 @@ def resolve(document: Document) -> Train:
         displacements=tuple(deviated.displacements),
         mesh_errors=(*deviated.mesh_errors, *contact_errors(meshes, kinematics)),
         loads=(*external_loads(model, bodies), *deviated.loads),
+        ripples=tuple(ripples),
         gravity=gravity,
         damping=_damping(model, log),
         warnings=tuple(log.warnings),

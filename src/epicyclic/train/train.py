@@ -490,6 +490,22 @@ class Load:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Ripple:
+    """A component of the ripple of a shaft: an external torque about z, or the angle that a rigid link prescribes.
+
+    Re(amplitude exp(2 pi i frequency t)) [N m, rad]; frequency : exact, signed [Hz at the operating speed].
+    link : of the prescribed angle, its name; "" of a torque.  follows : whether the frequency follows the speed.
+    """
+
+    path: str
+    body: str
+    link: str
+    amplitude: complex
+    frequency: Fraction
+    follows: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Damping:
     """Damping of the whole train.  modal : ratio of every elastic mode [1].  mass [1/s], stiffness [s] : proportional.
     mesh : ratio of every mesh [1].  None = not given."""
@@ -535,6 +551,7 @@ class Train:
     displacements: tuple[Displacement, ...] = ()
     mesh_errors: tuple[MeshError, ...] = ()
     loads: tuple[Load, ...] = ()
+    ripples: tuple[Ripple, ...] = ()
     gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)
     damping: Damping = Damping()
     warnings: tuple[CodedText, ...] = ()

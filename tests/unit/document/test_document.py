@@ -19,7 +19,7 @@ FILES = sorted(GOOD.glob("*.toml"))
 
 
 def test_good_files_are_found() -> None:
-    assert len(FILES) == 6
+    assert len(FILES) == 7
     assert "ren2021" in ready_drives()
 
 

@@ -172,6 +172,8 @@ def test_good_files_fit_as_written_and_as_read(path: Path) -> None:
         {"bodies": {"a": {"teeth": 3}}},
         {"operation": {"held": "ring"}},
         {"operation": {"speed": True}},
+        {"operation": {"ripple": {"sun": [{"ordre": 2}]}}},
+        {"operation": {"ripple": {"sun": 3}}},
         {"loads": {"a": {"on": "sun", "force": 3}}},
         {"deviations": {"sun": 3}},
         {"deviations": {"sun": {"run_out": {"amp": 3}}}},

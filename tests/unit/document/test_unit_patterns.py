@@ -161,7 +161,7 @@ def test_the_schema_uses_the_patterns() -> None:
 
 @pytest.mark.parametrize("unit", ["kg/s^2", "J", "N.m", "yd", "furlong", "m m", "N m rad", "1/m", "Hz"])
 def test_units_beside_the_patterns_are_refused(unit: str) -> None:
-    for kind in KINDS:
+    for kind in set(KINDS) - ({"frequency"} if unit == "Hz" else set()):
         assert not is_unit_of(unit, kind)
     import epicyclic.document.document as document
 

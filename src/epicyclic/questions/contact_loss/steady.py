@@ -19,6 +19,7 @@ from ..response.response import require_stable_mean, response
 from ..response.spectra import combinations, link_labels
 from ..response.sweep_table import ROWS
 from .branch_set import branch_set
+from .in_time import OFF, followed_in_time, rattle_warnings
 from .problem import embedded, gap_forces
 from .rows import NO_TORQUE, gap_rows_of, largest_link_forces, law_warnings, reported_links
 from .shaft_orders import (
@@ -95,8 +96,22 @@ def contact_steady(system: System, options: SteadyOptions) -> xr.Dataset:
             "transient follows the motion, static slow shafts; or try a slightly different speed, or more damping"
         )
     recorded = {"contact_loss": True, "relative_speed": relative_speed, "shaft_orders": shaft_orders}
+    parted = [line for line in lines if line.error > OFF and shaft_tones is None]
+    if parted and torus.mesh_tones == 1 and _rippled(system) and _pulls(torus, point, lines):
+        return followed_in_time(system, torus.ready, float(relative_speed), lines, recorded)
     stability, coarse = mesh_order_stability(torus, point), _coarse(torus, point, linear)
     return _labelled(torus, point, lines, stability, recorded, rms=rms, coarse=coarse)
+
+
+def _rippled(system: System) -> bool:
+    """Whether the model states a ripple of torque or motion, `operation.ripple` or that of a case."""
+    return any(".ripple." in cause for line in system.lines for cause in line.causes)
+
+
+def _pulls(torus: Torus, point: TorusPoint, lines: Sequence[SuperposedLine]) -> bool:
+    """Whether superposed lines pull on teeth that touch without them."""
+    outputs = torus_outputs(torus, point, lines)
+    return bool(((outputs.force < outputs.reach) & (outputs.reach > 0)).any())
 
 
 def mesh_order_stability(torus: Torus, point: TorusPoint) -> Stability | None:
@@ -181,6 +196,9 @@ def _labelled(
         forces = gap_forces(point.problem, point.state)
         past += groups_past_the_end(ready.lawful, largest_link_forces(ready.lawful, point.problem.rows, forces))
     combined, label = _combinations(torus, point, force)
+    at, rattle = outputs.measures, list[CodedText]()
+    if _rippled(ready.lawful):
+        rattle = rattle_warnings(face.name, force.mean(axis=0), (at.lowest, at.highest), at.open, outputs.far)
     along, slices = _along_the_face(torus, outputs, counts)
     links, link_labels = _link_variables(torus, outputs, counts)
     return dataset(
@@ -227,6 +245,7 @@ def _labelled(
             *_instability(stability, too_many_steps(ready, point.state.speed)),
             *coarse,
             *_warnings(lines, bool(pulled.any())),
+            *rattle,
             *past,
         ],
     )

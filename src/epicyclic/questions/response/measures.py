@@ -34,7 +34,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ConvergenceError, ModelError
-from ...statics.record import MeshGroup, least_load, loaded_meshes, samples_per_cycle
+from ...statics.record import MeshGroup, least_load, link_factor, loaded_meshes, samples_per_cycle
 from ...system.system import Array, ComplexArray, ErrorRows, Line, System, faces
 from .lattice import LineFrequencies, on_axis
 from .response import Block, Response, require_stable_mean, respond, response
@@ -184,10 +184,12 @@ def link_statistics(
     constant, varying = np.hypot(average[x], average[y]), square[x] + square[y]
     varying[held] = np.maximum(varying[held] + constant[held] ** 2 - standing**2, 0.0)
     constant[held] = standing
+    most = np.maximum(span.high, -span.low)
     return {
+        "link_force_factor": link_factor(most, average),
         "link_force_mean": average,
         "link_force_rms": np.sqrt(square),
-        "link_force_peak": np.maximum(span.high, -span.low),
+        "link_force_peak": most,
         "link_force_peak_to_peak": span.high - span.low,
         "bearing_force_mean": constant,
         "bearing_force_rms": np.sqrt(varying),

@@ -197,6 +197,7 @@ def response_parts(ready: Response, speed: Array, *, shaft_orders: bool = True) 
 
     A part is an index of speeds and their initial truncation; its solution is the same with and without the others.
     """
+    ready.system.require_scaling(speed)
     first = np.tile(initial_truncation(ready), (speed.size, 1))
     return list(_chunks(ready, np.arange(speed.size), first, shaft_orders=shaft_orders))
 

@@ -172,6 +172,7 @@ def _forces(
     names = ("dynamic_factor", "mesh", "amplitude", "own_force", "force_ratio", "share", "excited")
     forces: ResonanceForces = {name: np.full(count, np.nan) for name in names}
     forces |= {name: np.full(count, "", dtype=object) for name in ("mesh", "excited")}
+    system = system.scaling
     how, pulled = how or {"shaft_orders": len(tones) == 1}, 0
     try:
         for tone in np.unique(crossings.tone):
@@ -283,6 +284,7 @@ ROWS: dict[str, tuple[str, ...]] = {
     "amplitude": ("dof",),
     "acceleration_rms": ("dof",),
     "body_acceleration_rms": ("body",),
+    "link_force_factor": ("link_row",),
     "link_force_mean": ("link_row",),
     "link_force_rms": ("link_row",),
     "link_force_peak": ("link_row",),

@@ -26,6 +26,7 @@ from ...show.elements import (
     relative_speed,
     speed_range_of,
     status_table,
+    torque_tables,
 )
 from ...show.errors_shown import error_tables
 from ...show.series import engineering, of_first_stage, own_tones, split_name, stage_count, texts, unbroken
@@ -51,6 +52,7 @@ def steady_tables(result: xr.Dataset) -> Sequence[Table]:
         }
         title = "Radial forces in bearings, supports and couplings"
         found.append(Table(title=title, columns=loaded(bearings, heading)))
+    found += torque_tables(result)
     if result.sizes.get("line"):
         columns: dict[str, Any] = {
             "cause": list(map(str, result.line.values)),
@@ -101,7 +103,7 @@ def sweep_tables(result: xr.Dataset) -> Sequence[Table]:
         bodies = largest_over_speed(result, "body", "body_acceleration_rms", "largest rms [m/s2]")
         title = "Accelerations of the bodies' centres"
         found.append(Table(title=title, columns=loaded(bodies, "largest rms [m/s2]")))
-    return [*found, *error_tables(result), status_table(result)]
+    return [*found, *error_tables(result), *torque_tables(result), status_table(result)]
 
 
 def sweep_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:

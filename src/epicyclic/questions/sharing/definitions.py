@@ -47,6 +47,7 @@ from ...statics.load_map import MEAN_LOADS
 from ...statics.record import (
     MeshGroup,
     Record,
+    force_at_rest,
     group_shares,
     idle_warnings,
     line_excitation,
@@ -351,7 +352,8 @@ def static_waves(system: System, flexible: Compliance, tone: Fraction, samples: 
     k = mesh_stiffness(system, tone, np.arange(samples), samples)
     require_balance(flexible.free, system.force[None], system)
     for line in system.lines:
-        require_balance(flexible.free, np.array([line.force[0].real, line.force[0].imag]), system)
+        force = force_at_rest(system, line)
+        require_balance(flexible.free, np.array([force.real, force.imag]), system)
 
     left, size = np.zeros(samples), np.zeros(samples)
 

@@ -12,7 +12,7 @@ import numpy as np
 from ...engine.plan import MOST_NUMBERS, require_memory, require_time
 from ...errors import ModelError
 from ...machine_code import numba_available
-from ...statics.record import reference_tone
+from ...statics.record import link_factor, reference_tone
 from ...statics.transmission_error import run_errors
 from ...system.gaps import groups_past_the_end, net_force, past_the_end
 from ...system.system import Array, ComplexArray, System, faces
@@ -59,6 +59,8 @@ _STEP_TIME, _SLOWER = 3e-7, 30.0
 _RESUMED, _LONGEST = 30 * 86_400.0, 3600.0
 # Instants whose forces are worked out at a time: a table of a law holds two numbers a row, load and instant.
 _BLOCK = 1024
+# Last part of a run, over which its links have a mean.
+_LAST = 0.2
 
 
 # --- forces from states ----------------------------------------------------------------------------------------------
@@ -175,6 +177,7 @@ def transient(
     contact, method, samples, decimate = options.contact, options.method, options.samples, options.decimate
     end: Any = start if hasattr(start, "attrs") else None
     speed = _speeds(options.mesh_frequency, tone)
+    system.require_scaling(np.array(speed))
     scenario = Scenario(
         duration=_duration(options, speed, tone),
         speed=speed,
@@ -395,13 +398,18 @@ def _labelled(record: RunRecord, tone: float, options: dict[str, Any]) -> xr.Dat
     force, motion = np.concatenate(mesh, axis=1), np.concatenate(displacement, axis=1)
     errors = run_errors(system, motion / system.dofs.radius[:, None])
     tones = np.array([float(mesh_tone) for mesh_tone in system.tones])[system.meshes.tone]
+    of_links = np.concatenate(link, axis=1)
+    with np.errstate(over="ignore", invalid="ignore"):
+        late = of_links[:, times >= times[-1] * (1 - _LAST)]
+        factor = link_factor(np.abs(late).max(axis=1, initial=0.0), late.mean(axis=1))
     result = dataset(
         {
             "mesh_force": (("mesh", "time"), force),
             **_over_all_steps(record, times, force, apart=unilateral),
             "displacement": (("dof", "time"), motion),
             **errors,
-            "link_force": (("link_row", "time"), np.concatenate(link, axis=1)),
+            "link_force": (("link_row", "time"), of_links),
+            "link_force_factor": ("link_row", factor),
             **variables,
             "relative_speed": ("time", speed),
             "contact_lost": ("mesh", face.any(lost)),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...results.dataset import largest
-from ...show.elements import Company, Drawing, Finding, Part, Section, Table, number
+from ...show.elements import Company, Drawing, Finding, Part, Section, Table, number, torque_tables
 from ...show.series import engineering, of_first_stage, own_tones, short_names, texts
 from ...show.views import ResultView
 
@@ -51,7 +51,10 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
     words = "Least, most and contact over every step of the integration; the last fifth over the samples kept."
     if not whole:  # a result of an earlier version
         words = "Over the samples kept: between them forces may be larger."
-    return [Table(title=f"Mesh forces along the tooth normal, {title}", columns=columns, lead=words)]
+    return [
+        Table(title=f"Mesh forces along the tooth normal, {title}", columns=columns, lead=words),
+        *torque_tables(result),
+    ]
 
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:

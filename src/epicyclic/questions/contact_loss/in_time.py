@@ -1,0 +1,131 @@
+"""The steady motion followed in time, where ripple parts teeth and no torus of its phases is solved.
+
+The run is cut into stretches of whole mesh cycles, at least 24 cycles of the slowest line each, until the RMS of all
+mesh forces of one stretch is that of the stretch before.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...errors import ConvergenceError
+from ...statics.record import reference_tone
+from ...system.system import Array, System, faces
+from ...warning_codes import CodedText, coded
+from ..response.measures import Range, held_pairs, link_statistics
+from ..response.response import Response
+from ..response.spectra import lateral_pairs
+from ..transient import TransientOptions
+from ..transient.transient import transient
+from .shaft_orders import SuperposedLine
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+# Error of a superposed line per its own force from which the motion is followed in time instead.
+OFF = 0.05
+_CYCLES, _MOST, _SAMPLES = 24, 16, 64
+# Change of the RMS of mesh forces per the largest from one stretch to the next that is none, and that is refused.
+_SETTLED, _REFUSED = 0.005, 0.05
+
+
+def followed_in_time(
+    system: System, ready: Response, speed: float, lines: Sequence[SuperposedLine], options: dict[str, Any]
+) -> xr.Dataset:
+    """The Dataset of `contact_steady`, of the last stretch of the run; ``residual`` is the change of its RMS.
+
+    Raises
+    ------
+    ConvergenceError : the motion does not settle.
+    """
+    from ...results.dataset import dataset
+
+    tone = float(reference_tone(system)) * speed
+    slowest = min(float(line.frequency) for line in system.lines if line.frequency) * speed
+    cycles = max(_CYCLES, math.ceil(_CYCLES * tone / slowest))
+    rms, run, change = np.zeros(0), None, math.inf
+    for _ in range(_MOST):
+        start: Any = {} if run is None else {"initial": run}
+        run = transient(system, TransientOptions(cycles=cycles, mesh_frequency=tone, samples=_SAMPLES, **start))
+        before, rms = rms, run.mesh_force.values[:, :-1].std(axis=1)
+        change = float(np.abs(rms - before).max() / (rms.max() or 1.0)) if before.size else math.inf
+        if change <= _SETTLED or not np.isfinite(rms).all():
+            break
+    causes = "; ".join(cause for line in lines if line.error > OFF for cause in line.shaft.causes)
+    if run is None or not change <= _REFUSED:
+        raise ConvergenceError(
+            f"{causes}: parts teeth, and the motion followed in time does not settle: its RMS still changes by "
+            f"{change:.2g} from one stretch of {cycles} mesh cycles to the next; transient shows it"
+        )
+    face, force = faces(system.meshes), run.mesh_force.values[:, :-1]
+    folded = force.reshape(len(force), cycles, _SAMPLES)
+    travel, links = run.displacement.values, _links(ready, run)
+    open_share, far_share = run.open_share.values, run.far_share.values
+    text = f"{causes}: parts teeth; followed in time over {cycles} mesh cycles, RMS settled to {change:.1g}"
+    mean, most, least = force.mean(axis=1), run.mesh_force_peak.values, run.mesh_force_minimum.values
+    notes = [coded("followed-in-time", text), *rattle_warnings(face.name, mean, (least, most), open_share, far_share)]
+    return dataset(
+        {
+            "mesh_force": (("mesh", "mesh_phase"), folded.mean(axis=1)),
+            "mesh_force_least": (("mesh", "mesh_phase"), folded.min(axis=1)),
+            "mesh_force_most": (("mesh", "mesh_phase"), folded.max(axis=1)),
+            "mesh_force_rms": ("mesh", rms),
+            "mesh_force_bound": ("mesh", most),
+            "mesh_force_minimum": ("mesh", least),
+            "open_share": ("mesh", open_share),
+            "far_share": ("mesh", far_share),
+            "contact_lost": ("mesh", open_share + far_share > 0),
+            "amplitude": ("dof", np.ptp(travel, axis=1) / 2),
+            **links,
+            "status": ((), "followed in time"),
+            "instability": ((), ""),
+            "largest_multiplier": ((), np.nan),
+            "multiplier_error": ((), np.nan),
+            "residual": ((), change),
+            "residual_dropped": ((), np.nan),
+        },
+        {
+            "mesh": list(face.name),
+            "link_row": list(map(str, run.link_row.values)),
+            "bearing": [system.links.link[x] for x, _ in lateral_pairs(system)],
+            "dof": list(system.dofs.names),
+            "mesh_phase": np.arange(_SAMPLES) / _SAMPLES,
+            "mesh_frequency": tone,
+        },
+        verb="steady",
+        options={**options, "cycles": cycles},
+        provenance=system.provenance,
+        warnings=[*system.warnings, *notes],
+    )
+
+
+def rattle_warnings(
+    names: Sequence[str], mean: Array, ends: tuple[Array, Array], open_share: Array, far_share: Array
+) -> list[CodedText]:
+    """A warning of the meshes (w,) that part and whose mean force is below half the range of its ends (w,) [N]."""
+    least, most = ends
+    light = (np.abs(mean) < (most - least) / 2) & (open_share + far_share > 0)
+    if not light.any():
+        return []
+    which = ", ".join(name for name, less in zip(names, light, strict=True) if less)
+    shares = f"apart for up to {open_share[light].max():.2g} of the time"
+    if far_share[light].any():
+        shares += f", on the far flank for up to {far_share[light].max():.2g}"
+    return [coded("teeth-rattle", f"the mean load is below the ripple: the teeth of {which} rattle, {shares}")]
+
+
+def _links(ready: Response, run: xr.Dataset) -> dict[str, Any]:
+    """Measures of the linear links over a run, those of two lateral rows as bearings."""
+    links, pairs = ready.lawful.links, lateral_pairs(ready.lawful)
+    force = run.link_force.values[:, :-1]
+    x, y = pairs.T
+    length = np.hypot(force[x], force[y]).max(axis=1, initial=0.0)
+    span, held = Range(low=force.min(axis=1), high=force.max(axis=1), length=length), held_pairs(pairs, links.turn)
+    measures = link_statistics(span, force.mean(axis=1), force.var(axis=1), pairs, held, np.zeros(len(held)))
+    return {
+        name: ("bearing" if name.startswith("bearing") else "link_row", values) for name, values in measures.items()
+    }
