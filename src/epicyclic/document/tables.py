@@ -17,7 +17,7 @@ from typing import Any, Final
 
 from ..errors import ModelError
 from .deviations import MemberDeviationsTable, MeshDeviationsTable, bare_keys
-from .schema import SIDES, STAGE_KEYS, Names, full_path, mesh_name, nearest, reference
+from .schema import BY_MEMBER, LOADING, SIDES, STAGE_KEYS, Names, full_path, mesh_name, nearest, reference
 from .schema_fields import LINK_KEYS
 
 PlainTable = dict[str, Any]
@@ -338,7 +338,7 @@ def _entries(table: PlainTable, kind: str, names: Names, path: str = "") -> Plai
 def _operation(table: PlainTable, names: Names, path: str = "operation") -> PlainTable:
     """Expand `[operation]`: the stage put in front of every member."""
     result = dict(table)
-    for name in ("speed", "torque", "power"):
+    for name in BY_MEMBER:
         if isinstance(by_member := table.get(name), dict):
             result[name] = _full(by_member, names, f"{path}.{name}")
     if isinstance(held := table.get("held"), list):
@@ -490,9 +490,9 @@ def normalise(data: PlainTable, names: Names) -> PlainTable:
 def _normalised_operation(table: PlainTable, names: Names, path: str = "operation") -> PlainTable:
     """Flatten speeds, torques and powers to full member paths."""
     result = _with_tuple(_with_tuple(table, "held"), "open")
-    for name in ("speed", "torque", "power"):
+    for name in BY_MEMBER:
         if isinstance(table.get(name), dict):
-            result[name] = _by_member(table[name], names, f"{path}.{name}", sides=name != "speed")
+            result[name] = _by_member(table[name], names, f"{path}.{name}", sides=name in LOADING)
     if isinstance(gravity := table.get("gravity"), bool):
         result["gravity"] = f"[0, {-STANDARD_GRAVITY}, 0] m/s^2" if gravity else None
     return result

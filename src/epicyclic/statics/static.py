@@ -326,7 +326,7 @@ def static(system: System, options: StaticOptions, *, progress: Callable[[float]
     warnings = [
         *system.warnings,
         *free_position_warnings(system, train.loaded.free),
-        *_zero_warnings(system),
+        *zero_warnings(system),
         *contact_warnings(system, contact),
     ]
     return _dataset(train, record, pieces, contact, warnings)
@@ -381,7 +381,7 @@ def contact_warnings(system: System, contact: FlankContact) -> list[CodedText]:
     return notes + past_the_end(system, flanks(system), contact.largest)
 
 
-def _zero_warnings(system: System) -> list[CodedText]:
+def zero_warnings(system: System) -> list[CodedText]:
     """A warning where backlash is finite: the other sense of the torque has another zero, that far away.
 
     The angles of a locked train count from mid-backlash: there, of meshes without it.

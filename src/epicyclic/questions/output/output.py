@@ -1,0 +1,129 @@
+"""A gearbox at one of its shafts, the others locked: stiffness over torque, hysteresis, lost motion, reflected inertia.
+
+Stiffnesses and lost motion are read from the middle line of the loop of `hysteresis`: the tangent dT/dphi at every
+torque; between 50 and 100 % of the rated torque the secant, and the slope of least squares.  Lost motion is the angle
+at +share less that at -share of the rated torque, the backlash the same at a share so small that hardly anything
+yields.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...errors import ModelError
+from ...results.dataset import dataset
+from ...statics.static import zero_warnings
+from ...system.assembly import assemble, train_provenance
+from ...system.system import Array
+from ...warning_codes import CodedText, coded
+from . import OutputOptions
+from .hysteresis import Loop, hysteresis, relative_torques
+from .locked_train import OutputShaft, locked_train, output_shaft, ports
+from .shafts import reflected_inertia, starting_torque
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from ...train.train import Train
+
+STATISTICS = ("mean", "least", "most")
+"""Over the places of the mesh cycle at which a train may be locked."""
+RANGE = (0.5, 1.0)
+"""Torques per rated torque between which secant and least squares are taken."""
+Columns = dict[str, tuple[Any, Any]]
+
+
+def output(train: Train, options: OutputOptions) -> xr.Dataset:
+    """What a user of a gearbox measures at one of its shafts.
+
+    Friction of the teeth is not in the loop.
+
+    Returns
+    -------
+    Dataset : angle_rising, angle_falling (mesh_phase, shaft_torque) [rad]; shaft_tangent_stiffness (over_phases,
+        shaft_torque), shaft_secant_stiffness, shaft_fitted_stiffness (over_phases) [N m/rad]; lost_motion,
+        shaft_backlash (over_phases) [rad]; hysteresis_energy (over_phases) [J]; rated_torque [N m] and shaft_play [rad]
+        (); reflected_inertia [kg m^2] and starting_torque [N m] (shaft).  Attributes ``shaft``, ``locked_shafts``.
+
+    Raises
+    ------
+    ModelError : as of `output_shaft`; a load that nothing holds; shares of which that of the backlash is the larger.
+    ConvergenceError : no equilibrium.
+    """
+    if options.backlash_share >= options.share:
+        allowed = f"below share, {options.share:g}"
+        raise ModelError("out of range", path="backlash_share", given=options.backlash_share, allowed=allowed)
+    shaft = output_shaft(train, options.shaft, options.held, options.rated)
+    system = assemble(locked_train(train, shaft))
+    relative = relative_torques(options.points, (options.share, options.backlash_share))
+    endless = bool(np.isinf(system.meshes.backlash).any())
+    reverse = assemble(locked_train(train, replace(shaft, torque=-shaft.torque))) if endless else None
+    loop = hysteresis(system, reverse, options.phases, relative)
+    shafts = tuple(dict.fromkeys([shaft.name, *ports(train)]))
+    start, reason = starting_torque(train, shafts, options.friction)
+    return dataset(
+        {
+            **_loop_columns(loop, options, 1.0 if shaft.torque > 0 else -1.0),
+            "rated_torque": ((), abs(shaft.torque)),
+            "reflected_inertia": ("shaft", reflected_inertia(train, shafts)),
+            "starting_torque": ("shaft", start),
+        },
+        {
+            "shaft_torque": loop.torque,
+            "mesh_phase": np.arange(options.phases) / options.phases,
+            "over_phases": np.array(STATISTICS, dtype=object),
+            "shaft": np.array(shafts, dtype=object),
+        },
+        verb="output",
+        options=asdict(options),
+        provenance={**train_provenance(train), **_about(shaft, reason)},
+        warnings=[*system.warnings, *zero_warnings(system), *_warnings(shaft, options.friction)],
+    )
+
+
+def _loop_columns(loop: Loop, options: OutputOptions, sense: float) -> Columns:
+    """Columns of torque over angle; sense : of the rated torque."""
+    each: Mapping[str, Array] = {
+        "shaft_secant_stiffness": loop.secant(*RANGE, sense),
+        "shaft_fitted_stiffness": loop.fitted(*RANGE, sense),
+        "lost_motion": loop.lost_motion(options.share),
+        "shaft_backlash": loop.lost_motion(options.backlash_share),
+        "hysteresis_energy": loop.energy,
+    }
+    curves = {"angle_rising": loop.rising, "angle_falling": loop.falling}
+    return {
+        **{name: (("mesh_phase", "shaft_torque"), values) for name, values in curves.items()},
+        "shaft_tangent_stiffness": (("over_phases", "shaft_torque"), over_phases(loop.tangent())),
+        **{name: ("over_phases", over_phases(values)) for name, values in each.items()},
+        "shaft_play": ((), loop.play),
+    }
+
+
+def over_phases(values: Array) -> Array:
+    """Mean, least and most (3, ...) of values (P, ...)."""
+    return np.stack([values.mean(axis=0), values.min(axis=0), values.max(axis=0)])
+
+
+def _about(shaft: OutputShaft, reason: str) -> dict[str, str]:
+    """Attributes: the shaft, what is locked, what its rated torque is from, why there is no starting torque."""
+    return {
+        "shaft": shaft.name,
+        "locked_shafts": ", ".join(shaft.held),
+        "rated_by": shaft.rated_by,
+        "starting_torque_reason": reason,
+    }
+
+
+def _warnings(shaft: OutputShaft, friction: float | None) -> list[CodedText]:
+    """The rated torque is that of operation; friction of the teeth is not in the loop."""
+    said = []
+    if shaft.rated_by == "operation":
+        text = f"no rated torque of {shaft.name}: that of operation, {abs(shaft.torque):.4g} N m"
+        said.append(coded("rated-of-operation", text))
+    if friction:
+        said.append(coded("friction-not-in-loop", "friction of the teeth is not in hysteresis and lost motion"))
+    return said

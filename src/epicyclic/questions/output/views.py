@@ -1,0 +1,82 @@
+"""`output`: stiffness and lost motion of a gearbox at one of its shafts, torque over angle, inertia of every shaft."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...show.elements import Company, Drawing, Finding, KeyFigure, Section, Table
+from ...show.series import engineering, texts
+from ...show.views import ResultView
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_ARCMIN = 180 * 60 / np.pi
+_ROWS = {
+    "shaft_secant_stiffness": ("torsional stiffness, secant 50 to 100 %", "N m/arcmin", 1 / _ARCMIN),
+    "shaft_fitted_stiffness": ("torsional stiffness, least squares 50 to 100 %", "N m/arcmin", 1 / _ARCMIN),
+    "lost_motion": ("lost motion", "arcmin", _ARCMIN),
+    "shaft_backlash": ("backlash", "arcmin", _ARCMIN),
+    "shaft_play": ("play", "arcmin", _ARCMIN),
+    "hysteresis_energy": ("energy of a cycle", "J", 1.0),
+}
+
+
+def tables(result: xr.Dataset) -> Sequence[Table]:
+    """Stiffness [N m/arcmin], lost motion and backlash [arcmin], energy of a cycle [J]; inertia of the shafts."""
+    columns: dict[str, Any] = {"": [_called(result, name) for name in _ROWS]}
+    columns["unit"] = [unit for _, unit, _ in _ROWS.values()]
+    for one in texts(result, "over_phases"):
+        columns[one] = [_value(result, name, one) for name in _ROWS]
+    rated = f"rated torque {engineering(float(result.rated_torque))} N m"
+    title = f"At {result.attrs['shaft']}, locked {result.attrs['locked_shafts']}; {rated}"
+    shafts: dict[str, Any] = {
+        "shaft": texts(result, "shaft"),
+        "reflected inertia [kg m^2]": list(result.reflected_inertia.values),
+        "starting torque [N m]": list(result.starting_torque.values),
+    }
+    reason = result.attrs["starting_torque_reason"]
+    lead = f"No starting torque: {reason}." if reason else ""
+    return [Table(title=title, columns=columns), Table(title="Seen from every shaft", columns=shafts, lead=lead)]
+
+
+def _value(result: xr.Dataset, name: str, of: str) -> float:
+    """Number of a row in its unit."""
+    values = result[name]
+    return _ROWS[name][2] * float(values.sel(over_phases=of) if "over_phases" in values.dims else values)
+
+
+def _called(result: xr.Dataset, name: str) -> str:
+    """Name of a row, with the share of the rated torque that it is read at."""
+    share = json.loads(result.attrs["options"]).get({"lost_motion": "share", "shaft_backlash": "backlash_share"}.get(name))
+    return _ROWS[name][0] if share is None else f"{_ROWS[name][0]} at {100 * share:.3g} % of the rated torque"
+
+
+def key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
+    """Torsional stiffness [N m/arcmin] and lost motion [arcmin]."""
+    mean = result.sel(over_phases="mean")
+    lost = float(mean.lost_motion) * _ARCMIN
+    stiffness = f"{engineering(float(mean.shaft_secant_stiffness) / _ARCMIN)} N m/arcmin"
+    figures = [(stiffness, f"torsional stiffness at {result.attrs['shaft']}")]
+    return figures if np.isnan(lost) else [*figures, (f"{engineering(lost)} arcmin", "lost motion")]
+
+
+def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
+    """Torque over angle, and the tables."""
+    from ...show.charts.output import torque_over_angle
+
+    drawing = Drawing(anchor="torque-angle", figure=torque_over_angle(result))
+    return [Section(anchor="output", title="Output", parts=[drawing, *tables(result)])]
+
+
+def findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
+    """Lost motion and stiffness: plain numbers, as nothing limits them."""
+    text = ", ".join(f"{what} {value}" for value, what in key_figures(result))
+    return [Finding(tone="", text=f"{text[:1].upper()}{text[1:]}.", anchor="output")]
+
+
+VIEWS = (ResultView("output", 55, tables, sections, key_figures=key_figures, findings=findings),)
