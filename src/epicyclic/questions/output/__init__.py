@@ -34,9 +34,9 @@ class OutputOptions:
             reads="torque",
         ),
     ] = None
-    share: Annotated[
-        float, Option("Torque per rated torque of the lost motion.", above=0, most=1, reads="share")
-    ] = 0.03
+    share: Annotated[float, Option("Torque per rated torque of the lost motion.", above=0, most=1, reads="share")] = (
+        0.03
+    )
     backlash_share: Annotated[
         float, Option("Torque per rated torque of the backlash.", above=0, most=1, reads="share")
     ] = 0.005

@@ -47,7 +47,10 @@ class Loop:
         return line
 
     def lost_motion(self, share: float) -> Array:
-        """Angle at a share of the rated torque less that at its negative, on the middle line, (P,) [rad]; nan without play."""
+        """Angle at a share of the rated torque less that at its negative, on the middle line, (P,) [rad].
+
+        nan where no backlash is known: senses then have zeros of their own.
+        """
         if np.isnan(self.play):
             return np.full(len(self.rising), np.nan)
         most = self.torque[-1]
@@ -150,7 +153,9 @@ def _shaft_turn(system: System) -> Array:
     """
     turn: Array = _weights(system, system.dofs.bodies) @ system.dofs.expand[5::6]
     if not np.abs(turn).max() > _STILL:
-        raise ModelError("cannot turn: it is rigid with what is held", path="shaft", given=", ".join(system.locked or ()))
+        raise ModelError(
+            "cannot turn: it is rigid with what is held", path="shaft", given=", ".join(system.locked or ())
+        )
     return turn
 
 

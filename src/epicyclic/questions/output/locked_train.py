@@ -1,4 +1,4 @@
-"""The shaft that a gearbox is seen from, and the train with its other shafts locked: the same model, other operation."""
+"""The shaft that a gearbox is seen from; the train with its other shafts locked, by another operation of the model."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ def _rated(train: Train, shaft: str, rated: float | None) -> tuple[float, str]:
         return sense * stated[shaft], "operation.rated"
     if not of_operation:
         allowed = f"rated, operation.rated.{shaft}, or a torque of operation"
-        raise ModelError("has no rated torque", path="rated", given=shaft, allowed=allowed)
+        raise ModelError(f"{shaft} has no rated torque", path="rated", allowed=allowed)
     return of_operation, "operation"
 
 

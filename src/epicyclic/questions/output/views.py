@@ -52,7 +52,9 @@ def _value(result: xr.Dataset, name: str, of: str) -> float:
 
 def _called(result: xr.Dataset, name: str) -> str:
     """Name of a row, with the share of the rated torque that it is read at."""
-    share = json.loads(result.attrs["options"]).get({"lost_motion": "share", "shaft_backlash": "backlash_share"}.get(name))
+    share = json.loads(result.attrs["options"]).get(
+        {"lost_motion": "share", "shaft_backlash": "backlash_share"}.get(name)
+    )
     return _ROWS[name][0] if share is None else f"{_ROWS[name][0]} at {100 * share:.3g} % of the rated torque"
 
 
