@@ -194,6 +194,8 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "shaft_secant_stiffness": ("N m/rad", "torsional stiffness, secant from 50 to 100 % of the rated torque"),
     "shaft_fitted_stiffness": ("N m/rad", "torsional stiffness, least squares from 50 to 100 % of the rated torque"),
     "lost_motion": ("rad", "angle between the shares of the rated torque in both senses, on the middle line"),
+    "lost_motion_mean": ("rad", "mean lost motion of the trains of a drawing, by its tolerances"),
+    "lost_motion_quantile": ("rad", "lost motion that so many of the trains of a drawing do not exceed"),
     "shaft_backlash": ("rad", "the same at the share of the backlash, so small that hardly anything yields"),
     "shaft_play": ("rad", "free travel of the shaft from flank to flank"),
     "hysteresis_energy": ("J", "energy that a cycle of the rated torque dissipates, the area of the loop"),

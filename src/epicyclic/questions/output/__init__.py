@@ -42,6 +42,10 @@ class OutputOptions:
     ] = 0.005
     points: Annotated[int, Option("Torques from zero to rated torque.", least=4, most=2000)] = 40
     phases: Annotated[int, Option("Places in the mesh cycle at which it is locked.", least=1, most=1000)] = 12
+    samples: Annotated[
+        int, Option("Trains drawn from [tolerance], rounded up to a power of two.", least=1, most=2**17)
+    ] = 1024
+    seed: Annotated[int, Option("The same seed, the same samples.", least=0)] = 1
     friction: Annotated[
         float | None,
         Option("Coefficient of friction of the teeth, for the starting torque.", least=0, most=1, default="none"),

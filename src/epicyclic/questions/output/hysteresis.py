@@ -22,6 +22,7 @@ from ...system.system import Array, System
 
 # Torques between the least one and the first of the even steps, and the least per least share that is read.
 _FINE, _LEAST = 6, 0.25
+_AT_ONCE = 512  # trains whose torques are solved at once
 _DIGITS = 12  # of relative torques: two that differ by rounding are one
 _STILL = 1e-12  # turning per unit of the shaft's coordinate that is none
 
@@ -121,15 +122,43 @@ def hysteresis(system: System, reverse: System | None, phases: int, relative: Ar
 
 def _both_branches(system: System, phases: int, grid: Array) -> tuple[Array, Array, Array, float]:
     """Falling and rising angle (P, m) [rad] at torques (m,), energy (P,) [J] and play [rad]."""
-    held, shaft = held_train(system), _shaft_turn(system)
     base = excitation(system, Fraction(1), np.arange(phases), phases)
-    base = base._replace(force=base.force - _rated(system) * shaft)
+    return _branches_at(held_train(system), base._replace(force=base.force - shaft_load(system)), grid)
+
+
+def _branches_at(held: HeldTrain, base: RecordExcitation, grid: Array) -> tuple[Array, Array, Array, float]:
+    """The same at P instants whose excitation has no torque at the shaft."""
+    shaft = _shaft_turn(held.system)
     balanced(held, base.force + grid[-1] * shaft)
     solve = _with_memory if held.laws.memory.any() else _each_by_itself
     *displacements, energy = solve(held, base, shaft, grid)
     angle, play = _angles(held, np.concatenate(displacements).reshape(-1, shaft.size))
-    falling, rising = angle.reshape(2, grid.size, phases).transpose(0, 2, 1)
+    falling, rising = angle.reshape(2, grid.size, -1).transpose(0, 2, 1)
     return falling, rising, energy, play
+
+
+def loop_of_samples(held: HeldTrain, base: RecordExcitation, shares: Sequence[float]) -> Loop:
+    """Torque over angle of S trains of one drawing, as of `hysteresis`, at shares of the rated torque and at that.
+
+    base : S instants, whose excitation has no torque at the shaft.
+
+    Raises
+    ------
+    ConvergenceError : no equilibrium.
+    """
+    size = abs(_rated(held.system)) * np.unique([*shares, 1.0])
+    grid = np.concatenate([-size[::-1], size])
+    pieces = [
+        _branches_at(held, base.at(np.arange(first, min(first + _AT_ONCE, len(base.force)))), grid)
+        for first in range(0, len(base.force), _AT_ONCE)
+    ]
+    falling, rising, energy = (np.concatenate([piece[i] for piece in pieces]) for i in range(3))
+    return Loop(torque=grid, rising=rising, falling=falling, energy=energy, play=pieces[0][3])
+
+
+def shaft_load(system: System) -> Array:
+    """The rated torque as a force (n,) [N, N m]."""
+    return _rated(system) * _shaft_turn(system)
 
 
 def _rated(system: System) -> float:

@@ -17,6 +17,8 @@ from ...train.train import Train
 
 # Tables of a document that speak of its operation, and keys of that which a locked train keeps.
 _OF_OPERATION, _KEPT = ("assumed", "case", "cases", "loads", "operation", "tolerance"), ("open", "gravity")
+# Paths of tolerances that are of the operation, and what their table has beside paths that are drawn.
+_NOT_DRAWN = ("operation.", "cases.", "cost")
 # Power below this share of the largest is rounding.
 _NONE = 1e-9
 
@@ -131,4 +133,6 @@ def locked_train(train: Train, shaft: OutputShaft) -> Train:
     operation = {name: table[name] for table in both for name in _KEPT if name in table}
     loads = {**(train.document.get("loads") or {}), **(case.get("loads") or {})}  # type: ignore[dict-item]
     locked = {"held": list(shaft.held), "torque": {shaft.name: shaft.torque}}
-    return load({**document, "operation": {**operation, **locked}, "loads": loads})
+    stated: dict[str, Any] = value_at(train.document, ("tolerance",)) or {}
+    drawn = {path: entry for path, entry in stated.items() if not path.startswith(_NOT_DRAWN)}
+    return load({**document, "operation": {**operation, **locked}, "loads": loads, "tolerance": drawn})

@@ -23,6 +23,7 @@ from ...warning_codes import CodedText, coded
 from . import OutputOptions
 from .hysteresis import Loop, hysteresis, relative_torques
 from .locked_train import OutputShaft, locked_train, output_shaft, ports
+from .samples import PROBABILITIES, sampled_loops
 from .shafts import reflected_inertia, starting_torque
 
 if TYPE_CHECKING:
@@ -46,7 +47,8 @@ def output(train: Train, options: OutputOptions) -> xr.Dataset:
     -------
     Dataset : angle_rising, angle_falling (mesh_phase, shaft_torque) [rad]; shaft_tangent_stiffness (over_phases,
         shaft_torque), shaft_secant_stiffness, shaft_fitted_stiffness (over_phases) [N m/rad]; lost_motion,
-        shaft_backlash (over_phases) [rad]; hysteresis_energy (over_phases) [J]; rated_torque [N m] and shaft_play [rad]
+        shaft_backlash (over_phases) [rad], of a drawing with tolerances lost_motion_mean (), lost_motion_quantile
+        (probability) [rad]; hysteresis_energy (over_phases) [J]; rated_torque [N m] and shaft_play [rad]
         (); reflected_inertia [kg m^2] and starting_torque [N m] (shaft).  Attributes ``shaft``, ``locked_shafts``.
 
     Raises
@@ -58,16 +60,20 @@ def output(train: Train, options: OutputOptions) -> xr.Dataset:
         allowed = f"below share, {options.share:g}"
         raise ModelError("out of range", path="backlash_share", given=options.backlash_share, allowed=allowed)
     shaft = output_shaft(train, options.shaft, options.held, options.rated)
-    system = assemble(locked_train(train, shaft))
-    relative = relative_torques(options.points, (options.share, options.backlash_share))
+    locked = locked_train(train, shaft)
+    system = assemble(locked)
+    shares = (options.share, options.backlash_share)
+    relative = relative_torques(options.points, shares)
     endless = bool(np.isinf(system.meshes.backlash).any())
     reverse = assemble(locked_train(train, replace(shaft, torque=-shaft.torque))) if endless else None
     loop = hysteresis(system, reverse, options.phases, relative)
+    drawn = None if endless else sampled_loops(locked, shares, options.samples, options.seed)
     shafts = tuple(dict.fromkeys([shaft.name, *ports(train)]))
     start, reason = starting_torque(train, shafts, options.friction)
     return dataset(
         {
             **_loop_columns(loop, options, 1.0 if shaft.torque > 0 else -1.0),
+            **({} if drawn is None else _distributions(drawn[0], options)),
             "rated_torque": ((), abs(shaft.torque)),
             "reflected_inertia": ("shaft", reflected_inertia(train, shafts)),
             "starting_torque": ("shaft", start),
@@ -77,11 +83,21 @@ def output(train: Train, options: OutputOptions) -> xr.Dataset:
             "mesh_phase": np.arange(options.phases) / options.phases,
             "over_phases": np.array(STATISTICS, dtype=object),
             "shaft": np.array(shafts, dtype=object),
+            "probability": np.array(PROBABILITIES),
         },
         verb="output",
         options=asdict(options),
         provenance={**train_provenance(train), **_about(shaft, reason)},
-        warnings=[*system.warnings, *zero_warnings(system), *_warnings(shaft, options.friction)],
+        warnings=list(
+            dict.fromkeys(
+                [
+                    *system.warnings,
+                    *zero_warnings(system),
+                    *(() if drawn is None else drawn[1]),
+                    *_warnings(shaft, options.friction),
+                ]
+            )
+        ),
     )
 
 
@@ -100,6 +116,15 @@ def _loop_columns(loop: Loop, options: OutputOptions, sense: float) -> Columns:
         "shaft_tangent_stiffness": (("over_phases", "shaft_torque"), over_phases(loop.tangent())),
         **{name: ("over_phases", over_phases(values)) for name, values in each.items()},
         "shaft_play": ((), loop.play),
+    }
+
+
+def _distributions(loop: Loop, options: OutputOptions) -> Columns:
+    """Mean and quantiles of the lost motion over the trains of the drawing."""
+    lost = loop.lost_motion(options.share)
+    return {
+        "lost_motion_mean": ((), lost.mean()),
+        "lost_motion_quantile": ("probability", np.quantile(lost, PROBABILITIES)),
     }
 
 

@@ -41,7 +41,21 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
     }
     reason = result.attrs["starting_torque_reason"]
     lead = f"No starting torque: {reason}." if reason else ""
-    return [Table(title=title, columns=columns), Table(title="Seen from every shaft", columns=shafts, lead=lead)]
+    return [
+        Table(title=title, columns=columns),
+        *_distribution(result),
+        Table(title="Seen from every shaft", columns=shafts, lead=lead),
+    ]
+
+
+def _distribution(result: xr.Dataset) -> list[Table]:
+    """Lost motion [arcmin] over the trains that the tolerances of the drawing allow."""
+    if "lost_motion_mean" not in result.variables:
+        return []
+    columns = {"mean [arcmin]": [_ARCMIN * float(result.lost_motion_mean)]}
+    for part in result.probability.values:
+        columns[f"{100 * part:.3g} % [arcmin]"] = [_ARCMIN * float(result.lost_motion_quantile.sel(probability=part))]
+    return [Table(title="Lost motion of the trains that the tolerances allow", columns=columns)]
 
 
 def _value(result: xr.Dataset, name: str, of: str) -> float:

@@ -25,8 +25,12 @@ from tests.unit.statics.test_locked import (
 )
 
 import epicyclic
+from epicyclic.engine.plan import sampling_plan, scramble_uniforms
 from epicyclic.errors import ModelError
+from epicyclic.questions.output.locked_train import locked_train, output_shaft
+from epicyclic.questions.output.samples import sampled_loops
 from epicyclic.questions.output.views import findings, key_figures, tables
+from epicyclic.questions.tolerance.tolerance_map import tolerance_map
 
 ARCMIN = pi / 180 / 60
 CLEARANCE, BEARING = 7e-6, 8e7  # of a planet bearing, radial [m], [N/m]
@@ -239,6 +243,45 @@ def test_the_rated_torque_is_stated_by_the_file_or_its_case() -> None:
     assert both.rated_torque.sel(case=["low", "high"]).values.tolist() == [50, 100]
     with pytest.raises(ModelError, match=r"rated.first.sunn = 5 N m: no such member"):
         epicyclic.output(model, overrides={"operation.rated.sunn": "5 N m"})
+
+
+def test_the_lost_motion_of_a_drawing_follows_its_tolerances() -> None:
+    """A gap of the sun meshes that all planets share opens the play: the quantiles are those of the gap."""
+    model = one_stage()
+    model["tolerance"] = {
+        "deviations.meshes.sun-planet.gap": {"own": "uniform(0 um, 0 um)", "common": "uniform(0 um, 20 um)"},
+        "operation.torque.sun": "uniform(30 N m, 50 N m)",  # of the operation, not of the bench
+    }
+    result = epicyclic.output(model, phases=1, samples=2048)  # of each scramble one in 128 parts of the range
+    elastic = 0.03 * 40 / RATIO * compliance("first")
+    gap = np.array([0.5, 0.95, 0.99]) * 20e-6
+    lost = (2 * half_play("first") + gap / arm("first")) / RATIO + 2 * elastic
+    np.testing.assert_allclose(result.lost_motion_quantile, lost, rtol=1e-3)
+    assert float(result.lost_motion_mean) == pytest.approx(lost[0], rel=1e-3)
+    assert mean(result, "lost_motion") == pytest.approx(2 * half_play("first") / RATIO + 2 * elastic, rel=1e-8)
+    assert any("tolerances allow" in table.title for table in tables(result))
+
+
+def test_each_sample_is_the_train_that_its_overrides_make() -> None:
+    """The other route: the trains of single samples, loaded anew, with friction and with displaced pins."""
+    model = one_stage(clearance=f"{CLEARANCE} m", friction={"force": "150 N", "law": "coulomb"})  # type: ignore[arg-type]
+    model["tolerance"] = {
+        "deviations.planet.position": "disc(30 um)",
+        "stages.first.meshes.sun-planet.stiffness": "uniform(1e8 N/m, 3e8 N/m)",
+    }
+    train = epicyclic.load(model)
+    shaft = output_shaft(train, "carrier", None, None)
+    locked = locked_train(train, shaft)
+    sampled = sampled_loops(locked, (0.03, 0.005), 256, 1)
+    assert sampled is not None
+    lost = sampled[0].lost_motion(0.03)
+    plan, drawn = sampling_plan(256, seed=1), tolerance_map(locked)
+    for number in (0, 17, 200):
+        scramble, row = divmod(number, plan.rows)
+        overrides = drawn.overrides(scramble_uniforms(plan, scramble, drawn.dimension_entry.size)[row])
+        one = epicyclic.output({**model, "tolerance": {}}, shaft="carrier", overrides=overrides, phases=1)
+        assert lost[number] == pytest.approx(mean(one, "lost_motion"), rel=1e-6)
+    assert np.ptp(lost) > 0.1 * lost.mean()
 
 
 def test_a_study_takes_its_numbers() -> None:
