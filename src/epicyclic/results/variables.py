@@ -203,7 +203,7 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "reflected_inertia": ("kg m2", "inertia of the whole train reflected to the shaft"),
     "starting_torque": ("N m", "torque at the shaft that overcomes the friction of the teeth under the load"),
     "over_phases": ("", "over the places of the mesh cycle"),
-    "shaft": ("", "shaft of the gearbox"),
+    "port": ("", "member at which torque enters or leaves"),
     # modulation
     "exact_frequency": ("Hz", "exact frequency of the line at the operating speed"),
     "mesh_order": ("1", "frequency of the line per mesh frequency of the stage"),
@@ -587,6 +587,25 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "case_status": ("", "ok, or why the case holds nothing: wrong input, no convergence"),
     "case_reason": ("", "message of a case that failed"),
     "compared_values": ("1", "values of the variable that are compared"),
+    # transmission errors of static, steady, sweep, sharing and transient
+    "wind_up": ("rad", "mean lag of the shaft behind those that drive it"),
+    "error_line_frequency": ("Hz", "frequency of the line of a transmission error"),
+    **{
+        f"transmission_error_{kind}{suffix}": (unit, f"{meaning}{what}")
+        for kind, unit, meaning in (
+            ("rotation", "m", "transmission error of the mesh by the rotation of its gears, in the carrier's frame"),
+            ("approach", "m", "transmission error of the mesh with moving centres: approach along the line of action"),
+            ("shaft", "rad", "transmission error of the shaft behind those that drive it, wind-up apart"),
+        )
+        for suffix, what in (
+            ("", ", lag positive"),
+            ("_range", ": largest less smallest over the period"),
+            ("_line", ": amplitude of the line"),
+            ("_peak_to_peak", ": largest less smallest, over all phases of shaft lines"),
+            ("_rms", ": RMS of what varies"),
+            ("_order", ": amplitude at each mesh order"),
+        )
+    },
 }
 
 _RELATIVE = ("1", "speed per operating speed")

@@ -38,6 +38,7 @@ from .record import (
     parallel_meshes,
     record_of,
 )
+from .transmission_error import record_errors
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -517,6 +518,10 @@ def _dataset(
     angles = locked_columns(held, displacement)
     if angles:
         coords["body"] = angles.pop("body")[1]
+    errors, error_labels = record_errors(
+        system, displacement, Fraction(record.count) / record.unit, whole=record.count % record.period == 0
+    )
+    coords |= error_labels
     if system.groups:
         coords["group"] = np.array([group.name for group in system.groups], dtype=object)
     result = dataset(
@@ -530,6 +535,7 @@ def _dataset(
             **contact_shares(system, face, contact),
             **_slice_columns(face, force, lost),
             **angles,
+            **errors,
             **group_columns(system, pieces),
         },
         coords,

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..show.elements import Company, Drawing, KeyFigure, Section, Table, force_table
+from ..show.errors_shown import error_tables
 from ..show.series import engineering
 from ..show.views import ResultView
 
@@ -32,7 +33,7 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
     }
     title = "Torsion of supports, necks, shafts and couplings"
     twisted = [Table(title=title, columns=columns)] if torsion else []
-    return [*_angles(result), force_table(result), *_link_forces(result), *twisted]
+    return [*_angles(result), force_table(result), *error_tables(result), *_link_forces(result), *twisted]
 
 
 _ARCMIN = 180 * 60 / np.pi
@@ -99,9 +100,11 @@ def _link_forces(result: xr.Dataset) -> list[Table]:
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """Angles of a locked train; mesh forces over the record."""
-    from ..show.charts.over_time import mesh_forces
+    from ..show.charts.over_time import mesh_forces, transmission_errors
 
     parts = [Drawing(anchor="static-forces", figure=mesh_forces(result))] if "mesh_force" in result.variables else []
+    if "transmission_error_rotation" in result.variables:
+        parts.append(Drawing(anchor="static-errors", figure=transmission_errors(result)))
     return [Section(anchor="static", title="Static forces", parts=[*_angles(result), *parts])]
 
 

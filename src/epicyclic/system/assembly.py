@@ -47,6 +47,7 @@ from .system import (
     reduced_operator,
     turn_operator,
 )
+from .transmission_rows import error_rows
 
 # direction of a row -> that across it, and the sense in which a turn by a quarter leads there
 _ACROSS = {0: (1, 1), 1: (0, -1), 3: (4, 1), 4: (3, -1)}
@@ -116,6 +117,7 @@ def assemble(train: Train) -> System:
         stage_turns={} if turns is None else {s: Fraction(turns.get(s, 0)) / 60 for s in train.planets},
         far=_far_flanks(structure, T, meshes) if structure.far_of.size else None,
         locked=dict(train.torques) if train.kinematics.locked else None,
+        errors=error_rows(train, structure, T),
     )
 
 

@@ -183,6 +183,27 @@ class Line:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ErrorRows:
+    """Rows of the transmission errors on the coordinates (n,), side by side as `B` (n, 2 w + s).
+
+    mesh : (w,) names of the whole meshes, first by rotation and then by approach.
+    shaft : (s,) ``main.carrier by main.sun``: the shaft and those that drive it.
+    turn : speed of every shaft, exact [rev/s]; 0 where it is not known.  B : (n, 2 w + s) [m, rad].
+    """
+
+    mesh: tuple[str, ...] = ()
+    shaft: tuple[str, ...] = ()
+    turn: Mapping[str, Fraction] = field(default_factory=dict)
+    B: Array = field(default_factory=lambda: np.zeros((0, 0)))
+
+    def by_kind(self, values: NDArray[np.generic]) -> dict[str, tuple[str, NDArray[np.generic]]]:
+        """Values (2 w + s, ..) of the errors by their kind: dimension and values."""
+        w = len(self.mesh)
+        kinds = {"rotation": ("mesh", values[:w]), "approach": ("mesh", values[w : 2 * w])}
+        return {**kinds, **({"shaft": ("shaft", values[2 * w :])} if self.shaft else {})}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Symmetry:
     """Turning one stage by one branch: R on q, R^N = 1, commutes with M and K where the stage is cyclic.
 
@@ -222,6 +243,7 @@ class System:
     far : the far flanks, for analyses of contact loss; None without finite backlash.
     euler : (n, n) terms s' E q on the left side while the speed changes; empty: none are known.
     spin_up : (n,) inertial load of the nominal motion per s', on the right side [N s]; empty: none is known.
+    errors : rows of the transmission errors.
     locked : of a train that what is held locks the torque on every body that carries one [N m]; None: the train turns.
     """
 
@@ -250,10 +272,11 @@ class System:
     euler: Array = field(default_factory=lambda: np.zeros((0, 0)))
     spin_up: Array = field(default_factory=lambda: np.zeros(0))
     locked: Mapping[str, float] | None = None
+    errors: ErrorRows = field(default_factory=ErrorRows)
 
     def __post_init__(self) -> None:
         """Make the arrays read-only: what follows from a System is kept by its identity."""
-        parts = (self, self.dofs, self.meshes, self.links, self.far, *self.lines, *self.groups)
+        parts = (self, self.dofs, self.meshes, self.links, self.far, self.errors, *self.lines, *self.groups)
         for part in (one for one in parts if one is not None):
             for name in part.__dataclass_fields__:
                 values = getattr(part, name)

@@ -49,7 +49,7 @@ def output(train: Train, options: OutputOptions) -> xr.Dataset:
         shaft_torque), shaft_secant_stiffness, shaft_fitted_stiffness (over_phases) [N m/rad]; lost_motion,
         shaft_backlash (over_phases) [rad], of a drawing with tolerances lost_motion_mean (), lost_motion_quantile
         (probability) [rad]; hysteresis_energy (over_phases) [J]; rated_torque [N m] and shaft_play [rad]
-        (); reflected_inertia [kg m^2] and starting_torque [N m] (shaft).  Attributes ``shaft``, ``locked_shafts``.
+        (); reflected_inertia [kg m^2] and starting_torque [N m] (port).  Attributes ``shaft``, ``locked_shafts``.
 
     Raises
     ------
@@ -75,14 +75,14 @@ def output(train: Train, options: OutputOptions) -> xr.Dataset:
             **_loop_columns(loop, options, 1.0 if shaft.torque > 0 else -1.0),
             **({} if drawn is None else _distributions(drawn[0], options)),
             "rated_torque": ((), abs(shaft.torque)),
-            "reflected_inertia": ("shaft", reflected_inertia(train, shafts)),
-            "starting_torque": ("shaft", start),
+            "reflected_inertia": ("port", reflected_inertia(train, shafts)),
+            "starting_torque": ("port", start),
         },
         {
             "shaft_torque": loop.torque,
             "mesh_phase": np.arange(options.phases) / options.phases,
             "over_phases": np.array(STATISTICS, dtype=object),
-            "shaft": np.array(shafts, dtype=object),
+            "port": np.array(shafts, dtype=object),
             "probability": np.array(PROBABILITIES),
         },
         verb="output",

@@ -35,7 +35,7 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
     rated = f"rated torque {engineering(float(result.rated_torque))} N m"
     title = f"At {result.attrs['shaft']}, locked {result.attrs['locked_shafts']}; {rated}"
     shafts: dict[str, Any] = {
-        "shaft": texts(result, "shaft"),
+        "shaft": texts(result, "port"),
         "reflected inertia [kg m^2]": list(result.reflected_inertia.values),
         "starting torque [N m]": list(result.starting_torque.values),
     }

@@ -35,7 +35,7 @@ from numpy.typing import NDArray
 
 from ...errors import ConvergenceError, ModelError
 from ...statics.record import MeshGroup, least_load, loaded_meshes, samples_per_cycle
-from ...system.system import Array, ComplexArray, Line, System, faces
+from ...system.system import Array, ComplexArray, ErrorRows, Line, System, faces
 from .lattice import LineFrequencies, on_axis
 from .response import Block, Response, require_stable_mean, respond, response
 from .spectra import (
@@ -72,6 +72,7 @@ class Layout:
     pairs : (k, 2) link rows that are the two lateral directions of one link.  turn : (p,) of `LinkRows`.
     orders : highest mesh order reported.  frequencies : of the other lines reported, exact [Hz at the operating speed].
     groups : whole meshes of one pair and side.  rounding : a mesh force that is none [N].
+    errors : whose transmission errors are reported.
     """
 
     axis: Index
@@ -83,12 +84,14 @@ class Layout:
     frequencies: tuple[Fraction, ...]
     groups: Sequence[MeshGroup]
     rounding: float
+    errors: ErrorRows
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Signals:
     """A response at relative speeds (P,): forces of whole meshes [N], motion [m, rad], forces of links [N, N m].
 
+    errors : of transmission, in the order of `ErrorRows` [m, rad].
     A signal that is None is not reported.
     """
 
@@ -96,6 +99,7 @@ class Signals:
     force: Signal
     motion: Signal | None = None
     links: Signal | None = None
+    errors: Signal | None = None
 
 
 class Range(NamedTuple):
@@ -138,7 +142,25 @@ def sweep_measures(signals: Signals, layout: Layout) -> dict[str, Array]:
         }
     if signals.links is not None:
         measures |= link_measures(signals.links, layout.pairs, layout.turn)
+    if signals.errors is not None:
+        measures |= _error_measures(signals.errors, layout)
     return measures
+
+
+def _error_measures(errors: Signal, layout: Layout) -> dict[str, Array]:
+    """Range over all phases, RMS and mesh orders of the transmission errors, of shafts those of the first mesh."""
+    span, axis = ranges(errors), np.zeros(len(errors.orders.amplitude), np.int64)
+    axis[: 2 * layout.axis.size] = np.tile(layout.axis, 2)
+    values = {
+        "peak_to_peak": span.high - span.low,
+        "rms": np.sqrt(mean_square(errors)),
+        "order": np.abs(order_harmonics(errors, axis, layout.orders)),
+    }
+    return {
+        f"transmission_error_{kind}_{name}": np.asarray(rows, float)
+        for name, measure in values.items()
+        for kind, (_, rows) in layout.errors.by_kind(measure).items()
+    }
 
 
 def link_measures(links: Signal, pairs: Index, turn: Sequence[Fraction]) -> dict[str, Array]:

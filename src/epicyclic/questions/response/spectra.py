@@ -322,21 +322,37 @@ def force_spectrum(ready: Response, block: Block, *, shifted: bool) -> Spectrum:
 
 def motion_spectrum(ready: Response, block: Block, *, shifted: bool) -> Spectrum:
     """Coordinates [m, rad], amplitude (n, P, S, J); shifted : of the shaft orders."""
+    return _row_spectrum(ready, block, ready.modal.shapes, shifted=shifted)
+
+
+def _row_spectrum(ready: Response, block: Block, rows: Array, *, shifted: bool) -> Spectrum:
+    """What rows (r, modes) make of the modal coordinates, amplitude (r, P, S, J)."""
     y = _solution(block, shifted=shifted).y
     P, _, J, n = y.shape
-    q = (ready.modal.shapes @ y.reshape(-1, n).T).reshape(n, P, 2 * J)
+    values = (rows @ y.reshape(-1, n).T).reshape(len(rows), P, 2 * J)
     points = ready.kernel(block.truncation, shifted=shifted).lattice.points
-    return Spectrum(amplitude=_per_speed(to_complex(q), block), points=points, mirrored=not shifted)
+    return Spectrum(amplitude=_per_speed(to_complex(values), block), points=points, mirrored=not shifted)
+
+
+def strained(ready: Response, rows: Array) -> Array:
+    """Rows (n, r) that a rigid motion does not strain, on the modal coordinates, (r, modes).
+
+    What is left of rigid modes is rounding, which 1/omega^2 of a slow shaft order would blow up.
+    """
+    modal: Array = rows.T @ ready.modal.shapes
+    modal[:, ready.modal.rigid] = 0.0
+    return modal
+
+
+def _error_spectrum(ready: Response, block: Block, *, shifted: bool) -> Spectrum:
+    """Transmission errors [m, rad], amplitude (2 w + s, P, S, J); shifted : of the shaft orders."""
+    return _row_spectrum(ready, block, strained(ready, ready.system.errors.B), shifted=shifted)
 
 
 def _link_spectrum(ready: Response, block: Block, *, shifted: bool) -> Spectrum:
     """Force of every link row [N, N m], amplitude (p, P, S, J); shifted : of the shaft orders."""
     links, solved = ready.system.links, _solution(block, shifted=shifted)
-    P, _, J, n = solved.y.shape
-    rows = links.B.T @ ready.modal.shapes
-    # A rigid mode strains no link: what is left is rounding, which 1/omega^2 of a slow shaft order would blow up.
-    rows[:, ready.modal.rigid] = 0.0
-    stretch = _per_speed(to_complex((rows @ solved.y.reshape(-1, n).T).reshape(len(rows), P, 2 * J)), block)
+    stretch, J = _row_spectrum(ready, block, strained(ready, links.B), shifted=shifted).amplitude, solved.y.shape[2]
     skew_force = None
     if links.skew.size:
         skew_force = ready.frame_factor(block.speed)[:, None, None] * np.tensordot(links.skew, stretch, axes=1)
@@ -374,6 +390,11 @@ def force_signal(ready: Response, block: Block) -> Signal:
 def motion_signal(ready: Response, block: Block) -> Signal:
     """Every coordinate [m, rad] at the frequencies kept."""
     return _signal(ready, block, motion_spectrum)
+
+
+def error_signal(ready: Response, block: Block) -> Signal:
+    """Every transmission error [m, rad] at the frequencies kept."""
+    return _signal(ready, block, _error_spectrum)
 
 
 def link_signal(ready: Response, block: Block) -> Signal:

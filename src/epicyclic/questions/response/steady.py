@@ -17,6 +17,7 @@ from ...errors import ModelError
 from ...statics.record import idle_warnings, parallel_meshes
 from ...statics.static import rounding_of
 from ...statics.tangent import linear, turn_warnings
+from ...statics.transmission_error import error_waves, range_columns, ranges_of_lines
 from ...system.system import Array, ComplexArray, System, faces
 from ...warning_codes import CodedText, coded
 from . import SteadyOptions, SweepOptions
@@ -32,6 +33,7 @@ from .measures import (
     mean,
     mean_square,
     order_harmonics,
+    ranges,
     solve_speed,
     superposed,
     sweep_measures,
@@ -50,6 +52,7 @@ from .response import (
 from .spectra import (
     Spectrum,
     alias_free_samples,
+    error_signal,
     force_signal,
     lateral_pairs,
     link_signal,
@@ -114,6 +117,7 @@ def steady(system: System, options: SteadyOptions) -> xr.Dataset:
     top = block.harmonics + system.meshes.variation.shape[1]
     combined, labels = _combinations(ready, force, motion, relative_speed)
     links, link_labels = _link_variables(ready, block, theta, top)
+    errors, error_labels = _error_variables(ready, block, theta)
     result = dataset(
         {
             "mesh_force": (("mesh", "mesh_phase"), _by_mesh(ready, force, theta)[:, 0].real),
@@ -129,6 +133,7 @@ def steady(system: System, options: SteadyOptions) -> xr.Dataset:
             "mesh_force_minimum": ("mesh", low[:, 0]),
             "dynamic_factor": ("mesh", factor[:, 0]),
             **links,
+            **errors,
             **_line_variables(ready, block, shafts, theta),
             "residual": ((), block.residual[0]),
         },
@@ -136,6 +141,7 @@ def steady(system: System, options: SteadyOptions) -> xr.Dataset:
             "mesh": list(face.name),
             "dof": list(system.dofs.names),
             **link_labels,
+            **error_labels,
             "mesh_phase": theta,
             "harmonic": np.arange(top + 1),
             **labels,
@@ -179,6 +185,28 @@ def _link_variables(
     if len(pairs):
         labels["bearing"] = [names.link[x] for x in pairs[:, 0]]
     return variables, labels
+
+
+def _error_variables(ready: Response, block: Block, theta: Array) -> tuple[dict[str, Any], dict[Hashable, Any]]:
+    """Variables and coordinates of the transmission errors: multiples of the first mesh frequency, ranges, lines.
+
+    Where the common period is too long for its waveform the range is that over all phases.
+
+    theta : (Nt,) mesh phase.
+    """
+    system = ready.system
+    if not system.errors.B.size:
+        return {}, {}
+    signal = error_signal(ready, block)
+    lines, span = signal.line_frequencies, ranges(signal)
+    amplitude = lines.merged(signal.values)[:, 0]
+    frequency = [Fraction(int(step), lines.unit) for step in lines.distinct]
+    spans = ranges_of_lines(system, amplitude, frequency, (span.high - span.low)[:, 0])
+    varying = [place for place, one in enumerate(frequency) if one]
+    columns, labels = range_columns(system, spans, [frequency[i] for i in varying], amplitude[:, varying])
+    labels["error_line_frequency"] = ("error_line", labels["error_line_frequency"][1] * float(block.speed[0]))
+    waves = tone_waveform(signal.orders, 0, theta)[:, 0, 0].real
+    return {**error_waves(system.errors, waves, "mesh_phase"), **columns}, labels
 
 
 def tension_warnings(system: System, lowest: Array, factor: Array) -> list[CodedText]:
@@ -427,6 +455,7 @@ def _block_measures(ready: Response, block: Block, layout: Layout, options: Swee
         force=whole_mesh_signal(rows, face),
         motion=None if forces_alone else motion,
         links=link_signal(ready, block) if ready.system.links.name and not forces_alone else None,
+        errors=error_signal(ready, block) if ready.system.errors.B.size and not forces_alone else None,
     )
     with np.errstate(all="ignore"):  # a point that overflows is not finite, beside the others
         values: dict[str, NDArray[Any]] = {**sweep_measures(signals, layout)}

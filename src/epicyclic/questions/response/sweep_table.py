@@ -296,6 +296,11 @@ ROWS: dict[str, tuple[str, ...]] = {
     "bearing_force_mean": ("bearing",),
     "bearing_force_rms": ("bearing",),
     "bearing_force_peak": ("bearing",),
+    **{
+        f"transmission_error_{kind}_{name}": (row, *dims)
+        for kind, row in (("rotation", "mesh"), ("approach", "mesh"), ("shaft", "shaft"))
+        for name, dims in (("peak_to_peak", ()), ("rms", ()), ("order", ("order",)))
+    },
     "residual": (),
 }
 _COMPLEX = ("displacement_harmonic",)
@@ -369,6 +374,7 @@ def empty_table(
         frequencies=reported.frequency,
         groups=parallel_meshes(system.meshes),
         rounding=rounding_of(system),
+        errors=system.errors,
     )
     labels: dict[str, Sequence[Any]] = {
         "mesh": face.name,
@@ -376,6 +382,7 @@ def empty_table(
         "line": reported.label,
         "dof": dofs.names,
         "body": dofs.bodies if layout.translation.any() else (),
+        "shaft": system.errors.shaft,
         "link_row": system.links.name,
         "bearing": [system.links.link[x] for x in layout.pairs[:, 0]],
     }

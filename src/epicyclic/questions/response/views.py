@@ -27,6 +27,7 @@ from ...show.elements import (
     speed_range_of,
     status_table,
 )
+from ...show.errors_shown import error_tables
 from ...show.series import engineering, of_first_stage, own_tones, split_name, stage_count, texts, unbroken
 from ...show.views import ResultView
 
@@ -39,7 +40,7 @@ if TYPE_CHECKING:
 
 def steady_tables(result: xr.Dataset) -> Sequence[Table]:
     """Mesh forces, radial forces in bearings [N], shaft frequencies [Hz] with their largest amplitude [N]."""
-    found = [force_table(result)]
+    found = [force_table(result), *error_tables(result)]
     if "bearing_force_peak" in result:
         heading = largest_heading(result)
         bearings: dict[str, Any] = {
@@ -62,13 +63,15 @@ def steady_tables(result: xr.Dataset) -> Sequence[Table]:
 
 def steady_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """Mesh forces over the mesh cycle; with contact loss also their range over all shaft phases."""
-    from ...show.charts.over_time import force_envelopes, mesh_forces
+    from ...show.charts.over_time import force_envelopes, mesh_forces, transmission_errors
 
     parts = []
     if "mesh_force" in result.variables:
         parts.append(Drawing(anchor="steady-forces", figure=mesh_forces(result)))
         if "mesh_force_most" in result.variables:
             parts.append(Drawing(anchor="steady-range", figure=force_envelopes(result)))
+    if "transmission_error_rotation" in result.variables:
+        parts.append(Drawing(anchor="steady-errors", figure=transmission_errors(result)))
     return [Section(anchor="steady", title="Steady response", parts=parts)]
 
 
@@ -98,7 +101,7 @@ def sweep_tables(result: xr.Dataset) -> Sequence[Table]:
         bodies = largest_over_speed(result, "body", "body_acceleration_rms", "largest rms [m/s2]")
         title = "Accelerations of the bodies' centres"
         found.append(Table(title=title, columns=loaded(bodies, "largest rms [m/s2]")))
-    return [*found, status_table(result)]
+    return [*found, *error_tables(result), status_table(result)]
 
 
 def sweep_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
@@ -106,7 +109,7 @@ def sweep_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
 
     Of a sweep to the modes beside one about operation the mesh forces alone.
     """
-    from ...show.charts.over_speed import bearing_forces, speed_sweep
+    from ...show.charts.over_speed import bearing_forces, error_sweep, speed_sweep
     from ...show.charts.speed_maps import waterfall
 
     modes = company.get("modes")
@@ -125,6 +128,9 @@ def sweep_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     if "bearing_force_peak" in result.variables and not (to_modes and company.get("sweep") is not result):
         words = "Length of the lateral force of a link; links that carry the same share a curve."
         parts.append(Drawing(anchor="bearings", figure=bearing_forces(result, modes), caption=words))
+    if "transmission_error_rotation_peak_to_peak" in result.variables and not to_modes:
+        words = "Largest less smallest over all phases of the shaft lines."
+        parts.append(Drawing(anchor="error-sweep", figure=error_sweep(result, modes), caption=words))
     return [Section(anchor="sweep", title=_TITLES.get(speed_range_of(result), "Speed sweep"), parts=parts)]
 
 

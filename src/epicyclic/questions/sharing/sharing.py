@@ -9,13 +9,14 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import reduce
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...engine.plan import MOST_NUMBERS, require_memory, require_time
 from ...errors import ModelError
+from ...statics import StaticOptions
 from ...statics.record import (
     MeshGroup,
     Record,
@@ -26,9 +27,11 @@ from ...statics.record import (
     shares,
     spread_cycles,
 )
-from ...statics.static import OPEN_RATIO, rounding_of
+from ...statics.static import OPEN_RATIO, rounding_of, static
 from ...statics.tangent import linear
 from ...system.system import Array, Faces, System, faces
+from ..response import SteadyOptions
+from ..response.steady import steady
 from . import SharingOptions
 from .definitions import (
     Extremes,
@@ -103,7 +106,15 @@ def sharing(system: System, options: SharingOptions, *, progress: Callable[[floa
         solved = system if method == "static" else linear(system)
         forces = _forces_by_tone(solved, options, progress)
     mean_load = known_mean_loads(system)
-    return labelled(solved, forces, mean_load, method=method, relative_speed=relative_speed, limit=options.limit)
+    result = labelled(solved, forces, mean_load, method=method, relative_speed=relative_speed, limit=options.limit)
+    if method == "static":
+        moved = static(system, StaticOptions(cycles=options.cycles, turns=turns, of=of))
+    else:
+        how: Literal["exact", "superposition"] = "superposition" if method == "superposition" else "exact"
+        moved = steady(solved, SteadyOptions(relative_speed=relative_speed, method=how))
+    names = [str(name) for name in moved.data_vars if str(name).startswith("transmission_error_")]
+    ranges = [name for name in names if name.endswith(("_range", "_line"))]
+    return result.assign({name: moved[name] for name in ranges})
 
 
 def _forces_by_tone(system: System, options: SharingOptions, progress: Callable[[float], None] | None) -> ForceRecord:

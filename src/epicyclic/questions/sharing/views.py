@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ...limits import k_gamma_verdict
 from ...results.dataset import largest
 from ...show.elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table, force_table, named_columns
+from ...show.errors_shown import error_tables
 from ...show.series import engineering, largest_coefficients, readable, short_names, stage_count, texts, unbroken
 from ...show.views import ResultView
 
@@ -28,6 +29,7 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
     return [
         _coefficients(result, texts(result, "mesh"), texts(result, "definition"), "Load sharing"),
         _forces(result),
+        *error_tables(result),
     ]
 
 

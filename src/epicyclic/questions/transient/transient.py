@@ -13,6 +13,7 @@ from ...engine.plan import MOST_NUMBERS, require_memory, require_time
 from ...errors import ModelError
 from ...machine_code import numba_available
 from ...statics.record import reference_tone
+from ...statics.transmission_error import run_errors
 from ...system.gaps import groups_past_the_end, net_force, past_the_end
 from ...system.system import Array, ComplexArray, System, faces
 from ...warning_codes import CodedText, coded
@@ -391,13 +392,15 @@ def _labelled(record: RunRecord, tone: float, options: dict[str, Any]) -> xr.Dat
     if record.sliders.shape[1]:
         variables["end_slider"] = ("group_row", record.sliders[end])
         coords["group_row"] = [row for group in system.groups for row in group.rows]
-    force = np.concatenate(mesh, axis=1)
+    force, motion = np.concatenate(mesh, axis=1), np.concatenate(displacement, axis=1)
+    errors = run_errors(system, motion / system.dofs.radius[:, None])
     tones = np.array([float(mesh_tone) for mesh_tone in system.tones])[system.meshes.tone]
     result = dataset(
         {
             "mesh_force": (("mesh", "time"), force),
             **_over_all_steps(record, times, force, apart=unilateral),
-            "displacement": (("dof", "time"), np.concatenate(displacement, axis=1)),
+            "displacement": (("dof", "time"), motion),
+            **errors,
             "link_force": (("link_row", "time"), np.concatenate(link, axis=1)),
             **variables,
             "relative_speed": ("time", speed),
@@ -411,6 +414,7 @@ def _labelled(record: RunRecord, tone: float, options: dict[str, Any]) -> xr.Dat
             "mesh": list(face.name),
             "dof": list(system.dofs.names),
             "link_row": list(system.links.name),
+            **({"shaft": list(system.errors.shaft)} if system.errors.shaft else {}),
             **coords,
             "time": times,
             "mesh_frequency": ("time", speed * tone),

@@ -18,6 +18,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ...results.dataset import EQUAL, largest, ranked
+from ..errors_shown import KINDS
 from ..series import (
     Array,
     Series,
@@ -178,6 +179,27 @@ def speed_sweep(sweep: xr.Dataset, modes: xr.Dataset | None = None) -> go.Figure
         axis = {"y": "K_v [-]"} if ratio else _FORCE
         shown.append(Panel(layers, title=title, **axis))
     return _over_speed("Mesh forces over speed", shown, sweep, modes, 140 + 250 * len(shown))
+
+
+def error_sweep(sweep: xr.Dataset, modes: xr.Dataset | None = None) -> go.Figure:
+    """Peak to peak of the transmission errors over mesh frequency [Hz]: of meshes [µm], of shafts [arcsec].
+
+    Parameters
+    ----------
+    sweep : Dataset of `sweep`: transmission_error_KIND_peak_to_peak (mesh or shaft, speed), mesh_frequency, status
+        (speed).
+    modes : Dataset of `modes`: frequency, mode_kind, multiplicity (mode).
+    """
+    x, _ = abscissa(sweep)
+    rank, shown = np.argsort(x), []
+    for kind, (dim, unit, scale, title) in KINDS.items():
+        name = f"transmission_error_{kind}_peak_to_peak"
+        if name in sweep.variables:
+            links = _merged(texts(sweep, dim), scale * sweep[name].transpose(dim, "speed").values[:, None, rank])
+            own = enumerate(links)
+            layers = [Curve(x[rank], wave[0], name=name, width=1.7, **cycled(i)) for i, (name, wave) in own]
+            shown.append(Panel(layers, title=title, y=f"peak to peak [{unit}]", y_axis=FROM_ZERO))
+    return _over_speed("Transmission error over speed", shown, sweep, modes, 140 + 250 * len(shown))
 
 
 def _mesh_name(one: Series, several: bool) -> str:

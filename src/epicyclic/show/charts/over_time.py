@@ -15,6 +15,7 @@ import plotly.graph_objects as go
 import xarray as xr
 
 from ...results.dataset import ranked
+from ..errors_shown import ARCSEC
 from ..series import (
     Array,
     by_panel,
@@ -42,7 +43,14 @@ _ORDERS = 5
 
 
 def over_time(
-    result: xr.Dataset, name: str, title: str, unit: str, scale: float, *, marks: Sequence[Mark] = ()
+    result: xr.Dataset,
+    name: str,
+    title: str,
+    unit: str,
+    scale: float,
+    *,
+    marks: Sequence[Mark] = (),
+    below: Sequence[Panel] = (),
 ) -> go.Figure:
     """One quantity of every mesh over time, a panel a pair of gears, a curve a branch.
 
@@ -50,12 +58,13 @@ def over_time(
     ----------
     result : Dataset with a variable `name` (mesh, time or mesh_phase).
     title : of the figure.  unit : title of the ordinate, with its unit.  scale : factor from SI to that unit.
-    marks : through every panel.
+    marks : through every panel.  below : further panels.
     """
     along = next(str(dim) for dim in result[name].dims if dim != "mesh")
     values = scale * result[name].transpose("mesh", along).values
     time = numbers(result, along, along)
     shown = pair_panels(by_panel(merged(texts(result, "mesh"), values, branches=True)), time, unit, width=1.5)
+    shown += below
     unit_of_time = "mesh cycles"
     if along == "time":
         unit_of_time = str(result["time"].attrs.get("units", "s")) if "time" in result.variables else "samples"
@@ -288,3 +297,24 @@ def _mesh_tone(result: xr.Dataset, carrier: float) -> tuple[float, float]:
     mesh = float(result.attrs["stage_mesh_frequency"])
     centre = mesh / carrier if carrier else mesh
     return centre, min(3.5 * result.sizes["planet"] if carrier else 0.5 * mesh, centre)
+
+
+def transmission_errors(result: xr.Dataset) -> go.Figure:
+    """Transmission error by rotation of each branch [µm] over time, a panel a pair of gears; of shafts below [arcsec].
+
+    Parameters
+    ----------
+    result : Dataset of `static` or `steady`: transmission_error_rotation (mesh, time or mesh_phase) [m] and, of shafts,
+        transmission_error_shaft (shaft, ..) [rad].
+    """
+    below = []
+    if "transmission_error_shaft" in result.variables:
+        along = next(str(dim) for dim in result["transmission_error_shaft"].dims if dim != "shaft")
+        waves = ARCSEC * result["transmission_error_shaft"].transpose("shaft", along).values
+        time, curves = numbers(result, along, along), []
+        for place, name in enumerate(texts(result, "shaft")):
+            x, y = thinned(time, waves[place], most=_MOST_SAMPLES)
+            curves.append(Curve(x, y, name=name, colour=PALETTE[place % len(PALETTE)], width=1.5))
+        below = [Panel(curves, title="shaft to shaft", y="lag of the driven shaft [arcsec]")]
+    words = "lag of the driven gear [µm]"
+    return over_time(result, "transmission_error_rotation", "Transmission error", words, 1e6, below=below)

@@ -168,21 +168,21 @@ def own_inertia(name: str) -> float:
 
 def test_inertia_is_reflected_with_the_square_of_the_ratio() -> None:
     one = epicyclic.output(one_stage(), phases=1, points=4).reflected_inertia
-    assert float(one.sel(shaft="first.sun")) == pytest.approx(own_inertia("first"), rel=1e-9)
-    assert float(one.sel(shaft="first.carrier")) == pytest.approx(own_inertia("first") * RATIO**2, rel=1e-9)
-    assert np.isnan(one.sel(shaft="first.ring"))
+    assert float(one.sel(port="first.sun")) == pytest.approx(own_inertia("first"), rel=1e-9)
+    assert float(one.sel(port="first.carrier")) == pytest.approx(own_inertia("first") * RATIO**2, rel=1e-9)
+    assert np.isnan(one.sel(port="first.ring"))
     two = epicyclic.output(turning(two_stages()), phases=1, points=4).reflected_inertia
     whole = own_inertia("first") + own_inertia("second") / RATIO**2
-    assert float(two.sel(shaft="first.sun")) == pytest.approx(whole, rel=1e-9)
-    assert float(two.sel(shaft="second.carrier")) == pytest.approx(whole * RATIO**4, rel=1e-9)
+    assert float(two.sel(port="first.sun")) == pytest.approx(whole, rel=1e-9)
+    assert float(two.sel(port="second.carrier")) == pytest.approx(whole * RATIO**4, rel=1e-9)
 
 
 def test_the_starting_torque_is_the_loss_per_speed() -> None:
     result = epicyclic.output(one_stage(), friction=0.06, phases=1, points=4)
     loss = float(epicyclic.efficiency(one_stage(), friction=0.06).power_loss)
     speed = 900 * 2 * pi / 60
-    assert float(result.starting_torque.sel(shaft="first.sun")) == pytest.approx(loss / speed, rel=1e-9)
-    assert float(result.starting_torque.sel(shaft="first.carrier")) == pytest.approx(RATIO * loss / speed, rel=1e-9)
+    assert float(result.starting_torque.sel(port="first.sun")) == pytest.approx(loss / speed, rel=1e-9)
+    assert float(result.starting_torque.sel(port="first.carrier")) == pytest.approx(RATIO * loss / speed, rel=1e-9)
     assert "friction-not-in-loop" in result.attrs["warnings"]
     without = epicyclic.output(one_stage(), phases=1, points=4)
     assert np.isnan(without.starting_torque).all()

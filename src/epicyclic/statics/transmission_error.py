@@ -1,0 +1,203 @@
+"""Transmission errors of meshes and shafts, rows of the coordinates: ranges and orders as exact sums of lines.
+
+The rows are those of `system.transmission_rows`.  Derived here.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable, Sequence
+from fractions import Fraction
+from math import gcd, lcm
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..system.system import Array, ComplexArray, ErrorRows, System
+
+# Samples per cycle of the highest order of a waveform, and the most of one.
+_SAMPLES, _MOST = 32, 2**20
+# Lines listed at most, the least part of a row that one makes, and rows that are rounding per the largest.
+_LINES, _SMALL, _ROUNDING = 24, 1e-3, 1e-9
+
+
+Columns = dict[str, tuple[Sequence[str] | str, Any]]
+
+
+def error_waves(errors: ErrorRows, waves: Array, along: str) -> Columns:
+    """Variables of the errors' waveforms (k, N) over a dimension; of shafts the mean, the wind-up, is apart."""
+    columns: Columns = {}
+    for kind, (dim, values) in errors.by_kind(waves).items():
+        if kind == "shaft":
+            columns["wind_up"] = (dim, values.mean(axis=1))
+            values = values - values.mean(axis=1, keepdims=True)
+        columns[f"transmission_error_{kind}"] = ((dim, along), values)
+    return columns
+
+
+def record_errors(
+    system: System, displacement: Array, length: Fraction, *, whole: bool
+) -> tuple[Columns, dict[Hashable, Any]]:
+    """Variables and coordinates of the errors over a record.
+
+    Parameters
+    ----------
+    displacement : (T, n) [m, rad].  length : of the record, exact [s].  whole : it is the common period of all lines,
+        which alone shows what they are.
+    """
+    if not system.errors.B.size:
+        return {}, {}
+    waves = (displacement @ system.errors.B).T
+    amplitude = np.fft.rfft(waves, axis=1)[:, 1 : len(displacement) if whole else 1] * (2 / len(displacement))
+    frequency = [(step + 1) / length for step in range(amplitude.shape[1])]
+    ranges, labels = range_columns(system, error_ranges(system, waves, length, whole=whole), frequency, amplitude)
+    return {**error_waves(system.errors, waves, "time"), **ranges}, labels
+
+
+def run_errors(system: System, displacement: Array) -> Columns:
+    """Variables of the errors over time and their ranges, of displacements (n, T) [m, rad]."""
+    if not system.errors.B.size:
+        return {}
+    waves = system.errors.B.T @ displacement
+    with np.errstate(invalid="ignore"):
+        spans = np.fmax.reduce(waves, axis=1) - np.fmin.reduce(waves, axis=1)
+    ranges = {f"transmission_error_{kind}_peak_to_peak": part for kind, part in system.errors.by_kind(spans).items()}
+    return {**error_waves(system.errors, waves, "time"), **ranges}
+
+
+def range_columns(
+    system: System, ranges: dict[str, Array], frequency: Sequence[Fraction], amplitude: ComplexArray
+) -> tuple[Columns, dict[Hashable, Any]]:
+    """Variables and coordinates of the ranges (k,) of errors over periods, and of their largest lines (k, F).
+
+    frequency : (F,) of the lines, exact [Hz at the operating speed].
+    """
+    errors, shown = system.errors, _largest_lines(np.abs(amplitude))
+    lines = [frequency[place] for place in shown]
+    spans = np.stack(list(ranges.values()), axis=1)
+    columns: Columns = {}
+    for suffix, dim, values in (("range", "period", spans), ("line", "error_line", np.abs(amplitude[:, shown]))):
+        for kind, (row, part) in errors.by_kind(values).items():
+            columns[f"transmission_error_{kind}_{suffix}"] = ((row, dim), part)
+    return columns, {
+        "period": list(ranges),
+        "error_line": np.array([_line_label(system, line) for line in lines], dtype=object),
+        "error_line_frequency": ("error_line", np.array([float(line) for line in lines])),
+        **({"shaft": list(errors.shaft)} if errors.shaft else {}),
+    }
+
+
+def error_ranges(system: System, wave: Array, period: Fraction, *, whole: bool = True) -> dict[str, Array]:
+    """Ranges (k,) of errors over mesh cycles, turns of shafts and the common period, by their names.
+
+    ``mesh cycle``: of the multiples of a mesh frequency alone, which every cycle repeats.  ``turn``: the largest range
+    within any one turn of a shaft.
+
+    Parameters
+    ----------
+    wave : (k, N) over a period or a record.  period : its length, exact [s at the operating speed].  whole : whether it
+        is the common period of all lines.
+    """
+    spectrum = np.fft.rfft(wave, axis=1)
+    ranges: dict[str, Array] = {}
+    for name, tone in _mesh_cycles(system).items():
+        if (cycles := tone * period).denominator == 1:
+            orders = np.zeros_like(spectrum)
+            orders[:, :: int(cycles)] = spectrum[:, :: int(cycles)]
+            ranges[name] = np.ptp(np.fft.irfft(orders, wave.shape[1], axis=1), axis=1)
+    for shaft, turn in system.errors.turn.items():
+        if turn and (whole or abs(turn * period) >= 1):
+            share = float(1 / abs(turn * period))
+            ranges[f"turn of {shaft}"] = _largest_range(wave, share, "wrap" if whole else "nearest")
+    return {**ranges, "common period" if whole else "record": np.ptp(wave, axis=1)}
+
+
+def ranges_of_lines(
+    system: System, amplitude: ComplexArray, frequency: Sequence[Fraction], bound: Array
+) -> dict[str, Array]:
+    """`error_ranges` of sums of lines; where their common period is too long of mesh cycles, and over all phases.
+
+    Parameters
+    ----------
+    amplitude : (k, F) complex, value = Re sum_f amplitude_f exp(2 pi i frequency_f t).  frequency : (F,) exact, from 0
+        [Hz at the operating speed].  bound : (k,) ranges over all phases.
+    """
+    whole = _common_period(amplitude, frequency)
+    if whole is not None:
+        return error_ranges(system, *whole)
+    ranges: dict[str, Array] = {}
+    for name, tone in _mesh_cycles(system).items():
+        own = [place for place, one in enumerate(frequency) if (one / tone).denominator == 1]
+        cycle = _common_period(amplitude[:, own], [frequency[place] for place in own])
+        ranges |= {} if cycle is None else {name: np.ptp(cycle[0], axis=1)}
+    return {**ranges, "all phases": bound}
+
+
+def _common_period(amplitude: ComplexArray, frequency: Sequence[Fraction]) -> tuple[Array, Fraction] | None:
+    """Waveforms (k, N) of lines over their common period, and its length [s]; None where that is too long."""
+    unit = lcm(*(one.denominator for one in frequency))
+    steps = [int(one * unit) for one in frequency]
+    base = gcd(*steps)
+    orders = [step // (base or 1) for step in steps]
+    if not base or max(orders) * _SAMPLES > _MOST:
+        return None
+    count = max(1024, 1 << (max(orders) * _SAMPLES - 1).bit_length())
+    spectrum = np.zeros((len(amplitude), count // 2 + 1), complex)
+    spectrum[:, np.array(orders)] = amplitude * (count / 2)
+    spectrum[:, 0] = 2 * spectrum[:, 0].real
+    return np.fft.irfft(spectrum, count, axis=1), Fraction(unit, base)
+
+
+def _mesh_cycles(system: System) -> dict[str, Fraction]:
+    """Mesh frequency [Hz] of every mesh cycle by its name, of several those of their stages."""
+    tones = _stage_tones(system)
+    return {"mesh cycle" if len(tones) == 1 else f"mesh cycle of {stage}": tone for stage, tone in tones.items()}
+
+
+def _stage_tones(system: System) -> dict[str, Fraction]:
+    """Mesh frequency [Hz] of every stage, those that are equal once; 1 Hz, a mesh cycle, without speeds."""
+    if not system.tones:
+        return {"": Fraction(1)}
+    tones: dict[Fraction, str] = {}
+    for tone, stage in zip(system.meshes.tone, system.meshes.stage, strict=True):
+        tones.setdefault(system.tones[tone], stage)
+    return {stage: tone for tone, stage in tones.items()}
+
+
+def _largest_range(wave: Array, share: float, mode: str) -> Array:
+    """Largest range of waveforms (k, N) within a window of a share of their length, (k,); mode : beyond their ends."""
+    from scipy.ndimage import maximum_filter1d, minimum_filter1d
+
+    size = math.ceil(share * wave.shape[1]) + 1
+    if size >= wave.shape[1]:
+        return np.asarray(np.ptp(wave, axis=1), float)
+    high, low = (find(wave, size, axis=1, mode=mode) for find in (maximum_filter1d, minimum_filter1d))
+    return np.asarray((high - low).max(axis=1), float)
+
+
+def _largest_lines(amplitude: Array) -> NDArray[np.int64]:
+    """The lines (F,) with the largest parts of the rows (k, F), in their order."""
+    largest = amplitude.max(axis=1, initial=0.0)
+    rows = largest > _ROUNDING * largest.max(initial=0.0)
+    part = (amplitude[rows] / largest[rows, None]).max(axis=0, initial=0.0)
+    most = np.sort(np.argsort(-part, kind="stable")[:_LINES])
+    chosen: NDArray[np.int64] = most[part[most] >= _SMALL]
+    return chosen
+
+
+def _line_label(system: System, frequency: Fraction) -> str:
+    """Mesh order, or what of the file makes a shaft line and the mesh orders that shift it."""
+    tones = _stage_tones(system)
+    for stage, tone in tones.items():
+        if (frequency / tone).denominator == 1:
+            return f"{frequency / tone} x {stage} mesh".replace("  ", " ")
+    for stage, tone in tones.items():
+        for line in system.lines:
+            for sense in (1, -1):
+                order = (frequency - sense * line.frequency) / tone
+                if line.frequency and order.denominator == 1:
+                    causes = "; ".join(line.causes)
+                    beside = f"{order} x {stage} mesh {'+' if sense > 0 else '-'} ({causes})"
+                    return beside if order else causes
+    return f"{float(frequency / next(iter(tones.values()))):.5g} x mesh"

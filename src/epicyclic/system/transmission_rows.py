@@ -1,0 +1,78 @@
+"""Transmission errors of a train as rows of its coordinates, by rotation, by approach, and from shaft to shaft.
+
+Lag of what is driven is positive, as of loaded tooth contact (docs/theory/transmission-error.md):
+
+rotation : r_ba theta_a +- r_bb theta_b of a mesh, its gears seen from the carrier, by rotation alone [m]; the dynamic
+    transmission error of the literature [yue2014].
+approach : B^T q / cos beta_b of a mesh, its moving centres counted, along the line of action in the transverse plane
+    [m].
+shaft : sum i_r theta_r - theta_p of a shaft p by the rotations of the shafts r that drive it, in its own sense [rad].
+
+A rigid motion of the whole train makes none of them.  Derived here.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+
+from ..train.train import Train, driving_member
+from .structure import Structure
+from .system import Array, ErrorRows
+
+
+def error_rows(train: Train, structure: Structure, T: Array) -> ErrorRows:
+    """Rows of all transmission errors; T : (6 nb, n) expansion of the coordinates."""
+    names = list(dict.fromkeys(row.whole for row in structure.meshes))
+    rotation, approach = np.zeros((2, len(names), len(T)))
+    for row, gap in zip(structure.meshes, structure.mesh, strict=True):
+        mesh, whole = row.mesh, names.index(row.whole)
+        along = gap / np.cos(mesh.base_helix) / max(1, len(mesh.slices))
+        approach[whole] += along
+        ends = [structure.index[mesh.a], structure.index[mesh.b]]
+        turns = [6 * end + 5 for end in ends]
+        rotation[whole, turns] += along[turns]
+        carriers = {train.bodies[end].carried_by for end in ends} - {None}
+        for carrier in carriers:
+            rotation[whole, 6 * structure.index[str(carrier)] + 5] -= along[turns].sum()
+    shafts, turn = _shaft_rows(train)
+    members = [[6 * i + 5 for i, body in enumerate(train.bodies) if body.member == name] for name in turn]
+    mean = np.zeros((len(turn), len(T)))
+    for place, columns in enumerate(members):
+        mean[place, columns] = 1.0 / len(columns)
+    weights = np.array([[weight.get(name, 0.0) for name in turn] for weight in shafts.values()])
+    shaft = weights.reshape(len(shafts), len(turn)) @ mean
+    return ErrorRows(
+        mesh=tuple(names), shaft=tuple(shafts), turn=turn, B=(np.concatenate([rotation, approach, shaft]) @ T).T
+    )
+
+
+def _shaft_rows(train: Train) -> tuple[dict[str, dict[str, float]], dict[str, Fraction]]:
+    """Weights of the rotations of shafts in every shaft-to-shaft error, and the speed of all shafts [rev/s].
+
+    Of one freedom every shaft is seen from that which drives, of several from the freedoms.
+    """
+    kinematics = train.kinematics
+    if kinematics.locked:
+        return {}, {}
+    named = [*kinematics.freedoms, *kinematics.stated, *kinematics.reacting]
+    shafts = [name for name in dict.fromkeys(named) if name not in kinematics.held]
+    shafts = [name for name in shafts if any(kinematics.ratio[name].values())]
+    speed = kinematics.speed or {}
+    turn = {name: Fraction(speed.get(name, 0)) / 60 for name in shafts}
+    motion, sources = kinematics.ratio, kinematics.freedoms
+    driver = driving_member(train)
+    if len(sources) == 1 and driver in shafts:
+        of_driver = motion[str(driver)][sources[0]]
+        motion = {name: {str(driver): motion[name][sources[0]] / of_driver} for name in shafts}
+        sources = (str(driver),)
+    weights: dict[str, dict[str, float]] = {}
+    for name in shafts:
+        if name in sources:
+            continue
+        forward = turn[name] or sum(motion[name].values())
+        sense = -1 if forward < 0 else 1
+        driven = {source: float(sense * motion[name][source]) for source in sources if motion[name][source]}
+        weights[f"{name} by {', '.join(driven)}"] = {**driven, name: -float(sense)}
+    return weights, turn
