@@ -177,6 +177,8 @@ def output(  # .questions.output.verbs
     backlash_share: float | str = 0.005,
     points: int = 40,
     phases: int = 12,
+    samples: int = 1024,
+    seed: int = 1,
     friction: float | None = None,
 ) -> xr.Dataset:
     """The gearbox at its output, the other shafts locked."""

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...errors import ConvergenceError, ModelError
 from ...statics.record import Record, record_of
 from ...statics.static import held_train, quasi_static
 from ...statics.transmission_error import error_ranges
@@ -23,8 +24,8 @@ from .locked_train import OutputShaft
 
 # Instants per cycle of the fastest mesh or line, the most of a record, and lines that are listed at most.
 _SAMPLES, _MOST, _LINES = 8, 2**14, 24
-# Part of the largest line that is listed.
-_SMALL = 1e-3
+# Part of the largest line that is listed, and part of the displacements that is rounding.
+_SMALL, _ROUNDING = 1e-3, 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -44,12 +45,7 @@ class KinematicError:
 
 
 def kinematic_error(train: Train, shaft: OutputShaft, share: float) -> KinematicError | str:
-    """Kinematic error of a shaft under a share of its rated torque, or why there is none.
-
-    Raises
-    ------
-    ModelError : a load that nothing holds.  ConvergenceError : no equilibrium.
-    """
+    """Kinematic error of a shaft under a share of its rated torque, or why there is none."""
     kinematics = train.kinematics
     if kinematics.speed is None or not kinematics.speed[shaft.name]:
         return f"{shaft.name} does not turn in operation"
@@ -61,11 +57,15 @@ def kinematic_error(train: Train, shaft: OutputShaft, share: float) -> Kinematic
     row = next((i for i, name in enumerate(system.errors.shaft) if name.startswith(f"{shaft.name} by ")), None)
     if row is None:
         return f"{shaft.name} is what drives"
-    record = _record(system, bodies_named(shaft.name, train.bodies)[0].name)
     column = system.errors.B[:, 2 * len(system.errors.mesh) + row]
-    pieces = quasi_static(held_train(system), record)
-    error = -np.concatenate([piece.state.displacement @ column for piece in pieces])
-    return _seen(system, shaft.name, record, error - error.mean())
+    try:
+        record = _record(system, bodies_named(shaft.name, train.bodies)[0].name)
+        pieces = list(quasi_static(held_train(system), record))
+    except (ModelError, ConvergenceError) as error:
+        return str(error)
+    displacement = np.concatenate([piece.state.displacement for piece in pieces])
+    rounding = _ROUNDING * float(np.abs(displacement).max(axis=0) @ np.abs(column))
+    return _seen(system, shaft.name, record, -(displacement - displacement.mean(axis=0)) @ column, rounding)
 
 
 def _record(system: System, body: str) -> Record:
@@ -76,13 +76,13 @@ def _record(system: System, body: str) -> Record:
     return record_of(system, cycles=None, turns=None, of=body, samples=samples, most=max(_MOST, samples))
 
 
-def _seen(system: System, shaft: str, record: Record, error: Array) -> KinematicError:
-    """Ranges and orders of an error (T,) over a record."""
+def _seen(system: System, shaft: str, record: Record, error: Array, rounding: float) -> KinematicError:
+    """Ranges and orders of an error (T,) [rad] over a record; rounding : amplitude that is none."""
     whole = record.count % record.period == 0
     ranges = error_ranges(system, error[None], record.count / record.unit, whole=whole)
     amplitude = np.abs(np.fft.rfft(error)) * (2 / error.size)
     largest = np.sort(np.argsort(-amplitude, kind="stable")[:_LINES])
-    listed = largest[amplitude[largest] > _SMALL * amplitude.max()]
+    listed = largest[amplitude[largest] > max(_SMALL * amplitude.max(), rounding)]
     return KinematicError(
         turn=np.arange(error.size) / record.samples,
         error=error,

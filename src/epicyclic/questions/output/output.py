@@ -22,6 +22,7 @@ from ...system.system import Array
 from ...warning_codes import CodedText, coded
 from . import OutputOptions
 from .hysteresis import Loop, hysteresis, relative_torques
+from .kinematic_error import KinematicError, kinematic_error
 from .locked_train import OutputShaft, locked_train, output_shaft, ports
 from .samples import PROBABILITIES, sampled_loops
 from .shafts import reflected_inertia, starting_torque
@@ -47,9 +48,11 @@ def output(train: Train, options: OutputOptions) -> xr.Dataset:
     -------
     Dataset : angle_rising, angle_falling (mesh_phase, shaft_torque) [rad]; shaft_tangent_stiffness (over_phases,
         shaft_torque), shaft_secant_stiffness, shaft_fitted_stiffness (over_phases) [N m/rad]; lost_motion,
-        shaft_backlash (over_phases) [rad], of a drawing with tolerances lost_motion_mean (), lost_motion_quantile
-        (probability) [rad]; hysteresis_energy (over_phases) [J]; rated_torque [N m] and shaft_play [rad]
-        (); reflected_inertia [kg m^2] and starting_torque [N m] (port).  Attributes ``shaft``, ``locked_shafts``.
+        shaft_backlash (over_phases) [rad], nan where a mesh has no backlash; hysteresis_energy (over_phases) [J];
+        rated_torque [N m] and shaft_play [rad] (); reflected_inertia [kg m^2] and starting_torque [N m] (port).  Of a
+        drawing with tolerances lost_motion_mean (), lost_motion_quantile (probability) [rad]; of a train that turns
+        kinematic_error (shaft_turn), kinematic_error_peak_to_peak (), kinematic_error_order (shaft_order) [rad].
+        Attributes ``shaft``, ``locked_shafts``.
 
     Raises
     ------
@@ -68,12 +71,14 @@ def output(train: Train, options: OutputOptions) -> xr.Dataset:
     reverse = assemble(locked_train(train, replace(shaft, torque=-shaft.torque))) if endless else None
     loop = hysteresis(system, reverse, options.phases, relative)
     drawn = None if endless else sampled_loops(locked, shares, options.samples, options.seed)
+    turning = kinematic_error(train, shaft, options.share)
     shafts = tuple(dict.fromkeys([shaft.name, *ports(train)]))
     start, reason = starting_torque(train, shafts, options.friction)
     return dataset(
         {
             **_loop_columns(loop, options, 1.0 if shaft.torque > 0 else -1.0),
             **({} if drawn is None else _distributions(drawn[0], options)),
+            **({} if isinstance(turning, str) else _kinematic_columns(turning)),
             "rated_torque": ((), abs(shaft.torque)),
             "reflected_inertia": ("port", reflected_inertia(train, shafts)),
             "starting_torque": ("port", start),
@@ -84,16 +89,18 @@ def output(train: Train, options: OutputOptions) -> xr.Dataset:
             "over_phases": np.array(STATISTICS, dtype=object),
             "port": np.array(shafts, dtype=object),
             "probability": np.array(PROBABILITIES),
+            **({} if isinstance(turning, str) else {"shaft_turn": turning.turn, "shaft_order": turning.order}),
         },
         verb="output",
         options=asdict(options),
-        provenance={**train_provenance(train), **_about(shaft, reason)},
+        provenance={**train_provenance(train), **_about(shaft, reason), **_untold(turning)},
         warnings=list(
             dict.fromkeys(
                 [
                     *system.warnings,
                     *zero_warnings(system),
                     *(() if drawn is None else drawn[1]),
+                    *(() if isinstance(turning, str) else turning.warnings),
                     *_warnings(shaft, options.friction),
                 ]
             )
@@ -126,6 +133,20 @@ def _distributions(loop: Loop, options: OutputOptions) -> Columns:
         "lost_motion_mean": ((), lost.mean()),
         "lost_motion_quantile": ("probability", np.quantile(lost, PROBABILITIES)),
     }
+
+
+def _kinematic_columns(turning: KinematicError) -> Columns:
+    """Columns of the kinematic error."""
+    return {
+        "kinematic_error": ("shaft_turn", turning.error),
+        "kinematic_error_peak_to_peak": ((), turning.peak_to_peak),
+        "kinematic_error_order": ("shaft_order", turning.amplitude),
+    }
+
+
+def _untold(turning: KinematicError | str) -> dict[str, str]:
+    """Attribute: why there is no kinematic error, empty where there is."""
+    return {"kinematic_error_reason": turning if isinstance(turning, str) else ""}
 
 
 def over_phases(values: Array) -> Array:

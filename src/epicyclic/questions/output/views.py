@@ -16,22 +16,25 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _ARCMIN = 180 * 60 / np.pi
+_NONE = 1e-9  # arcmin, N m/arcmin or J that is rounding
 _ROWS = {
     "shaft_secant_stiffness": ("torsional stiffness, secant 50 to 100 %", "N m/arcmin", 1 / _ARCMIN),
     "shaft_fitted_stiffness": ("torsional stiffness, least squares 50 to 100 %", "N m/arcmin", 1 / _ARCMIN),
     "lost_motion": ("lost motion", "arcmin", _ARCMIN),
     "shaft_backlash": ("backlash", "arcmin", _ARCMIN),
     "shaft_play": ("play", "arcmin", _ARCMIN),
+    "kinematic_error_peak_to_peak": ("kinematic error, peak to peak", "arcmin", _ARCMIN),
     "hysteresis_energy": ("energy of a cycle", "J", 1.0),
 }
 
 
 def tables(result: xr.Dataset) -> Sequence[Table]:
     """Stiffness [N m/arcmin], lost motion and backlash [arcmin], energy of a cycle [J]; inertia of the shafts."""
-    columns: dict[str, Any] = {"": [_called(result, name) for name in _ROWS]}
-    columns["unit"] = [unit for _, unit, _ in _ROWS.values()]
+    rows = [name for name in _ROWS if name in result.variables]
+    columns: dict[str, Any] = {"": [_called(result, name) for name in rows]}
+    columns["unit"] = [_ROWS[name][1] for name in rows]
     for one in texts(result, "over_phases"):
-        columns[one] = [_value(result, name, one) for name in _ROWS]
+        columns[one] = [_value(result, name, one) for name in rows]
     rated = f"rated torque {engineering(float(result.rated_torque))} N m"
     title = f"At {result.attrs['shaft']}, locked {result.attrs['locked_shafts']}; {rated}"
     shafts: dict[str, Any] = {
@@ -39,8 +42,10 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
         "reflected inertia [kg m^2]": list(result.reflected_inertia.values),
         "starting torque [N m]": list(result.starting_torque.values),
     }
-    reason = result.attrs["starting_torque_reason"]
-    lead = f"No starting torque: {reason}." if reason else ""
+    reasons = {
+        what: result.attrs[f"{what.replace(' ', '_')}_reason"] for what in ("starting torque", "kinematic error")
+    }
+    lead = " ".join(f"No {what}: {reason}." for what, reason in reasons.items() if reason)
     return [
         Table(title=title, columns=columns),
         *_distribution(result),
@@ -61,7 +66,12 @@ def _distribution(result: xr.Dataset) -> list[Table]:
 def _value(result: xr.Dataset, name: str, of: str) -> float:
     """Number of a row in its unit."""
     values = result[name]
-    return _ROWS[name][2] * float(values.sel(over_phases=of) if "over_phases" in values.dims else values)
+    if "over_phases" in values.dims:
+        values = values.sel(over_phases=of)
+    elif of != "mean":
+        return np.nan
+    value = _ROWS[name][2] * float(values)
+    return value if not abs(value) < _NONE else 0.0
 
 
 def _called(result: xr.Dataset, name: str) -> str:
@@ -83,10 +93,12 @@ def key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """Torque over angle, and the tables."""
-    from ...show.charts.output import torque_over_angle
+    from ...show.charts.output import kinematic_error, torque_over_angle
 
-    drawing = Drawing(anchor="torque-angle", figure=torque_over_angle(result))
-    return [Section(anchor="output", title="Output", parts=[drawing, *tables(result)])]
+    drawings = [Drawing(anchor="torque-angle", figure=torque_over_angle(result))]
+    if "kinematic_error" in result.variables:
+        drawings.append(Drawing(anchor="kinematic-error", figure=kinematic_error(result)))
+    return [Section(anchor="output", title="Output", parts=[*drawings, *tables(result)])]
 
 
 def findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:

@@ -9,7 +9,7 @@ import plotly.graph_objects as go
 import xarray as xr
 
 from ..series import engineering
-from .renderers import Curve, Mark, Panel, chart, points
+from .renderers import Curve, Mark, Panel, Stems, chart, points
 from .style import INK, PALETTE
 
 _ARCMIN = 180 * 60 / np.pi
@@ -43,3 +43,16 @@ def torque_over_angle(result: xr.Dataset) -> go.Figure:
     ]
     title = f"Torque over angle at {result.attrs['shaft']}, locked {result.attrs['locked_shafts']}"
     return chart(title, Panel(layers, x="angle [arcmin]", y="torque [N m]"), height=520)
+
+
+def kinematic_error(result: xr.Dataset) -> go.Figure:
+    """Kinematic error [arcmin] over the turns of the shaft, and its orders.
+
+    result : Dataset of `output`: kinematic_error (shaft_turn), kinematic_error_order (shaft_order).
+    """
+    wave = Curve(result["shaft_turn"].values, _ARCMIN * result["kinematic_error"].values, colour=PALETTE[0])
+    order, size = result["shaft_order"].values, _ARCMIN * result["kinematic_error_order"].values
+    words = [f"order {engineering(one)}: {engineering(part)} arcmin" for one, part in zip(order, size, strict=True)]
+    over = Panel([wave], x="turns of the shaft [1]", y="error [arcmin]")
+    orders = Panel([Stems(order, size, text=words, points=6, colour=PALETTE[0])], x="order [1]", y="amplitude [arcmin]")
+    return chart(f"Kinematic error of {result.attrs['shaft']}", over, orders, height=560, gap=0.2)

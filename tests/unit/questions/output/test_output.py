@@ -263,8 +263,8 @@ def test_the_lost_motion_of_a_drawing_follows_its_tolerances() -> None:
 
 
 def test_each_sample_is_the_train_that_its_overrides_make() -> None:
-    """The other route: the trains of single samples, loaded anew, with friction and with displaced pins."""
-    model = one_stage(clearance=f"{CLEARANCE} m", friction={"force": "150 N", "law": "coulomb"})  # type: ignore[arg-type]
+    """The other route: the trains of single samples, loaded anew, with clearances and displaced pins."""
+    model = one_stage(clearance=f"{CLEARANCE} m")
     model["tolerance"] = {
         "deviations.planet.position": "disc(30 um)",
         "stages.first.meshes.sun-planet.stiffness": "uniform(1e8 N/m, 3e8 N/m)",
@@ -376,3 +376,68 @@ def test_tables_and_the_figure_say_the_numbers() -> None:
     (marked,) = [trace for trace in figure.data if trace.name.startswith("lost motion")]
     assert np.diff(marked.x)[0] * ARCMIN == pytest.approx(mean(result, "lost_motion"), rel=1e-4)
     assert [shape.y0 for shape in figure.layout.shapes] == pytest.approx([-1.2, 1.2, -40, 40])
+
+
+def eccentric(run_out: float, **sun: Any) -> dict[str, Any]:
+    """A reducer whose sun is eccentric."""
+    model = one_stage()
+    model["stages"]["first"]["sun"] |= sun
+    model["deviations"] = {"sun": {"run_out": f"{run_out} um"}}
+    return model
+
+
+def test_an_eccentric_sun_that_is_held_turns_the_carrier_by_its_nearest_planet() -> None:
+    """Hardly loaded, the planet with the least gap carries: the error is the least of three cosines, E / r_b.
+
+    It repeats thrice in a turn of the sun in the carrier, 3 (i - 1) times in a turn of the carrier.
+    """
+    result = epicyclic.output(eccentric(30), share=1e-3, backlash_share=1e-4, phases=1, points=4)
+    size = 30e-6 / arm("first") / RATIO
+    assert float(result.kinematic_error_peak_to_peak) == pytest.approx(size / 2, rel=0.02)  # kinks between instants
+    order = result.shaft_order.values
+    np.testing.assert_array_equal(order, 3 * (RATIO - 1) * np.arange(1, order.size + 1))
+    n = 3 * np.arange(1, 5)
+    waves = size * 3 / pi * (np.sin((n - 1) * pi / 3) / (n - 1) + np.sin((n + 1) * pi / 3) / (n + 1))
+    np.testing.assert_allclose(result.kinematic_error_order[:4], np.abs(waves), rtol=0.02)
+    assert float(result.shaft_turn[-1]) > 1.99  # the sun is back after two turns of the carrier
+    assert result.kinematic_error.values.mean() == pytest.approx(0, abs=1e-9 * size)
+
+
+def test_an_eccentric_sun_that_floats_or_is_well_loaded_turns_the_carrier_evenly() -> None:
+    """The three errors add up to nothing: a floating sun follows them, and so do three meshes that all carry."""
+    floating = epicyclic.output(
+        eccentric(30, support={"radial": 0}), share=1e-3, backlash_share=1e-4, phases=1, points=4
+    )
+    loaded = epicyclic.output(eccentric(1), share=1.0, phases=1, points=4)
+    for result in (floating, loaded):
+        assert float(result.kinematic_error_peak_to_peak) < 1e-9 * 30e-6 / arm("first")
+        assert not result.shaft_order.size
+
+
+def test_an_eccentric_pair_is_a_sine() -> None:
+    """One mesh: E / r_b of the wheel at the order of the pinion, the ratio of the teeth."""
+    model = {
+        "format": 2,
+        "title": "a pair",
+        "stages": {
+            "main": {
+                "module": "2 mm",
+                "face_width": "20 mm",
+                "pinion": {"teeth": 20, "inertia": "1 kg", "mass": "1 kg"},
+                "wheel": {"teeth": 50, "inertia": "1 kg", "mass": "1 kg"},
+                "meshes": {"pinion-wheel": {"stiffness": "2e8 N/m", "backlash": "50 um"}},
+            }
+        },
+        "operation": {"speed": {"pinion": "900 rpm"}, "torque": {"pinion": "10 N m"}},
+        "deviations": {"pinion": {"run_out": "12 um"}},
+    }
+    result = epicyclic.output(model, phases=1, points=4)
+    base = 0.05 * np.cos(np.radians(20))
+    assert float(result.kinematic_error_peak_to_peak) == pytest.approx(2 * 12e-6 / base, rel=1e-3)
+    assert result.shaft_order.values.tolist() == [2.5]
+    assert float(result.kinematic_error_order[0]) == pytest.approx(12e-6 / base, rel=1e-9)
+    driving = epicyclic.output(model, shaft="pinion", phases=1, points=4)
+    assert driving.attrs["kinematic_error_reason"] == "main.pinion is what drives"
+    assert "kinematic_error" not in driving
+    assert "No kinematic error" in tables(driving)[-1].lead
+    assert epicyclic.plot("kinematic-error", result).data[0].y[0] is not None
