@@ -22,7 +22,6 @@ from ...system.system import Array, System
 
 # Torques between the least one and the first of the even steps, and the least per least share that is read.
 _FINE, _LEAST = 6, 0.25
-_AT_ONCE = 512  # trains whose torques are solved at once
 _DIGITS = 12  # of relative torques: two that differ by rounding are one
 _STILL = 1e-12  # turning per unit of the shaft's coordinate that is none
 
@@ -44,25 +43,20 @@ class Loop:
     @property
     def middle(self) -> Array:
         """Middle line of both branches (P, m) [rad]."""
-        line: Array = (self.rising + self.falling) / 2
-        return line
+        return np.asarray((self.rising + self.falling) / 2)
 
     def lost_motion(self, share: float) -> Array:
         """Angle at a share of the rated torque less that at its negative, on the middle line, (P,) [rad].
 
         nan where no backlash is known: senses then have zeros of their own.
         """
-        if np.isnan(self.play):
-            return np.full(len(self.rising), np.nan)
-        most = self.torque[-1]
-        ends = [self._at(sense * share * most) for sense in (1.0, -1.0)]
-        return ends[0] - ends[1]
+        most = share * self.torque[-1]
+        return self._at(most) - self._at(-most) + 0.0 * self.play
 
     def secant(self, low: float, high: float, sense: float) -> Array:
         """Torque per angle between two shares of the rated torque, in one sense, (P,) [N m/rad]."""
         most = sense * self.torque[-1]
-        slope: Array = most * (high - low) / (self._at(high * most) - self._at(low * most))
-        return slope
+        return np.asarray(most * (high - low) / (self._at(high * most) - self._at(low * most)))
 
     def fitted(self, low: float, high: float, sense: float) -> Array:
         """Stiffness of the least squares of the angle over the torque between two shares, (P,) [N m/rad]."""
@@ -104,64 +98,43 @@ def hysteresis(system: System, reverse: System | None, phases: int, relative: Ar
     ModelError : the shaft cannot turn; a load that nothing holds; a law with a memory beside a mesh without backlash.
     ConvergenceError : no equilibrium.
     """
-    rated = _rated(system)
-    size = abs(rated) * relative
-    grid = np.concatenate([-size[::-1], size])
+
+    def at(train: System, torque: Array) -> Loop:
+        return loop_at(held_train(train), excitation(train, Fraction(1), np.arange(phases), phases), torque)
+
+    size = abs(rated_of(system)) * relative
     if reverse is None:
-        falling, rising, energy, play = _both_branches(system, phases, grid)
-        return Loop(torque=grid, rising=rising, falling=falling, energy=energy, play=play)
-    if held_train(system).laws.memory.any():
+        return at(system, both_senses(size))
+    if system.laws.memory.any():
         pair = system.meshes.pair[int(np.argmax(np.isinf(system.meshes.backlash)))]
         allowed = "a length; friction with a history goes through both flanks"
         raise ModelError("is missing", path=f"{pair}.backlash", allowed=allowed)
-    back, ahead = (reverse, system) if rated > 0 else (system, reverse)
-    halves = [_both_branches(back, phases, -size[::-1]), _both_branches(ahead, phases, size)]
-    angle = np.concatenate([half[0] for half in halves], axis=1)
-    return Loop(torque=grid, rising=angle, falling=angle, energy=np.zeros(phases), play=np.nan)
+    back, ahead = (reverse, system) if rated_of(system) > 0 else (system, reverse)
+    low, high = at(back, -size[::-1]), at(ahead, size)
+    angle = np.concatenate([low.rising, high.rising], axis=1)
+    return Loop(torque=both_senses(size), rising=angle, falling=angle, energy=low.energy, play=np.nan)
 
 
-def _both_branches(system: System, phases: int, grid: Array) -> tuple[Array, Array, Array, float]:
-    """Falling and rising angle (P, m) [rad] at torques (m,), energy (P,) [J] and play [rad]."""
-    base = excitation(system, Fraction(1), np.arange(phases), phases)
-    return _branches_at(held_train(system), base._replace(force=base.force - shaft_load(system)), grid)
-
-
-def _branches_at(held: HeldTrain, base: RecordExcitation, grid: Array) -> tuple[Array, Array, Array, float]:
-    """The same at P instants whose excitation has no torque at the shaft."""
+def loop_at(held: HeldTrain, here: RecordExcitation, torque: Array) -> Loop:
+    """Torque over angle at P instants whose excitation has the rated torque, at torques (m,) [N m]; errors as above."""
     shaft = _shaft_turn(held.system)
-    balanced(held, base.force + grid[-1] * shaft)
+    base = here._replace(force=here.force - rated_of(held.system) * shaft)
+    balanced(held, base.force + torque[-1] * shaft)
     solve = _with_memory if held.laws.memory.any() else _each_by_itself
-    *displacements, energy = solve(held, base, shaft, grid)
-    angle, play = _angles(held, np.concatenate(displacements).reshape(-1, shaft.size))
-    falling, rising = angle.reshape(2, grid.size, -1).transpose(0, 2, 1)
-    return falling, rising, energy, play
+    displacement, energy = solve(held, base, shaft, torque)
+    columns = locked_columns(held, displacement.reshape(-1, shaft.size))
+    weight = _weights(held.system, columns["body"][1])
+    angle = (weight @ columns["angle"][1]).reshape(-1, torque.size, len(base.force)).swapaxes(1, 2)
+    play = float(weight @ columns["play"][1]) if "play" in columns else np.nan
+    return Loop(torque=torque, rising=angle[-1], falling=angle[0], energy=energy, play=play)
 
 
-def loop_of_samples(held: HeldTrain, base: RecordExcitation, shares: Sequence[float]) -> Loop:
-    """Torque over angle of S trains of one drawing, as of `hysteresis`, at shares of the rated torque and at that.
-
-    base : S instants, whose excitation has no torque at the shaft.
-
-    Raises
-    ------
-    ConvergenceError : no equilibrium.
-    """
-    size = abs(_rated(held.system)) * np.unique([*shares, 1.0])
-    grid = np.concatenate([-size[::-1], size])
-    pieces = [
-        _branches_at(held, base.at(np.arange(first, min(first + _AT_ONCE, len(base.force)))), grid)
-        for first in range(0, len(base.force), _AT_ONCE)
-    ]
-    falling, rising, energy = (np.concatenate([piece[i] for piece in pieces]) for i in range(3))
-    return Loop(torque=grid, rising=rising, falling=falling, energy=energy, play=pieces[0][3])
+def both_senses(size: Array) -> Array:
+    """Torques of both senses, rising, of sizes (k,)."""
+    return np.concatenate([-size[::-1], size])
 
 
-def shaft_load(system: System) -> Array:
-    """The rated torque as a force (n,) [N, N m]."""
-    return _rated(system) * _shaft_turn(system)
-
-
-def _rated(system: System) -> float:
+def rated_of(system: System) -> float:
     """Torque at the loaded shaft [N m]."""
     return float(sum((system.locked or {}).values()))
 
@@ -169,8 +142,7 @@ def _rated(system: System) -> float:
 def _weights(system: System, names: Sequence[str]) -> Array:
     """Part of the torque on each of the named bodies of the loaded shaft, (b,) [1]."""
     torque = system.locked or {}
-    part = np.array([torque.get(name, 0.0) for name in names])
-    return np.asarray(part / sum(torque.values()))
+    return np.array([torque.get(name, 0.0) for name in names]) / rated_of(system)
 
 
 def _shaft_turn(system: System) -> Array:
@@ -188,36 +160,25 @@ def _shaft_turn(system: System) -> Array:
     return turn
 
 
-def _angles(held: HeldTrain, displacement: Array) -> tuple[Array, float]:
-    """Angle of the loaded shaft (T,) of displacements (T, n), and its play [rad], nan where no backlash is known."""
-    columns = locked_columns(held, displacement)
-    weight = _weights(held.system, columns["body"][1])
-    play = float(weight @ columns["play"][1]) if "play" in columns else np.nan
-    return np.asarray(weight @ columns["angle"][1]), play
-
-
-def _each_by_itself(held: HeldTrain, base: RecordExcitation, shaft: Array, grid: Array) -> tuple[Array, Array, Array]:
-    """Displacements (m, P, n) of both branches, which are one, and no energy (P,)."""
+def _each_by_itself(held: HeldTrain, base: RecordExcitation, shaft: Array, grid: Array) -> tuple[Array, Array]:
+    """Displacements (1, m, P, n) of both branches, which are one, and no energy (P,)."""
     phases = len(base.force)
     here = base.at(np.tile(np.arange(phases), grid.size))
     state = settled(held, here._replace(force=here.force + np.repeat(grid, phases)[:, None] * shaft))
-    displacement = state.displacement.reshape(grid.size, phases, -1)
-    return displacement, displacement, np.zeros(phases)
+    return state.displacement.reshape(1, grid.size, phases, -1), np.zeros(phases)
 
 
-def _with_memory(held: HeldTrain, base: RecordExcitation, shaft: Array, grid: Array) -> tuple[Array, Array, Array]:
-    """Displacements (m, P, n) of the falling and the rising branch, and what the sliders dissipate in both (P,) [J]."""
+def _with_memory(held: HeldTrain, base: RecordExcitation, shaft: Array, grid: Array) -> tuple[Array, Array]:
+    """Displacements (2, m, P, n) of the falling and the rising branch, and what the sliders dissipate (P,) [J]."""
     laws, half = held.laws, grid.size // 2
     slider, start = np.zeros((len(base.force), laws.rows.owner.size)), None
-    path = np.concatenate([grid[half:], grid[-2::-1], grid[1:]])
     friction = np.where(laws.memory, laws.friction, 0.0)
     displacement, work = list[Array](), list[Array]()
-    for torque in path:
+    for torque in np.concatenate([grid[half:], grid[-2::-1], grid[1:]]):
         state = settled(held, base._replace(force=base.force + torque * shaft), anchor=slider, start=start)
         after = laws.slide(state.group_stretch, slider)
         displacement.append(state.displacement)
         work.append(laws.rows.size(after - slider) @ friction)
         slider, start = after, state.approach
-    falling = np.array(displacement[half - 1 : half - 1 + grid.size])[::-1]
-    rising = np.array(displacement[half - 2 + grid.size :])
-    return falling, rising, np.sum(work[half:], axis=0)
+    end = half - 1 + grid.size  # of the falling branch, the first of the rising one
+    return np.array([displacement[half - 1 : end][::-1], displacement[end - 1 :]]), np.sum(work[half:], axis=0)

@@ -8,14 +8,14 @@ positive; the error is its negative.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from ...errors import ConvergenceError, ModelError
+from ...errors import ModelError
 from ...statics.record import Record, record_of
 from ...statics.static import held_train, quasi_static
-from ...statics.transmission_error import error_ranges
+from ...statics.transmission_error import Columns, error_ranges
 from ...system.assembly import assemble
 from ...system.system import Array, System
 from ...train.train import Train, bodies_named
@@ -28,44 +28,30 @@ _SAMPLES, _MOST, _LINES = 8, 2**14, 24
 _SMALL, _ROUNDING = 1e-3, 1e-9
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class KinematicError:
-    """Kinematic error of a shaft.
+def kinematic_error(train: Train, shaft: OutputShaft, share: float) -> tuple[Columns, list[CodedText]]:
+    """Columns of the kinematic error of a shaft under a share of its rated torque, and warnings of a record cut short.
 
-    turn, error : (T,) turns of the shaft and error without its mean [rad].  peak_to_peak : largest within a turn [rad].
-    order, amplitude : (F,) orders of the shaft, rising, and amplitudes [rad].  warnings : of a record cut short.
+    Raises
+    ------
+    ModelError : no speed or torque of the shaft, it is what drives; a load that nothing holds.
+    ConvergenceError : no equilibrium.
     """
-
-    turn: Array
-    error: Array
-    peak_to_peak: float
-    order: Array
-    amplitude: Array
-    warnings: tuple[CodedText, ...]
-
-
-def kinematic_error(train: Train, shaft: OutputShaft, share: float) -> KinematicError | str:
-    """Kinematic error of a shaft under a share of its rated torque, or why there is none."""
     kinematics = train.kinematics
-    if kinematics.speed is None or not kinematics.speed[shaft.name]:
-        return f"{shaft.name} does not turn in operation"
     torque = (kinematics.torque or {}).get(shaft.name, 0.0)
-    if not torque:
-        return f"no torque of operation at {shaft.name}"
+    if not (torque and (kinematics.speed or {}).get(shaft.name)):
+        raise ModelError(f"no speed and torque of {shaft.name} in operation")
     factor = abs(share * shaft.torque / torque)
     system = assemble(replace(train, torques={name: factor * value for name, value in train.torques.items()}))
     row = next((i for i, name in enumerate(system.errors.shaft) if name.startswith(f"{shaft.name} by ")), None)
     if row is None:
-        return f"{shaft.name} is what drives"
+        raise ModelError(f"{shaft.name} is what drives")
     column = system.errors.B[:, 2 * len(system.errors.mesh) + row]
-    try:
-        record = _record(system, bodies_named(shaft.name, train.bodies)[0].name)
-        pieces = list(quasi_static(held_train(system), record))
-    except (ModelError, ConvergenceError) as error:
-        return str(error)
-    displacement = np.concatenate([piece.state.displacement for piece in pieces])
+    record = _record(system, bodies_named(shaft.name, train.bodies)[0].name)
+    displacement = np.concatenate([piece.state.displacement for piece in quasi_static(held_train(system), record)])
     rounding = _ROUNDING * float(np.abs(displacement).max(axis=0) @ np.abs(column))
-    return _seen(system, shaft.name, record, -(displacement - displacement.mean(axis=0)) @ column, rounding)
+    error = -(displacement - displacement.mean(axis=0)) @ column
+    said = record.warnings(error.min(keepdims=True), error.max(keepdims=True))
+    return _columns(system, shaft.name, record, error, rounding), said
 
 
 def _record(system: System, body: str) -> Record:
@@ -76,18 +62,17 @@ def _record(system: System, body: str) -> Record:
     return record_of(system, cycles=None, turns=None, of=body, samples=samples, most=max(_MOST, samples))
 
 
-def _seen(system: System, shaft: str, record: Record, error: Array, rounding: float) -> KinematicError:
-    """Ranges and orders of an error (T,) [rad] over a record; rounding : amplitude that is none."""
+def _columns(system: System, shaft: str, record: Record, error: Array, rounding: float) -> Columns:
+    """Error (T,) [rad] over a record, its range and orders; rounding : amplitude that is none."""
     whole = record.count % record.period == 0
     ranges = error_ranges(system, error[None], record.count / record.unit, whole=whole)
     amplitude = np.abs(np.fft.rfft(error)) * (2 / error.size)
     largest = np.sort(np.argsort(-amplitude, kind="stable")[:_LINES])
     listed = largest[amplitude[largest] > max(_SMALL * amplitude.max(), rounding)]
-    return KinematicError(
-        turn=np.arange(error.size) / record.samples,
-        error=error,
-        peak_to_peak=float(ranges[f"turn of {shaft}"][0]),
-        order=listed / record.count,
-        amplitude=amplitude[listed],
-        warnings=tuple(record.warnings(error.min(keepdims=True), error.max(keepdims=True))),
-    )
+    return {
+        "kinematic_error": ("shaft_turn", error),
+        "kinematic_error_peak_to_peak": ((), ranges[f"turn of {shaft}"][0]),
+        "kinematic_error_order": ("shaft_order", amplitude[listed]),
+        "shaft_turn": ("shaft_turn", np.arange(error.size) / record.samples),
+        "shaft_order": ("shaft_order", listed / record.count),
+    }

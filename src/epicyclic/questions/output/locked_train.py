@@ -37,15 +37,14 @@ class OutputShaft:
     rated_by: str
 
 
-def ports(train: Train) -> tuple[str, ...]:
+def ports(train: Train) -> list[str]:
     """Members at which torque enters or leaves; of a train without torques all central ones that nothing couples."""
     kinematics = train.kinematics
-    loaded = dict.fromkeys((*kinematics.held, *kinematics.stated, *kinematics.reacting))
-    if kinematics.torque is not None:
-        return tuple(loaded)
-    coupled = {name for tie in kinematics.ties for name in (tie.a, tie.b)}
-    central = dict.fromkeys(body.member for body in train.bodies if body.branch is None)
-    return tuple(dict.fromkeys([*loaded, *(name for name in central if name not in coupled)]))
+    loaded = [*kinematics.held, *kinematics.stated, *kinematics.reacting]
+    if kinematics.torque is None:
+        coupled = {name for tie in kinematics.ties for name in (tie.a, tie.b)}
+        loaded += [body.member for body in train.bodies if body.branch is None and body.member not in coupled]
+    return list(dict.fromkeys(loaded))
 
 
 def output_shaft(train: Train, shaft: str | None, held: Sequence[str] | None, rated: float | None) -> OutputShaft:
@@ -65,11 +64,11 @@ def output_shaft(train: Train, shaft: str | None, held: Sequence[str] | None, ra
     others = [reference(one, known, path="held", sides=False) for one in held or ()]
     if name in others:
         raise ModelError("is the shaft that is seen", path="held", given=name, allowed="other shafts")
-    locked = tuple(dict.fromkeys([*kinematics.held, *(ports(train) if held is None else others)]))
-    locked = tuple(one for one in locked if one != name)
-    _check_locked(train, name, locked)
+    still = dict.fromkeys(one for one in kinematics.held if one != name)
+    locked = still | dict.fromkeys(one for one in (ports(train) if held is None else others) if one != name)
+    _check_locked(train, name, list(still), list(locked))
     torque, rated_by = _rated(train, name, rated)
-    return OutputShaft(name=name, held=locked, torque=torque, rated_by=rated_by)
+    return OutputShaft(name=name, held=tuple(locked), torque=torque, rated_by=rated_by)
 
 
 def _output(train: Train) -> str:
@@ -84,19 +83,16 @@ def _output(train: Train) -> str:
     return found[0]
 
 
-def _check_locked(train: Train, shaft: str, held: Sequence[str]) -> None:
-    """Refuse a shaft that cannot turn by itself, and others that leave the train free to turn."""
-    kinematics = train.kinematics
-    before = motions(kinematics, [name for name in kinematics.held if name != shaft])
+def _check_locked(train: Train, shaft: str, still: Sequence[str], held: Sequence[str]) -> None:
+    """Refuse a shaft that cannot turn beside what the file holds, and held members that leave the train free."""
+    before, free = motions(train.kinematics, still), motions(train.kinematics, held)
     if before and not any(motion[shaft] for motion in before.values()):
-        by = ", ".join(name for name in kinematics.held if name != shaft) or "nothing"
+        by = ", ".join(still) or "none"
         raise ModelError(f"cannot turn: held are {by}", path="shaft", given=shaft, allowed="a shaft that turns")
-    if free := motions(kinematics, held):
-        turning = [name for name in ports(train) if name not in held and any(one[name] for one in free.values())]
-        others = [name for name in turning if name != shaft] or list(free)
-        given = ", ".join(held) or "none"
-        allowed = f"also {' or '.join(others)}"
-        raise ModelError(f"leaves {shaft} free to turn", path="held", given=given, allowed=allowed)
+    if free:
+        moving = [name for name in ports(train) if any(motion[name] for motion in free.values())]
+        allowed = f"also {' or '.join([name for name in moving if name != shaft] or free)}"
+        raise ModelError(f"leaves {shaft} free to turn", path="held", given=", ".join(held) or "none", allowed=allowed)
 
 
 def _rated(train: Train, shaft: str, rated: float | None) -> tuple[float, str]:

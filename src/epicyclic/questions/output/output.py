@@ -10,21 +10,23 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...engine.points import attempt
 from ...errors import ModelError
 from ...results.dataset import dataset
 from ...statics.static import zero_warnings
+from ...statics.transmission_error import Columns
 from ...system.assembly import assemble, train_provenance
 from ...system.system import Array
 from ...warning_codes import CodedText, coded
 from . import OutputOptions
 from .hysteresis import Loop, hysteresis, relative_torques
-from .kinematic_error import KinematicError, kinematic_error
+from .kinematic_error import kinematic_error
 from .locked_train import OutputShaft, locked_train, output_shaft, ports
-from .samples import PROBABILITIES, sampled_loops
+from .samples import PROBABILITIES, sampled_lost_motion
 from .shafts import reflected_inertia, starting_torque
 
 if TYPE_CHECKING:
@@ -36,7 +38,6 @@ STATISTICS = ("mean", "least", "most")
 """Over the places of the mesh cycle at which a train may be locked."""
 RANGE = (0.5, 1.0)
 """Torques per rated torque between which secant and least squares are taken."""
-Columns = dict[str, tuple[Any, Any]]
 
 
 def output(train: Train, options: OutputOptions) -> xr.Dataset:
@@ -59,52 +60,46 @@ def output(train: Train, options: OutputOptions) -> xr.Dataset:
     ModelError : as of `output_shaft`; a load that nothing holds; shares of which that of the backlash is the larger.
     ConvergenceError : no equilibrium.
     """
+    shares = (options.share, options.backlash_share)
     if options.backlash_share >= options.share:
         allowed = f"below share, {options.share:g}"
         raise ModelError("out of range", path="backlash_share", given=options.backlash_share, allowed=allowed)
     shaft = output_shaft(train, options.shaft, options.held, options.rated)
     locked = locked_train(train, shaft)
-    system = assemble(locked)
-    shares = (options.share, options.backlash_share)
-    relative = relative_torques(options.points, shares)
+    system, shafts = assemble(locked), list(dict.fromkeys([shaft.name, *ports(train)]))
     endless = bool(np.isinf(system.meshes.backlash).any())
     reverse = assemble(locked_train(train, replace(shaft, torque=-shaft.torque))) if endless else None
-    loop = hysteresis(system, reverse, options.phases, relative)
-    drawn = None if endless else sampled_loops(locked, shares, options.samples, options.seed)
-    turning = kinematic_error(train, shaft, options.share)
-    shafts = tuple(dict.fromkeys([shaft.name, *ports(train)]))
-    start, reason = starting_torque(train, shafts, options.friction)
+    loop = hysteresis(system, reverse, options.phases, relative_torques(options.points, shares))
+    columns = _loop_columns(loop, options, np.sign(shaft.torque))
+    warnings = [*system.warnings, *zero_warnings(system), *_warnings(shaft, options.friction)]
+    if locked.document.get("tolerance") and not endless:
+        lost, said = sampled_lost_motion(locked, shares, options.samples, options.seed)
+        columns["lost_motion_mean"] = ((), lost.mean())
+        columns["lost_motion_quantile"] = ("probability", np.quantile(lost, PROBABILITIES))
+        warnings += said
+    turning = attempt(lambda share: kinematic_error(train, shaft, share), options.share)
+    turned, said = turning.value or ({}, ())
+    start = attempt(lambda friction: starting_torque(train, shafts, friction), options.friction)
+    columns |= turned | {
+        "rated_torque": ((), abs(shaft.torque)),
+        "reflected_inertia": ("port", reflected_inertia(train, shafts)),
+        "starting_torque": ("port", np.full(len(shafts), np.nan) if start.value is None else start.value),
+    }
+    about = {
+        "shaft": shaft.name,
+        "locked_shafts": ", ".join(shaft.held),
+        "rated_by": shaft.rated_by,
+        "starting_torque_reason": start.reason,
+        "kinematic_error_reason": turning.reason,
+    }
+    labels = {"over_phases": STATISTICS, "port": shafts}
     return dataset(
-        {
-            **_loop_columns(loop, options, 1.0 if shaft.torque > 0 else -1.0),
-            **({} if drawn is None else _distributions(drawn[0], options)),
-            **({} if isinstance(turning, str) else _kinematic_columns(turning)),
-            "rated_torque": ((), abs(shaft.torque)),
-            "reflected_inertia": ("port", reflected_inertia(train, shafts)),
-            "starting_torque": ("port", start),
-        },
-        {
-            "shaft_torque": loop.torque,
-            "mesh_phase": np.arange(options.phases) / options.phases,
-            "over_phases": np.array(STATISTICS, dtype=object),
-            "port": np.array(shafts, dtype=object),
-            "probability": np.array(PROBABILITIES),
-            **({} if isinstance(turning, str) else {"shaft_turn": turning.turn, "shaft_order": turning.order}),
-        },
+        columns,
+        {**{name: np.array(texts, dtype=object) for name, texts in labels.items()}, "probability": list(PROBABILITIES)},
         verb="output",
         options=asdict(options),
-        provenance={**train_provenance(train), **_about(shaft, reason), **_untold(turning)},
-        warnings=list(
-            dict.fromkeys(
-                [
-                    *system.warnings,
-                    *zero_warnings(system),
-                    *(() if drawn is None else drawn[1]),
-                    *(() if isinstance(turning, str) else turning.warnings),
-                    *_warnings(shaft, options.friction),
-                ]
-            )
-        ),
+        provenance={**train_provenance(train), **about},
+        warnings=list(dict.fromkeys([*warnings, *said])),
     )
 
 
@@ -117,51 +112,21 @@ def _loop_columns(loop: Loop, options: OutputOptions, sense: float) -> Columns:
         "shaft_backlash": loop.lost_motion(options.backlash_share),
         "hysteresis_energy": loop.energy,
     }
-    curves = {"angle_rising": loop.rising, "angle_falling": loop.falling}
+    curve = ("mesh_phase", "shaft_torque")
     return {
-        **{name: (("mesh_phase", "shaft_torque"), values) for name, values in curves.items()},
+        "shaft_torque": ("shaft_torque", loop.torque),
+        "mesh_phase": ("mesh_phase", np.arange(options.phases) / options.phases),
+        "angle_rising": (curve, loop.rising),
+        "angle_falling": (curve, loop.falling),
         "shaft_tangent_stiffness": (("over_phases", "shaft_torque"), over_phases(loop.tangent())),
         **{name: ("over_phases", over_phases(values)) for name, values in each.items()},
         "shaft_play": ((), loop.play),
     }
 
 
-def _distributions(loop: Loop, options: OutputOptions) -> Columns:
-    """Mean and quantiles of the lost motion over the trains of the drawing."""
-    lost = loop.lost_motion(options.share)
-    return {
-        "lost_motion_mean": ((), lost.mean()),
-        "lost_motion_quantile": ("probability", np.quantile(lost, PROBABILITIES)),
-    }
-
-
-def _kinematic_columns(turning: KinematicError) -> Columns:
-    """Columns of the kinematic error."""
-    return {
-        "kinematic_error": ("shaft_turn", turning.error),
-        "kinematic_error_peak_to_peak": ((), turning.peak_to_peak),
-        "kinematic_error_order": ("shaft_order", turning.amplitude),
-    }
-
-
-def _untold(turning: KinematicError | str) -> dict[str, str]:
-    """Attribute: why there is no kinematic error, empty where there is."""
-    return {"kinematic_error_reason": turning if isinstance(turning, str) else ""}
-
-
 def over_phases(values: Array) -> Array:
     """Mean, least and most (3, ...) of values (P, ...)."""
     return np.stack([values.mean(axis=0), values.min(axis=0), values.max(axis=0)])
-
-
-def _about(shaft: OutputShaft, reason: str) -> dict[str, str]:
-    """Attributes: the shaft, what is locked, what its rated torque is from, why there is no starting torque."""
-    return {
-        "shaft": shaft.name,
-        "locked_shafts": ", ".join(shaft.held),
-        "rated_by": shaft.rated_by,
-        "starting_torque_reason": reason,
-    }
 
 
 def _warnings(shaft: OutputShaft, friction: float | None) -> list[CodedText]:

@@ -9,44 +9,45 @@ import numpy as np
 
 from ...engine.plan import sampling_plan, scramble_uniforms
 from ...statics.record import excitation_of
+from ...system.system import Array
 from ..tolerance.tolerance_map import tolerance_map
-from .hysteresis import Loop, loop_of_samples, shaft_load
+from .hysteresis import both_senses, loop_at, rated_of
 
 if TYPE_CHECKING:
     from ...train.train import Train
     from ...warning_codes import CodedText
 
+_AT_ONCE = 512  # trains whose torques are solved at once
 PROBABILITIES = (0.5, 0.95, 0.99)
 """Of the quantiles of a distribution."""
 
 
-def sampled_loops(
+def sampled_lost_motion(
     train: Train, shares: Sequence[float], samples: int, seed: int
-) -> tuple[Loop, tuple[CodedText, ...]] | None:
-    """Torque over angle of S locked trains at mean mesh stiffness, and warnings; None of a train without tolerances.
+) -> tuple[Array, tuple[CodedText, ...]]:
+    """Lost motion (S,) of S locked trains at the first share of the rated torque [rad], and warnings.
 
-    Stiffnesses of links stay at their mean.
+    At mean mesh stiffness; stiffnesses of links stay at their mean.
 
-    train : locked, with the rated torque at the shaft.  samples : at least so many, a power of two.
+    train : locked, with the rated torque at the shaft.  shares : torques that are solved.
+    samples : at least so many, a power of two.
 
     Raises
     ------
     ModelError : a tolerance that is refused.  ConvergenceError : no equilibrium of a sample.
     """
-    if not train.document.get("tolerance"):
-        return None
     drawn = tolerance_map(train, laws=True)
     assert drawn.laws is not None
     held, plan = drawn.laws.held, sampling_plan(samples, seed=seed)
-    system, m = held.system, len(held.system.meshes.name)
-    d = drawn.dimension_entry.size
+    system, d = held.system, drawn.dimension_entry.size
     u = np.concatenate([scramble_uniforms(plan, scramble, d) for scramble in range(plan.scrambles)])
     factors, varied = drawn.factors(u, np.ones(len(drawn.entries)).tolist())
-    values, _ = drawn.laws.excitation.values(factors, 0.0)
-    values[:, -len(system.force) :] += system.force - shaft_load(system)
+    values, _ = drawn.laws.excitation.values(factors)
     stiffness = np.tile(system.meshes.stiffness, (len(u), 1))
-    of_mesh = drawn.rows < m
+    of_mesh = drawn.rows < stiffness.shape[1]
     stiffness[:, drawn.rows[of_mesh]] = varied[:, of_mesh]
-    tones = max(1, len(system.tones))
-    base = excitation_of(system, values, np.zeros((len(u), tones)), stiffness=stiffness)
-    return loop_of_samples(held, base, shares), drawn.warnings
+    here = excitation_of(system, values, np.zeros((len(u), max(1, len(system.tones)))), stiffness=stiffness)
+    torque = both_senses(abs(rated_of(system)) * np.unique([*shares, 1.0]))
+    pieces = np.array_split(np.arange(len(u)), -(-len(u) // _AT_ONCE))
+    loops = [loop_at(held, here.at(piece), torque) for piece in pieces]
+    return np.concatenate([loop.lost_motion(shares[0]) for loop in loops]), drawn.warnings

@@ -52,20 +52,20 @@ def _inertia_times_square(train: Train, speed: Mapping[str, float]) -> list[floa
     return found
 
 
-def starting_torque(train: Train, shafts: Sequence[str], friction: float | None) -> tuple[Array, str]:
-    """Torque at each shaft (s,) that overcomes the friction of the teeth at the operation [N m], and why there is none.
+def starting_torque(train: Train, shafts: Sequence[str], friction: float | None) -> Array:
+    """Torque at each shaft (s,) that overcomes the friction of the teeth at the operation [N m]; nan of one at rest.
 
-    It is the loss that `efficiency` finds per speed of the shaft.  friction : coefficient; None: nothing is known.
+    It is the loss that `efficiency` finds per speed of the shaft.  friction : coefficient.
+
+    Raises
+    ------
+    ModelError : no friction; a train of which `efficiency` has no loss.
     """
-    none = np.full(len(shafts), math.nan)
     if friction is None:
-        return none, "no friction of the teeth is given"
+        raise ModelError("no friction of the teeth is given")
     from ..flanks import EfficiencyOptions
     from ..flanks.efficiency import efficiency
 
-    try:
-        loss = float(efficiency(train, EfficiencyOptions(friction=friction)).power_loss)
-    except ModelError as error:
-        return none, str(error)
-    speed = {name: abs(float(value)) * math.tau / 60 for name, value in (train.kinematics.speed or {}).items()}
-    return np.array([loss / speed[name] if speed[name] else math.nan for name in shafts]), ""
+    loss = float(efficiency(train, EfficiencyOptions(friction=friction)).power_loss)
+    speed = np.array([abs(float((train.kinematics.speed or {})[name])) * math.tau / 60 for name in shafts])
+    return np.divide(loss, speed, where=speed > 0, out=np.full(len(shafts), math.nan))

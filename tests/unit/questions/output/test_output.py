@@ -28,7 +28,7 @@ import epicyclic
 from epicyclic.engine.plan import sampling_plan, scramble_uniforms
 from epicyclic.errors import ModelError
 from epicyclic.questions.output.locked_train import locked_train, output_shaft
-from epicyclic.questions.output.samples import sampled_loops
+from epicyclic.questions.output.samples import sampled_lost_motion
 from epicyclic.questions.output.views import findings, key_figures, tables
 from epicyclic.questions.tolerance.tolerance_map import tolerance_map
 
@@ -272,9 +272,7 @@ def test_each_sample_is_the_train_that_its_overrides_make() -> None:
     train = epicyclic.load(model)
     shaft = output_shaft(train, "carrier", None, None)
     locked = locked_train(train, shaft)
-    sampled = sampled_loops(locked, (0.03, 0.005), 256, 1)
-    assert sampled is not None
-    lost = sampled[0].lost_motion(0.03)
+    lost, _ = sampled_lost_motion(locked, (0.03, 0.005), 256, 1)
     plan, drawn = sampling_plan(256, seed=1), tolerance_map(locked)
     for number in (0, 17, 200):
         scramble, row = divmod(number, plan.rows)
