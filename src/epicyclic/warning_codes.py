@@ -254,10 +254,6 @@ rated-of-operation output.md
 No rated torque is stated: stiffness and lost motion are those of the torque of operation.
 State operation.rated of the shaft, or the option rated.
 
-friction-not-in-loop output.md
-Friction of the teeth is given, but the hysteresis of the locked train has play, clearances and splines alone.
-Nothing; a measured loop is wider.
-
 no-backlash transient.md
 No backlash is given where teeth part, or where a train is locked: the far flanks are taken as never touching.
 State backlash of the mesh.

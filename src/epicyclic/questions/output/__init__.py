@@ -28,10 +28,7 @@ class OutputOptions:
     rated: Annotated[
         float | None,
         Option(
-            'Rated torque at the shaft [N m], "20 N m".',
-            above=0,
-            default="operation.rated, else the torque of operation",
-            reads="torque",
+            'Rated torque [N m], "20 N m".', above=0, default="of operation.rated, else of operation", reads="torque"
         ),
     ] = None
     share: Annotated[float, Option("Torque per rated torque of the lost motion.", above=0, most=1, reads="share")] = (
@@ -42,11 +39,8 @@ class OutputOptions:
     ] = 0.005
     points: Annotated[int, Option("Torques from zero to rated torque.", least=4, most=2000)] = 40
     phases: Annotated[int, Option("Places in the mesh cycle at which it is locked.", least=1, most=1000)] = 12
-    samples: Annotated[
-        int, Option("Trains drawn from [tolerance], rounded up to a power of two.", least=1, most=2**17)
-    ] = 1024
+    samples: Annotated[int, Option("Trains drawn from [tolerance], a power of two.", least=1, most=2**17)] = 1024
     seed: Annotated[int, Option("The same seed, the same samples.", least=0)] = 1
     friction: Annotated[
-        float | None,
-        Option("Coefficient of friction of the teeth, for the starting torque.", least=0, most=1, default="none"),
+        float | None, Option("Of the teeth, for the starting torque.", least=0, most=1, default="none")
     ] = None

@@ -21,11 +21,11 @@ from ...statics.static import zero_warnings
 from ...statics.transmission_error import Columns
 from ...system.assembly import assemble, train_provenance
 from ...system.system import Array
-from ...warning_codes import CodedText, coded
+from ...warning_codes import coded
 from . import OutputOptions
 from .hysteresis import Loop, hysteresis, relative_torques
 from .kinematic_error import kinematic_error
-from .locked_train import OutputShaft, locked_train, output_shaft, ports
+from .locked_train import locked_train, output_shaft, ports
 from .samples import PROBABILITIES, sampled_lost_motion
 from .shafts import reflected_inertia, starting_torque
 
@@ -71,7 +71,10 @@ def output(train: Train, options: OutputOptions) -> xr.Dataset:
     reverse = assemble(locked_train(train, replace(shaft, torque=-shaft.torque))) if endless else None
     loop = hysteresis(system, reverse, options.phases, relative_torques(options.points, shares))
     columns = _loop_columns(loop, options, np.sign(shaft.torque))
-    warnings = [*system.warnings, *zero_warnings(system), *_warnings(shaft, options.friction)]
+    warnings = [*system.warnings, *zero_warnings(system)]
+    if shaft.rated_by == "operation":
+        text = f"no rated torque of {shaft.name}: that of operation, {abs(shaft.torque):.4g} N m"
+        warnings.append(coded("rated-of-operation", text))
     if locked.document.get("tolerance") and not endless:
         lost, said = sampled_lost_motion(locked, shares, options.samples, options.seed)
         columns["lost_motion_mean"] = ((), lost.mean())
@@ -127,14 +130,3 @@ def _loop_columns(loop: Loop, options: OutputOptions, sense: float) -> Columns:
 def over_phases(values: Array) -> Array:
     """Mean, least and most (3, ...) of values (P, ...)."""
     return np.stack([values.mean(axis=0), values.min(axis=0), values.max(axis=0)])
-
-
-def _warnings(shaft: OutputShaft, friction: float | None) -> list[CodedText]:
-    """The rated torque is that of operation; friction of the teeth is not in the loop."""
-    said = []
-    if shaft.rated_by == "operation":
-        text = f"no rated torque of {shaft.name}: that of operation, {abs(shaft.torque):.4g} N m"
-        said.append(coded("rated-of-operation", text))
-    if friction:
-        said.append(coded("friction-not-in-loop", "friction of the teeth is not in hysteresis and lost motion"))
-    return said

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...show.elements import Company, Drawing, Finding, KeyFigure, Section, Table
+from ...show.elements import Company, Drawing, Finding, KeyFigure, Section, Table, columns_of
 from ...show.series import engineering, texts
 from ...show.views import ResultView
 
@@ -30,26 +30,22 @@ _ROWS = {
 
 def tables(result: xr.Dataset) -> Sequence[Table]:
     """Stiffness [N m/arcmin], lost motion and backlash [arcmin], energy of a cycle [J]; inertia of the shafts."""
-    rows = [name for name in _ROWS if name in result.variables]
-    columns: dict[str, Any] = {"": [_called(result, name) for name in rows]}
-    columns["unit"] = [_ROWS[name][1] for name in rows]
-    for one in texts(result, "over_phases"):
-        columns[one] = [_value(result, name, one) for name in rows]
+    rows, attrs = [name for name in _ROWS if name in result.variables], result.attrs
+    columns: dict[str, Any] = {"": [_ROWS[name][0] for name in rows], "unit": [_ROWS[name][1] for name in rows]}
+    columns |= {one: [_value(result, name, one) for name in rows] for one in texts(result, "over_phases")}
+    lost, play = (100 * json.loads(attrs["options"])[name] for name in ("share", "backlash_share"))
     rated = f"rated torque {engineering(float(result.rated_torque))} N m"
-    title = f"At {result.attrs['shaft']}, locked {result.attrs['locked_shafts']}; {rated}"
-    shafts: dict[str, Any] = {
-        "shaft": texts(result, "port"),
-        "reflected inertia [kg m^2]": list(result.reflected_inertia.values),
-        "starting torque [N m]": list(result.starting_torque.values),
+    lead = f"Lost motion at {lost:.3g} %, backlash at {play:.3g} % of the rated torque, in both senses."
+    kinds = {
+        "reflected_inertia": ("reflected inertia [kg m^2]", 1.0),
+        "starting_torque": ("starting torque [N m]", 1.0),
     }
-    reasons = {
-        what: result.attrs[f"{what.replace(' ', '_')}_reason"] for what in ("starting torque", "kinematic error")
-    }
-    lead = " ".join(f"No {what}: {reason}." for what, reason in reasons.items() if reason)
+    reasons = {what: attrs[f"{what.replace(' ', '_')}_reason"] for what in ("starting torque", "kinematic error")}
+    missing = " ".join(f"No {what}: {reason}." for what, reason in reasons.items() if reason)
     return [
-        Table(title=title, columns=columns),
+        Table(title=f"At {attrs['shaft']}, locked {attrs['locked_shafts']}; {rated}", columns=columns, lead=lead),
         *_distribution(result),
-        Table(title="Seen from every shaft", columns=shafts, lead=lead),
+        Table(title="Seen from every shaft", columns=columns_of(result, "port", kinds), lead=missing),
     ]
 
 
@@ -72,14 +68,6 @@ def _value(result: xr.Dataset, name: str, of: str) -> float:
         return np.nan
     value = _ROWS[name][2] * float(values)
     return value if not abs(value) < _NONE else 0.0
-
-
-def _called(result: xr.Dataset, name: str) -> str:
-    """Name of a row, with the share of the rated torque that it is read at."""
-    share = json.loads(result.attrs["options"]).get(
-        {"lost_motion": "share", "shaft_backlash": "backlash_share"}.get(name)
-    )
-    return _ROWS[name][0] if share is None else f"{_ROWS[name][0]} at {100 * share:.3g} % of the rated torque"
 
 
 def key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
