@@ -426,7 +426,7 @@ def locked_columns(held: HeldTrain, displacement: Array) -> Columns:
     angle = turn @ displacement.T
     play: Columns = {}
     if np.isfinite(system.meshes.backlash).all():
-        ends = _ends_of_travel(held, turn)
+        ends = ends_of_travel(held, turn)
         angle -= ends.mean(axis=1, keepdims=True)
         play["play"] = ("body", ends[:, 0] - ends[:, 1])
     return {
@@ -437,7 +437,7 @@ def locked_columns(held: HeldTrain, displacement: Array) -> Columns:
     }
 
 
-def _ends_of_travel(held: HeldTrain, turn: Array) -> Array:
+def ends_of_travel(held: HeldTrain, turn: Array) -> Array:
     """Angles (b, 2) [rad] at which flanks stop bodies that a torque turns forwards and back, as it goes to zero.
 
     Each body by itself, without other loads, displaced seats as they are: a(0) = 2 a(T) - a(2 T) of a small torque T,

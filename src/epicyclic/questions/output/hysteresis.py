@@ -17,7 +17,7 @@ import numpy as np
 
 from ...errors import ModelError
 from ...statics.record import RecordExcitation, excitation
-from ...statics.static import HeldTrain, balanced, held_train, locked_columns, settled
+from ...statics.static import HeldTrain, balanced, ends_of_travel, held_train, settled
 from ...system.system import Array, System
 
 # Torques between the least one and the first of the even steps, and the least per least share that is read.
@@ -50,20 +50,16 @@ class Loop:
 
         nan where no backlash is known: senses then have zeros of their own.
         """
-        most = share * self.torque[-1]
-        return self._at(most) - self._at(-most) + 0.0 * self.play
+        ends = share * self.torque[-1] * np.array([-1.0, 1.0])
+        return np.array([np.diff(np.interp(ends, self.torque, line))[0] for line in self.middle]) + 0.0 * self.play
 
-    def secant(self, low: float, high: float, sense: float) -> Array:
-        """Torque per angle between two shares of the rated torque, in one sense, (P,) [N m/rad]."""
-        most = sense * self.torque[-1]
-        return np.asarray(most * (high - low) / (self._at(high * most) - self._at(low * most)))
-
-    def fitted(self, low: float, high: float, sense: float) -> Array:
-        """Stiffness of the least squares of the angle over the torque between two shares, (P,) [N m/rad]."""
+    def stiffness(self, low: float, high: float, sense: float) -> tuple[Array, Array]:
+        """Secant and least squares between two shares of the rated torque, both solved, in one sense (P,) [N m/rad]."""
         share = sense * self.torque / self.torque[-1]
         inside = (share >= low * (1 - _STILL)) & (share <= high * (1 + _STILL))
-        slope = np.polynomial.polynomial.polyfit(self.torque[inside], self.middle[:, inside].T, 1)[1]
-        return np.asarray(1 / slope)
+        torque, angle = self.torque[inside], self.middle[:, inside]
+        secant = np.ptp(torque) / (angle[:, -1] - angle[:, 0])
+        return secant, np.asarray(1 / np.polynomial.polynomial.polyfit(torque, angle.T, 1)[1])
 
     def tangent(self) -> Array:
         """Stiffness dT/dphi of the middle line at every torque, by differences on its own side of zero (P, m)."""
@@ -71,10 +67,6 @@ class Loop:
         sides = (slice(0, half), slice(half, None))
         slopes = [np.gradient(self.middle[:, side], self.torque[side], axis=1) for side in sides]
         return np.asarray(1 / np.concatenate(slopes, axis=1))
-
-    def _at(self, torque: float) -> Array:
-        """Middle line at a torque, (P,) [rad]."""
-        return np.array([np.interp(torque, self.torque, line) for line in self.middle])
 
 
 def relative_torques(points: int, shares: Sequence[float]) -> Array:
@@ -122,10 +114,10 @@ def loop_at(held: HeldTrain, here: RecordExcitation, torque: Array) -> Loop:
     balanced(held, base.force + torque[-1] * shaft)
     solve = _with_memory if held.laws.memory.any() else _each_by_itself
     displacement, energy = solve(held, base, shaft, torque)
-    columns = locked_columns(held, displacement.reshape(-1, shaft.size))
-    weight = _weights(held.system, columns["body"][1])
-    angle = (weight @ columns["angle"][1]).reshape(-1, torque.size, len(base.force)).swapaxes(1, 2)
-    play = float(weight @ columns["play"][1]) if "play" in columns else np.nan
+    angle, play = (displacement @ shaft).swapaxes(1, 2), np.nan
+    if np.isfinite(held.system.meshes.backlash).all():
+        ahead, back = ends_of_travel(held, shaft[None])[0]
+        angle, play = angle - (ahead + back) / 2, ahead - back
     return Loop(torque=torque, rising=angle[-1], falling=angle[0], energy=energy, play=play)
 
 
@@ -139,12 +131,6 @@ def rated_of(system: System) -> float:
     return float(sum((system.locked or {}).values()))
 
 
-def _weights(system: System, names: Sequence[str]) -> Array:
-    """Part of the torque on each of the named bodies of the loaded shaft, (b,) [1]."""
-    torque = system.locked or {}
-    return np.array([torque.get(name, 0.0) for name in names]) / rated_of(system)
-
-
 def _shaft_turn(system: System) -> Array:
     """Angle of the loaded shaft per displacement, (n,): also the force of a unit torque on it.
 
@@ -152,7 +138,8 @@ def _shaft_turn(system: System) -> Array:
     ------
     ModelError : it cannot turn.
     """
-    turn: Array = _weights(system, system.dofs.bodies) @ system.dofs.expand[5::6]
+    torque = np.array([(system.locked or {}).get(name, 0.0) for name in system.dofs.bodies])
+    turn: Array = torque / torque.sum() @ system.dofs.expand[5::6]
     if not np.abs(turn).max() > _STILL:
         raise ModelError(
             "cannot turn: it is rigid with what is held", path="shaft", given=", ".join(system.locked or ())

@@ -108,9 +108,10 @@ def output(train: Train, options: OutputOptions) -> xr.Dataset:
 
 def _loop_columns(loop: Loop, options: OutputOptions, sense: float) -> Columns:
     """Columns of torque over angle; sense : of the rated torque."""
+    secant, fitted = loop.stiffness(*RANGE, sense)
     each: Mapping[str, Array] = {
-        "shaft_secant_stiffness": loop.secant(*RANGE, sense),
-        "shaft_fitted_stiffness": loop.fitted(*RANGE, sense),
+        "shaft_secant_stiffness": secant,
+        "shaft_fitted_stiffness": fitted,
         "lost_motion": loop.lost_motion(options.share),
         "shaft_backlash": loop.lost_motion(options.backlash_share),
         "hysteresis_energy": loop.energy,

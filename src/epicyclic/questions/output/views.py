@@ -43,20 +43,23 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
     reasons = {what: attrs[f"{what.replace(' ', '_')}_reason"] for what in ("starting torque", "kinematic error")}
     missing = " ".join(f"No {what}: {reason}." for what, reason in reasons.items() if reason)
     return [
-        Table(title=f"At {attrs['shaft']}, locked {attrs['locked_shafts']}; {rated}", columns=columns, lead=lead),
-        *_distribution(result),
+        Table(
+            title=f"At {attrs['shaft']}, locked {attrs['locked_shafts']}; {rated}",
+            columns=columns,
+            lead=lead + _distribution(result),
+        ),
         Table(title="Seen from every shaft", columns=columns_of(result, "port", kinds), lead=missing),
     ]
 
 
-def _distribution(result: xr.Dataset) -> list[Table]:
-    """Lost motion [arcmin] over the trains that the tolerances of the drawing allow."""
+def _distribution(result: xr.Dataset) -> str:
+    """Lost motion over the trains that the tolerances of the drawing allow, in words."""
     if "lost_motion_mean" not in result.variables:
-        return []
-    columns = {"mean [arcmin]": [_ARCMIN * float(result.lost_motion_mean)]}
-    for part in result.probability.values:
-        columns[f"{100 * part:.3g} % [arcmin]"] = [_ARCMIN * float(result.lost_motion_quantile.sel(probability=part))]
-    return [Table(title="Lost motion of the trains that the tolerances allow", columns=columns)]
+        return ""
+    parts = zip(result.probability.values, _ARCMIN * result.lost_motion_quantile.values, strict=True)
+    most = ", ".join(f"{engineering(value)} arcmin in {100 * part:.3g} %" for part, value in parts)
+    mean = engineering(_ARCMIN * float(result.lost_motion_mean))
+    return f" Of the trains that the tolerances allow mean lost motion {mean} arcmin, at most {most}."
 
 
 def _value(result: xr.Dataset, name: str, of: str) -> float:
