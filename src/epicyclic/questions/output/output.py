@@ -81,7 +81,7 @@ def output(train: Train, options: OutputOptions) -> xr.Dataset:
         columns["lost_motion_quantile"] = ("probability", np.quantile(lost, PROBABILITIES))
         warnings += said
     turning = attempt(lambda share: kinematic_error(train, shaft, share), options.share)
-    turned, said = turning.value or ({}, ())
+    turned, cut_short = turning.value or ({}, [])
     start = attempt(lambda friction: starting_torque(train, shafts, friction), options.friction)
     columns |= turned | {
         "rated_torque": ((), abs(shaft.torque)),
@@ -102,7 +102,7 @@ def output(train: Train, options: OutputOptions) -> xr.Dataset:
         verb="output",
         options=asdict(options),
         provenance={**train_provenance(train), **about},
-        warnings=list(dict.fromkeys([*warnings, *said])),
+        warnings=list(dict.fromkeys([*warnings, *cut_short])),
     )
 
 

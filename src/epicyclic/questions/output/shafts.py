@@ -68,4 +68,4 @@ def starting_torque(train: Train, shafts: Sequence[str], friction: float | None)
 
     loss = float(efficiency(train, EfficiencyOptions(friction=friction)).power_loss)
     speed = np.array([abs(float((train.kinematics.speed or {})[name])) * math.tau / 60 for name in shafts])
-    return np.divide(loss, speed, where=speed > 0, out=np.full(len(shafts), math.nan))
+    return np.asarray(np.divide(loss, speed, where=speed > 0, out=np.full(len(shafts), math.nan)))
