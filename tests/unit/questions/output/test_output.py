@@ -305,7 +305,7 @@ def differential() -> dict[str, Any]:
     ("options", "message"),
     [
         ({"shaft": "planet"}, "shaft = first.planet: turns about an axis of its own"),
-        ({"shaft": "carier"}, "shaft = carier: no such member.*carrier"),
+        ({"shaft": "carrierr"}, "shaft = carrierr: no such member.*carrier"),
         ({"held": ["sun", "carrier"]}, "held = first.carrier: is the shaft that is seen"),
         ({"held": []}, "held = first.ring: leaves first.carrier free to turn.*also first.sun"),
         ({"share": 0.01, "backlash_share": 0.02}, "backlash_share = 0.02: out of range"),
