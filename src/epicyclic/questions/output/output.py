@@ -77,9 +77,12 @@ def output(train: Train, options: OutputOptions) -> xr.Dataset:
         warnings.append(coded("rated-of-operation", text))
     if locked.document.get("tolerance") and not endless:
         lost, said = sampled_lost_motion(locked, shares, options.samples, options.seed)
-        columns["lost_motion_mean"] = ((), lost.mean())
-        columns["lost_motion_quantile"] = ("probability", np.quantile(lost, PROBABILITIES))
+        columns["lost_motion_mean"] = ((), np.nanmean(lost))
+        columns["lost_motion_quantile"] = ("probability", np.nanquantile(lost, PROBABILITIES))
         warnings += said
+        if failed := int(np.isnan(lost).sum()):
+            text = f"{failed} of {lost.size} trains of the tolerances have no equilibrium, and count nowhere"
+            warnings.append(coded("points-failed", text))
     turning = attempt(lambda share: kinematic_error(train, shaft, share), options.share)
     turned, cut_short = turning.value or ({}, [])
     start = attempt(lambda friction: starting_torque(train, shafts, friction), options.friction)

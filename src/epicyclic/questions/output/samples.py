@@ -6,8 +6,10 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...engine.plan import sampling_plan, scramble_uniforms
+from ...engine.points import attempt
 from ...statics.record import excitation_of
 from ...system.system import Array
 from ..tolerance.tolerance_map import tolerance_map
@@ -27,14 +29,14 @@ def sampled_lost_motion(
 ) -> tuple[Array, tuple[CodedText, ...]]:
     """Lost motion (S,) of S locked trains at the first share of the rated torque [rad], and warnings.
 
-    At mean mesh stiffness; stiffnesses of links stay at their mean.
+    nan of one without equilibrium.  At mean mesh stiffness; stiffnesses of links stay at their mean.
 
     train : locked, with the rated torque at the shaft.  shares : torques that are solved.
     samples : at least so many, a power of two.
 
     Raises
     ------
-    ModelError : a tolerance that is refused.  ConvergenceError : no equilibrium of a sample.
+    ModelError : a tolerance that is refused.
     """
     drawn = tolerance_map(train, laws=True)
     assert drawn.laws is not None
@@ -49,5 +51,12 @@ def sampled_lost_motion(
     here = excitation_of(system, values, np.zeros((len(u), max(1, len(system.tones)))), stiffness=stiffness)
     torque = both_senses(abs(rated_of(system)) * np.unique([*shares, 1.0]))
     pieces = np.array_split(np.arange(len(u)), -(-len(u) // _AT_ONCE))
-    loops = [loop_at(held, here.at(piece), torque) for piece in pieces]
-    return np.concatenate([loop.lost_motion(shares[0]) for loop in loops]), drawn.warnings
+
+    def lost(piece: NDArray[np.int64]) -> Array:
+        """Lost motion of a piece; a sample without equilibrium does not stop the others."""
+        found = attempt(lambda at: loop_at(held, here.at(at), torque).lost_motion(shares[0]), piece)
+        if found.value is not None or piece.size == 1:
+            return np.full(1, np.nan) if found.value is None else found.value
+        return np.concatenate([lost(half) for half in np.array_split(piece, 2)])
+
+    return np.concatenate([lost(piece) for piece in pieces]), drawn.warnings

@@ -272,12 +272,14 @@ def test_each_sample_is_the_train_that_its_overrides_make() -> None:
     locked = locked_train(train, shaft)
     lost, _ = sampled_lost_motion(locked, (0.03, 0.005), 256, 1)
     plan, drawn = sampling_plan(256, seed=1), tolerance_map(locked)
-    for number in (0, 17, 200):
+    known = np.flatnonzero(~np.isnan(lost))
+    assert known.size > 0.95 * lost.size
+    for number in known[[0, 17, 200]].tolist():
         scramble, row = divmod(number, plan.rows)
         overrides = drawn.overrides(scramble_uniforms(plan, scramble, drawn.dimension_entry.size)[row])
         one = epicyclic.output({**model, "tolerance": {}}, shaft="carrier", overrides=overrides, phases=1)
         assert lost[number] == pytest.approx(mean(one, "lost_motion"), rel=1e-6)
-    assert np.ptp(lost) > 0.1 * lost.mean()
+    assert np.ptp(lost[known]) > 0.1 * lost[known].mean()
 
 
 def test_a_study_takes_its_numbers() -> None:
