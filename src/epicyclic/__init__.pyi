@@ -166,6 +166,23 @@ def modulation(  # .questions.modulation.verbs
 ) -> xr.Dataset:
     """Vibration at a fixed place beside the ring."""
 
+def output(  # .questions.output.verbs
+    source: Source,
+    *,
+    overrides: Overrides | None = None,
+    shaft: str | None = None,
+    held: Sequence[str] | None = None,
+    rated: float | str | None = None,
+    share: float | str = 0.03,
+    backlash_share: float | str = 0.005,
+    points: int = 40,
+    phases: int = 12,
+    samples: int = 1024,
+    seed: int = 1,
+    friction: float | None = None,
+) -> xr.Dataset:
+    """The gearbox at its output, the other shafts locked."""
+
 def relief(  # .questions.flanks.verbs
     source: Source,
     *,

@@ -72,6 +72,7 @@ PANELS: Mapping[str, Mapping[str, str]] = {
     },
     "How do planets share the load?": {
         "static": "Equilibrium under load, with teeth in contact or apart.",
+        "output": "Stiffness, hysteresis and lost motion at the output, the input locked.",
         "sharing": "Load-sharing coefficients by definition.",
         "tolerance": "K_gamma as a distribution, from the tolerances of the drawing.",
     },

@@ -360,6 +360,9 @@ class OperationTable(SchemaTable):
     power: dict[str, Annotated[float, Unit("power")]] = Field(
         default_factory=dict, description="external power by member [kW], positive into the train"
     )
+    rated: dict[str, Annotated[float, Unit("torque", low=0, above=True)]] = Field(
+        default_factory=dict, description="rated torque by member [N m], its size: what `output` loads a shaft with"
+    )
     ripple: dict[str, dict[str, RippleTable]] = Field(
         default_factory=dict, description="ripple of torque or motion by member: components by number or name"
     )
@@ -459,6 +462,8 @@ def case_states(name: str, stated: Iterable[str]) -> bool:
 SIDES = ("left", "right")
 LOADING = ("torque", "power")
 """Keys of an operation that load members: one member has one of them."""
+BY_MEMBER = ("speed", *LOADING, "rated")
+"""Keys of an operation whose tables have a value a member."""
 _TAKEN = (*SIDES, "meshes", "members", "bearings")
 _NAME = re.compile(r"[A-Za-z0-9_]{1,60}")
 _LINK_NAME = re.compile(r"[A-Za-z0-9_-]{1,60}")

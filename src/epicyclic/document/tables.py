@@ -17,7 +17,7 @@ from typing import Any, Final
 
 from ..errors import ModelError
 from .deviations import MemberDeviationsTable, MeshDeviationsTable, bare_keys
-from .schema import SIDES, STAGE_KEYS, Names, full_path, mesh_name, nearest, reference
+from .schema import BY_MEMBER, LOADING, SIDES, STAGE_KEYS, Names, full_path, mesh_name, nearest, reference
 from .schema_fields import LINK_KEYS
 
 PlainTable = dict[str, Any]
@@ -341,7 +341,7 @@ def _entries(table: PlainTable, kind: str, names: Names, path: str = "") -> Plai
 def _operation(table: PlainTable, names: Names, path: str = "operation") -> PlainTable:
     """Expand `[operation]`: the stage put in front of every member."""
     result = dict(table)
-    for name in ("speed", "torque", "power", "ripple"):
+    for name in (*BY_MEMBER, "ripple"):
         if isinstance(by_member := table.get(name), dict):
             by_member = _ripples(by_member, names, f"{path}.{name}") if name == "ripple" else by_member
             result[name] = _full(by_member, names, f"{path}.{name}")
@@ -505,9 +505,9 @@ def normalise(data: PlainTable, names: Names) -> PlainTable:
 def _normalised_operation(table: PlainTable, names: Names, path: str = "operation") -> PlainTable:
     """Flatten speeds, torques and powers to full member paths."""
     result = dict(table)
-    for name in ("speed", "torque", "power"):
+    for name in BY_MEMBER:
         if isinstance(table.get(name), dict):
-            result[name] = _by_member(table[name], names, f"{path}.{name}", sides=name != "speed")
+            result[name] = _by_member(table[name], names, f"{path}.{name}", sides=name in LOADING)
     if isinstance(table.get("ripple"), dict):
         result["ripple"] = _by_member(table["ripple"], names, f"{path}.ripple", sides=None)
     if isinstance(gravity := table.get("gravity"), bool):

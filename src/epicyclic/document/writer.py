@@ -26,7 +26,7 @@ from .deviations import (
     distribution_pattern,
     form_texts,
 )
-from .schema import FORMAT, KIND_BY_NAME, SIDES, VARIATIONS, ModelFile, collect
+from .schema import BY_MEMBER, FORMAT, KIND_BY_NAME, SIDES, VARIATIONS, ModelFile, collect
 from .schema_fields import DisplacementForceTable, MeshForceTable, TiltMomentTable, TurnMomentTable, Unit
 from .tables import PlainTable, clean, expand, key_text, leaves, nested, value_text
 from .units import COMMON, KINDS, Bounds, list_pattern, number_pattern, read_quantity, shown
@@ -487,7 +487,7 @@ def _tolerances(root: Schema, defs: Schema) -> None:
 
 def _operation(operation: Schema) -> None:
     """Nest speeds, torques and powers by stage, member and side."""
-    for name in ("speed", "torque", "power"):
+    for name in BY_MEMBER:
         table = operation["properties"][name]
         value = table["additionalProperties"]
         member = {"anyOf": [*value["anyOf"], {"type": "object", "additionalProperties": value}]}

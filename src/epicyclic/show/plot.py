@@ -37,6 +37,7 @@ FIGURES: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "efficiency": ("losses", "sliding"),
         "modes": ("frequencies", "shapes", "energy", "campbell", "operating-range"),
         "modulation": ("modulation",),
+        "output": ("torque-angle", "kinematic-error"),
         "relief": ("relief", "relief-effect"),
         "sensitivity": ("sensitivity",),
         "sharing": ("sharing", "history", "forces"),

@@ -88,6 +88,7 @@ _KINDS = {
     "questions.load_spectrum": ("spectrum",),
     "questions.modes": ("campbell", "modes"),
     "questions.modulation": ("modulation",),
+    "questions.output": ("output",),
     "questions.response": ("contact_sweep", "steady", "sweep"),
     "questions.sharing": ("sharing",),
     "questions.stability": ("stability",),

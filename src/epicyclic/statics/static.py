@@ -322,7 +322,7 @@ def static(system: System, options: StaticOptions, *, progress: Callable[[float]
     warnings = [
         *system.warnings,
         *free_position_warnings(system, train.loaded.free),
-        *_zero_warnings(system),
+        *zero_warnings(system),
         *contact_warnings(system, contact),
     ]
     return _dataset(train, record, pieces, contact, warnings)
@@ -377,7 +377,7 @@ def contact_warnings(system: System, contact: FlankContact) -> list[CodedText]:
     return notes + past_the_end(system, flanks(system), contact.largest)
 
 
-def _zero_warnings(system: System) -> list[CodedText]:
+def zero_warnings(system: System) -> list[CodedText]:
     """A warning where backlash is finite: the other sense of the torque has another zero, that far away.
 
     The angles of a locked train count from mid-backlash: there, of meshes without it.
@@ -421,7 +421,7 @@ def locked_columns(held: HeldTrain, displacement: Array) -> Columns:
     angle = turn @ displacement.T
     play: Columns = {}
     if np.isfinite(system.meshes.backlash).all():
-        ends = _ends_of_travel(held, turn)
+        ends = ends_of_travel(held, turn)
         angle -= ends.mean(axis=1, keepdims=True)
         play["play"] = ("body", ends[:, 0] - ends[:, 1])
     return {
@@ -432,7 +432,7 @@ def locked_columns(held: HeldTrain, displacement: Array) -> Columns:
     }
 
 
-def _ends_of_travel(held: HeldTrain, turn: Array) -> Array:
+def ends_of_travel(held: HeldTrain, turn: Array) -> Array:
     """Angles (b, 2) [rad] at which flanks stop bodies that a torque turns forwards and back, as it goes to zero.
 
     Each body by itself, without other loads, displaced seats as they are: a(0) = 2 a(T) - a(2 T) of a small torque T,

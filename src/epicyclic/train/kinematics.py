@@ -226,6 +226,11 @@ class Kinematics:
         return f"Kinematics({len(self.ratio)} members, {freedoms}{held}{'' if self.locked else meshes})"
 
 
+def motions(kinematics: Kinematics, held: Sequence[str]) -> Mapping[str, Motion]:
+    """Admissible motions of a train with other members held: freedom that turns once -> speed of every member [1]."""
+    return _motions(tuple(kinematics.ratio), _equations(kinematics.gearings, kinematics.ties, held))
+
+
 def solve_kinematics(
     *,
     members: Sequence[str],

@@ -606,11 +606,13 @@ def _dimensions(entries: Sequence[Tolerance]) -> NDArray[np.int64]:
     return np.repeat(np.arange(len(entries)), np.add(own, common))
 
 
-def tolerance_map(train: Train) -> ToleranceMap:
+def tolerance_map(train: Train, *, laws: bool = False) -> ToleranceMap:
     """The map of a train with tolerances.
 
     Torques and stiffnesses that are drawn stand at their mean in the map; deviations that are not drawn stay as the
     file states them.
+
+    laws : whether samples are asked by equilibrium with the laws, also of a train without any, tables included.
 
     Raises
     ------
@@ -686,7 +688,7 @@ def tolerance_map(train: Train) -> ToleranceMap:
         rows=np.concatenate([meshes, base_map.mesh_count + base_map.far.size + np.arange(links.size)]).astype(np.int64),
         load_map=base_map,
         chosen=loaded,
-        laws=law_map(exact, columns) if exact.groups else None,
+        laws=law_map(exact, columns, tables=laws) if exact.groups or laws else None,
         tables=law_map(exact, columns, tables=True) if exact.meshes.laws else None,
     )
 

@@ -1,0 +1,101 @@
+"""`output`: stiffness and lost motion of a gearbox at one of its shafts, torque over angle, inertia of every shaft."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...show.elements import Company, Drawing, Finding, KeyFigure, Section, Table, columns_of
+from ...show.series import engineering, texts
+from ...show.views import ResultView
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_ARCMIN = 180 * 60 / np.pi
+_NONE = 1e-9  # arcmin, N m/arcmin or J that is rounding
+_ROWS = {
+    "shaft_secant_stiffness": ("torsional stiffness, secant 50 to 100 %", "N m/arcmin", 1 / _ARCMIN),
+    "shaft_fitted_stiffness": ("torsional stiffness, least squares 50 to 100 %", "N m/arcmin", 1 / _ARCMIN),
+    "lost_motion": ("lost motion", "arcmin", _ARCMIN),
+    "shaft_backlash": ("backlash", "arcmin", _ARCMIN),
+    "shaft_play": ("play", "arcmin", _ARCMIN),
+    "kinematic_error_peak_to_peak": ("kinematic error, peak to peak", "arcmin", _ARCMIN),
+    "hysteresis_energy": ("energy of a cycle", "J", 1.0),
+}
+
+
+def tables(result: xr.Dataset) -> Sequence[Table]:
+    """Stiffness [N m/arcmin], lost motion and backlash [arcmin], energy of a cycle [J]; inertia of the shafts."""
+    rows, attrs = [name for name in _ROWS if name in result.variables], result.attrs
+    columns: dict[str, Any] = {"": [_ROWS[name][0] for name in rows], "unit": [_ROWS[name][1] for name in rows]}
+    columns |= {one: [_value(result, name, one) for name in rows] for one in texts(result, "over_phases")}
+    lost, play = (100 * json.loads(attrs["options"])[name] for name in ("share", "backlash_share"))
+    rated = f"rated torque {engineering(float(result.rated_torque))} N m"
+    lead = f"Lost motion at {lost:.3g} %, backlash at {play:.3g} % of the rated torque, in both senses."
+    kinds = {
+        "reflected_inertia": ("reflected inertia [kg m^2]", 1.0),
+        "starting_torque": ("starting torque [N m]", 1.0),
+    }
+    reasons = {what: attrs[f"{what.replace(' ', '_')}_reason"] for what in ("starting torque", "kinematic error")}
+    missing = " ".join(f"No {what}: {reason}." for what, reason in reasons.items() if reason)
+    return [
+        Table(
+            title=f"At {attrs['shaft']}, locked {attrs['locked_shafts']}; {rated}",
+            columns=columns,
+            lead=lead + _distribution(result),
+        ),
+        Table(title="Seen from every shaft", columns=columns_of(result, "port", kinds), lead=missing),
+    ]
+
+
+def _distribution(result: xr.Dataset) -> str:
+    """Lost motion over the trains that the tolerances of the drawing allow, in words."""
+    if "lost_motion_mean" not in result.variables:
+        return ""
+    parts = zip(result.probability.values, _ARCMIN * result.lost_motion_quantile.values, strict=True)
+    most = ", ".join(f"{engineering(value)} arcmin in {100 * part:.3g} %" for part, value in parts)
+    mean = engineering(_ARCMIN * float(result.lost_motion_mean))
+    return f" Of the trains that the tolerances allow mean lost motion {mean} arcmin, at most {most}."
+
+
+def _value(result: xr.Dataset, name: str, of: str) -> float:
+    """Number of a row in its unit."""
+    values = result[name]
+    if "over_phases" in values.dims:
+        values = values.sel(over_phases=of)
+    elif of != "mean":
+        return np.nan
+    value = _ROWS[name][2] * float(values)
+    return value if not abs(value) < _NONE else 0.0
+
+
+def key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
+    """Torsional stiffness [N m/arcmin] and lost motion [arcmin]."""
+    mean = result.sel(over_phases="mean")
+    lost = float(mean.lost_motion) * _ARCMIN
+    stiffness = f"{engineering(float(mean.shaft_secant_stiffness) / _ARCMIN)} N m/arcmin"
+    figures = [(stiffness, f"torsional stiffness at {result.attrs['shaft']}")]
+    return figures if np.isnan(lost) else [*figures, (f"{engineering(lost)} arcmin", "lost motion")]
+
+
+def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
+    """Torque over angle, and the tables."""
+    from ...show.charts.output import kinematic_error, torque_over_angle
+
+    drawings = [Drawing(anchor="torque-angle", figure=torque_over_angle(result))]
+    if "kinematic_error" in result.variables:
+        drawings.append(Drawing(anchor="kinematic-error", figure=kinematic_error(result)))
+    return [Section(anchor="output", title="Output", parts=[*drawings, *tables(result)])]
+
+
+def findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
+    """Lost motion and stiffness: plain numbers, as nothing limits them."""
+    text = ", ".join(f"{what} {value}" for value, what in key_figures(result))
+    return [Finding(tone="", text=f"{text[:1].upper()}{text[1:]}.", anchor="output")]
+
+
+VIEWS = (ResultView("output", 55, tables, sections, key_figures=key_figures, findings=findings),)
