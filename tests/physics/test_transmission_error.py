@@ -195,3 +195,39 @@ def test_a_sweep_has_the_range_of_steady(model: dict[str, Any]) -> None:
             if mesh is not None:
                 line = alone[f"transmission_error_{kind}_line"].isel(error_line=mesh).values
                 np.testing.assert_allclose(orders[:, 0], line, rtol=1e-5, atol=1e-14)
+
+
+def test_with_contact_loss_as_without_where_teeth_stay() -> None:
+    model = planetary("2e8 N/m", sun={"run_out": "2 um"})
+    model["stages"]["main"]["meshes"]["sun-planet"] |= VARYING
+    free, bound = epicyclic.steady(model, contact_loss=True), epicyclic.steady(model)
+    swept = epicyclic.sweep(model, relative_speed=[1.0], contact_loss=True)
+    linear = epicyclic.sweep(model, relative_speed=[1.0])
+    assert not free["contact_lost"].values.any()
+    for kind in KINDS:
+        name = f"transmission_error_{kind}"
+        scale = np.abs(bound[name].values).max()
+        np.testing.assert_allclose(free[name].values[:, 0], bound[name].values[:, 0], rtol=2e-3, atol=1e-3 * scale)
+        expected = linear[f"{name}_peak_to_peak"].values[:, 0]
+        np.testing.assert_allclose(free[f"{name}_peak_to_peak"].values, expected, rtol=5e-3, atol=1e-12)
+        for direction in ("up", "down"):
+            reached = swept[f"{name}_peak_to_peak"].sel(direction=direction).values[:, 0]
+            np.testing.assert_allclose(reached, expected, rtol=5e-3, atol=1e-12)
+
+
+def test_teeth_that_part_move_as_in_time() -> None:
+    model = pair({**VARYING, "backlash": "100 um"})
+    model["operation"]["torque"]["first"] = "5 N m"
+    model["stages"]["main"]["meshes"]["first-second"]["variation"]["cosine"] = [0.6]
+    model["stages"]["main"]["meshes"]["first-second"]["variation"]["sine"] = [0.0]
+    system = epicyclic.assemble(epicyclic.load(model))
+    natural = np.sqrt(MESH * float(np.sum(system.meshes.B[:, 0] ** 2 / np.diag(system.M)))) / (2 * np.pi)
+    speed = 0.9 * natural / float(system.tones[0])
+    free = epicyclic.steady(model, relative_speed=speed, contact_loss=True)
+    assert free["contact_lost"].values.all()
+    run = epicyclic.transient(model, mesh_frequency=speed * float(system.tones[0]), cycles=400, samples=128)
+    late = run.isel(time=slice(-1281, None))
+    for kind in KINDS:
+        name = f"transmission_error_{kind}"
+        range_ = np.ptp(late[name].values, axis=1)
+        np.testing.assert_allclose(free[f"{name}_peak_to_peak"].values, range_, rtol=0.01)

@@ -46,9 +46,9 @@ def record_errors(
     displacement : (T, n) [m, rad].  length : of the record, exact [s].  whole : it is the common period of all lines,
         which alone shows what they are.
     """
-    if not system.errors.B.size:
+    if not system.errors.mesh:
         return {}, {}
-    waves = (displacement @ system.errors.B).T
+    waves = (displacement @ system.error_rows).T
     amplitude = np.fft.rfft(waves, axis=1)[:, 1 : len(displacement) if whole else 1] * (2 / len(displacement))
     frequency = [(step + 1) / length for step in range(amplitude.shape[1])]
     ranges, labels = range_columns(system, error_ranges(system, waves, length, whole=whole), frequency, amplitude)
@@ -57,13 +57,16 @@ def record_errors(
 
 def run_errors(system: System, displacement: Array) -> Columns:
     """Variables of the errors over time and their ranges, of displacements (n, T) [m, rad]."""
-    if not system.errors.B.size:
-        return {}
-    waves = system.errors.B.T @ displacement
+    waves = system.error_rows.T @ displacement
     with np.errstate(invalid="ignore"):
         spans = np.fmax.reduce(waves, axis=1) - np.fmin.reduce(waves, axis=1)
-    ranges = {f"transmission_error_{kind}_peak_to_peak": part for kind, part in system.errors.by_kind(spans).items()}
+    ranges = {name: (row, part) for name, (row, part) in peaks_to_peaks(system.errors, spans).items()}
     return {**error_waves(system.errors, waves, "time"), **ranges}
+
+
+def peaks_to_peaks(errors: ErrorRows, spans: Array) -> dict[str, tuple[str, Array]]:
+    """Dimension and values by the names of the variables, of the ranges (k, ..) of errors; nothing without errors."""
+    return {f"transmission_error_{kind}_peak_to_peak": part for kind, part in errors.by_kind(spans).items()}
 
 
 def range_columns(

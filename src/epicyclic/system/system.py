@@ -200,8 +200,10 @@ class ErrorRows:
     turn: Mapping[str, Fraction] = field(default_factory=dict)
     B: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
-    def by_kind(self, values: NDArray[np.generic]) -> dict[str, tuple[str, NDArray[np.generic]]]:
-        """Values (2 w + s, ..) of the errors by their kind: dimension and values."""
+    def by_kind(self, values: Array) -> dict[str, tuple[str, Array]]:
+        """Values (2 w + s, ..) of the errors by their kind: dimension and values; nothing where there are none."""
+        if not self.mesh:
+            return {}
         w = len(self.mesh)
         kinds = {"rotation": ("mesh", values[:w]), "approach": ("mesh", values[w : 2 * w])}
         return {**kinds, **({"shaft": ("shaft", values[2 * w :])} if self.shaft else {})}
@@ -333,6 +335,11 @@ class System:
     def laws(self) -> Laws:
         """Laws of the groups as arrays."""
         return stacked(self.groups)
+
+    @property
+    def error_rows(self) -> Array:
+        """Columns of the transmission errors, (n, k), none of them where they are not known."""
+        return self.errors.B if self.errors.mesh else np.zeros((len(self.force), 0))
 
     @property
     def group_rows(self) -> Array:

@@ -14,6 +14,7 @@ import numpy as np
 
 from ...errors import ConvergenceError
 from ...statics.record import reference_tone
+from ...statics.transmission_error import error_waves, peaks_to_peaks
 from ...system.system import Array, System, faces
 from ...warning_codes import CodedText, coded
 from ..response.measures import Range, held_pairs, link_statistics
@@ -81,6 +82,7 @@ def followed_in_time(
             "contact_lost": ("mesh", open_share + far_share > 0),
             "amplitude": ("dof", np.ptp(travel, axis=1) / 2),
             **links,
+            **_errors(system, run, cycles),
             "status": ((), "followed in time"),
             "instability": ((), ""),
             "largest_multiplier": ((), np.nan),
@@ -93,6 +95,7 @@ def followed_in_time(
             "link_row": list(map(str, run.link_row.values)),
             "bearing": [system.links.link[x] for x, _ in lateral_pairs(system)],
             "dof": list(system.dofs.names),
+            **({"shaft": list(system.errors.shaft)} if system.errors.shaft else {}),
             "mesh_phase": np.arange(_SAMPLES) / _SAMPLES,
             "mesh_frequency": tone,
         },
@@ -116,6 +119,14 @@ def rattle_warnings(
     if far_share[light].any():
         shares += f", on the far flank for up to {far_share[light].max():.2g}"
     return [coded("teeth-rattle", f"the mean load is below the ripple: the teeth of {which} rattle, {shares}")]
+
+
+def _errors(system: System, run: xr.Dataset, cycles: int) -> dict[str, Any]:
+    """Transmission errors over the mesh phase, mean over the cycles of a run, and their ranges."""
+    waves = system.error_rows.T @ (run.displacement.values / system.dofs.radius[:, None])
+    folded = waves[:, :-1].reshape(len(waves), cycles, _SAMPLES).mean(axis=1)
+    ranges = peaks_to_peaks(system.errors, np.ptp(waves, axis=1))
+    return {**error_waves(system.errors, folded, "mesh_phase"), **ranges}
 
 
 def _links(ready: Response, run: xr.Dataset) -> dict[str, Any]:

@@ -25,10 +25,20 @@ from math import lcm, prod
 import numpy as np
 from numpy.typing import NDArray
 
+from ...statics.transmission_error import peaks_to_peaks
 from ...system.system import Array, ComplexArray
 from ..response.measures import Range, held_pairs, link_statistics, mean_square
 from ..response.response import Block, Response, respond, unstable_speeds
-from ..response.spectra import Shaft, alias_free_samples, force_signal, lateral_pairs, peak, placed, whole_mesh_signal
+from ..response.spectra import (
+    Shaft,
+    alias_free_samples,
+    force_signal,
+    lateral_pairs,
+    peak,
+    placed,
+    strained,
+    whole_mesh_signal,
+)
 from .branch_set import Measures, mesh_force, row_force, touching_meshes
 from .continuation import linear_start, newton_step
 from .problem import (
@@ -503,7 +513,7 @@ class TorusOutputs:
     row_peak : (m,) largest over all relative phases [N].
     row_open : (m,) share of time in which the loaded flank of a row does not touch.
     far : (w,) share of time in which a far flank touches.
-    link_force : (N, p) of link rows over the phases of the grid [N, N m].
+    link_force : (N, p) of link rows, error : (N, k) of transmission, over the phases of the grid [N, N m; m, rad].
     """
 
     measures: Measures
@@ -514,6 +524,7 @@ class TorusOutputs:
     row_open: Array
     far: Array
     link_force: Array
+    error: Array
 
 
 def torus_outputs(torus: Torus, point: TorusPoint, lines: Sequence[SuperposedLine] = ()) -> TorusOutputs:
@@ -534,7 +545,7 @@ def torus_outputs(torus: Torus, point: TorusPoint, lines: Sequence[SuperposedLin
     far_share = touching_meshes(system, far).mean(axis=0)
     least = np.where(far_share == 0, np.minimum(force.min(axis=0), 0.0), -np.inf)
     tones = (*torus.ready.lines.tones, *torus.shaft_tones.tones)
-    link_force, links = link_outputs(torus.ready, balance, point.state, tones, lines)
+    link_force, error, links = link_outputs(torus.ready, balance, point.state, tones, lines)
     return TorusOutputs(
         measures=Measures(
             rms=np.sqrt(_variance(torus, point, force, lines, mesh_lines)),
@@ -552,6 +563,7 @@ def torus_outputs(torus: Torus, point: TorusPoint, lines: Sequence[SuperposedLin
         row_open=1.0 - touching[:, :rows].mean(axis=0),
         far=far_share,
         link_force=link_force,
+        error=error,
     )
 
 
@@ -561,11 +573,11 @@ def link_outputs(
     at: State,
     tones: Sequence[Fraction],
     lines: Sequence[SuperposedLine] = (),
-) -> tuple[Array, dict[str, Array]]:
-    """Forces of link rows over the phases of a motion (N, p) [N, N m], and the measures of links, over all phases.
+) -> tuple[Array, Array, dict[str, Array]]:
+    """Forces of link rows (N, p) [N, N m] and transmission errors (N, k) [m, rad] over the phases of a motion.
 
-    Linear rows have their dampers; rows of groups follow their laws, without dampers.  Lines superposed count as of
-    `torus_outputs`.
+    With them the measures of links and the ranges of errors, over all phases.  Linear rows have their dampers; rows of
+    groups follow their laws, without dampers.  Lines superposed count as of `torus_outputs`.
 
     tones : exact, of the phases of the balance.
     """
@@ -592,7 +604,12 @@ def link_outputs(
     standing = [
         _standing_force(balance, force[:, pairs[i]], tones, lines, pairs[i], system.links.turn[x[i]]) for i in held
     ]
-    return force, link_statistics(span, force.mean(axis=0), square, pairs, held, np.array(standing))
+    errors = ready.system.errors
+    wave = balance.grid.values(at.y.reshape(-1, at.y.shape[2]) @ strained(ready, ready.system.error_rows).T)
+    moved = [line.motion @ ready.system.error_rows for line in lines]
+    ranges = peaks_to_peaks(errors, _with_lines(wave, moved, counts) + _with_lines(-wave, moved, counts))
+    measures = link_statistics(span, force.mean(axis=0), square, pairs, held, np.array(standing))
+    return force, wave, measures | {name: values for name, (_, values) in ranges.items()}
 
 
 def _standing_force(

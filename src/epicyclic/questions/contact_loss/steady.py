@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ConvergenceError, ModelError
+from ...statics.transmission_error import error_waves
 from ...system.gaps import groups_past_the_end, past_the_end
 from ...system.system import Array
 from ...warning_codes import CodedText, coded
@@ -287,15 +288,18 @@ def _link_variables(
     torus: Torus, outputs: TorusOutputs, counts: tuple[int, ...]
 ) -> tuple[dict[str, Any], dict[Hashable, Any]]:
     """Variables and coordinates of links: forces over the phase of the first mesh, and measures over all phases."""
-    labels = link_labels(reported_links(torus.ready)[0])
-    if not labels:
-        return {}, {}
-    axis = np.zeros(len(labels["link_row"]), dtype=np.int64)
-    variables: dict[str, Any] = {
-        "link_force": (("link_row", "mesh_phase"), _over_phase(outputs.link_force, counts, axis, np.mean))
-    }
-    variables |= {name: (ROWS[name], values) for name, values in outputs.measures.links.items() if values.size}
-    return variables, {**labels}
+    labels, errors = link_labels(reported_links(torus.ready)[0]), torus.ready.system.errors
+
+    def over_phase(values: Array) -> Array:
+        return _over_phase(values, counts, np.zeros(values.shape[1], dtype=np.int64), np.mean)
+
+    variables: dict[str, Any] = {name: (ROWS[name], values) for name, values in outputs.measures.links.items()}
+    variables = {name: column for name, column in variables.items() if column[1].size}
+    if labels:
+        variables["link_force"] = (("link_row", "mesh_phase"), over_phase(outputs.link_force))
+    if errors.mesh:
+        variables |= error_waves(errors, over_phase(outputs.error), "mesh_phase")
+    return variables, {**labels, **({"shaft": list(errors.shaft)} if errors.shaft else {})}
 
 
 def _along_the_face(

@@ -14,6 +14,7 @@ from ...engine.run_folder import RunFolder
 from ...engine.workers import each, import_results, runs
 from ...errors import ModelError
 from ...machine_code import numba_available
+from ...statics.transmission_error import peaks_to_peaks
 from ...system.gaps import past_the_end
 from ...system.system import Array, System, faces
 from ...warning_codes import CodedText, coded
@@ -143,6 +144,7 @@ def contact_sweep(
             "mesh": list(faces(ready.system.meshes).name),
             "dof": list(ready.system.dofs.names),
             **link_labels(reported_links(ready)[0]),
+            **({"shaft": list(ready.system.errors.shaft)} if ready.system.errors.shaft else {}),
             "speed": speed,
             "mesh_frequency": ("speed", speed * float(ready.lines.tone)),
         },
@@ -297,13 +299,17 @@ def _direction(
 
 def _nothing(ready: Response, shaft: bool) -> _Values:
     """Values at a speed before anything is reached; shaft : whether shaft orders come on top."""
-    system = ready.system
+    system, errors = ready.system, ready.system.errors
     m, n, labels = len(faces(system.meshes).name), system.force.size, link_labels(reported_links(ready)[0])
     return {
         **{name: np.full(m, np.nan) for name in ("mesh_force_rms", "mesh_force_peak", "mesh_force_minimum")},
         "contact_open": np.full(m, np.nan),
         "amplitude": np.full(n, np.nan),
         **{name: np.full(len(labels[dims[0]]), np.nan) for name, dims in ROWS.items() if dims and dims[0] in labels},
+        **{
+            name: part
+            for name, (_, part) in peaks_to_peaks(errors, np.full(system.error_rows.shape[1], np.nan)).items()
+        },
         "status": NO_SPEED,
         "motion": "",
         "branch_instability": "",
@@ -347,7 +353,7 @@ def _filled(ready: Response, index: int, reached: Reached, shaft: bool) -> _Poin
             values["multiplier_error"] = motion.stability.error
         if shaft:
             return _Point(index=index, values=values, motion=mesh_orders(motion))
-        links = link_outputs(ready, motion.balance, motion.state, ready.lines.tones)[1]
+        links = link_outputs(ready, motion.balance, motion.state, ready.lines.tones)[2]
         measures = replace(periodic_measures(ready.system, motion.balance, motion.state), links=links)
     return _Point(index=index, values=values | _of_measures(measures), flank=measures.flank)
 

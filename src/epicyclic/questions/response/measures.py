@@ -152,7 +152,7 @@ def _error_measures(errors: Signal, layout: Layout) -> dict[str, Array]:
         "order": np.abs(order_harmonics(errors, axis, layout.orders)),
     }
     return {
-        f"transmission_error_{kind}_{name}": np.asarray(rows, float)
+        f"transmission_error_{kind}_{name}": rows
         for name, measure in values.items()
         for kind, (_, rows) in layout.errors.by_kind(measure).items()
     }

@@ -339,7 +339,7 @@ def strained(ready: Response, rows: Array) -> Array:
 
 def _error_spectrum(ready: Response, block: Block, *, shifted: bool) -> Spectrum:
     """Transmission errors [m, rad], amplitude (2 w + s, P, S, J); shifted : of the shaft orders."""
-    return _row_spectrum(ready, block, strained(ready, ready.system.errors.B), shifted=shifted)
+    return _row_spectrum(ready, block, strained(ready, ready.system.error_rows), shifted=shifted)
 
 
 def _link_spectrum(ready: Response, block: Block, *, shifted: bool) -> Spectrum:

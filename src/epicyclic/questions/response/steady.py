@@ -187,7 +187,7 @@ def _error_variables(ready: Response, block: Block, theta: Array) -> tuple[dict[
     theta : (Nt,) mesh phase.
     """
     system = ready.system
-    if not system.errors.B.size:
+    if not system.errors.mesh:
         return {}, {}
     signal = error_signal(ready, block)
     lines, span = signal.line_frequencies, ranges(signal)
@@ -443,7 +443,7 @@ def _block_measures(ready: Response, block: Block, layout: Layout, options: Swee
                 force=whole_mesh_signal(rows, face),
                 motion=None if forces_alone else motion,
                 links=link_signal(ready, block) if ready.system.links.name and not forces_alone else None,
-                errors=error_signal(ready, block) if ready.system.errors.B.size and not forces_alone else None,
+                errors=error_signal(ready, block) if ready.system.errors.mesh and not forces_alone else None,
             )
         }
         if forces_alone:
