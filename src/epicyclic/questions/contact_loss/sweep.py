@@ -299,17 +299,14 @@ def _direction(
 
 def _nothing(ready: Response, shaft: bool) -> _Values:
     """Values at a speed before anything is reached; shaft : whether shaft orders come on top."""
-    system, errors = ready.system, ready.system.errors
+    system, unknown = ready.system, np.full(ready.system.error_rows.shape[1], np.nan)
     m, n, labels = len(faces(system.meshes).name), system.force.size, link_labels(reported_links(ready)[0])
     return {
         **{name: np.full(m, np.nan) for name in ("mesh_force_rms", "mesh_force_peak", "mesh_force_minimum")},
         "contact_open": np.full(m, np.nan),
         "amplitude": np.full(n, np.nan),
         **{name: np.full(len(labels[dims[0]]), np.nan) for name, dims in ROWS.items() if dims and dims[0] in labels},
-        **{
-            name: part
-            for name, (_, part) in peaks_to_peaks(errors, np.full(system.error_rows.shape[1], np.nan)).items()
-        },
+        **{name: part for name, (_, part) in peaks_to_peaks(system.errors, unknown).items()},
         "status": NO_SPEED,
         "motion": "",
         "branch_instability": "",

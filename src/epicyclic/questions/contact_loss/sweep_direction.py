@@ -21,6 +21,7 @@ from typing import Any
 
 import numpy as np
 
+from ...statics.transmission_error import peaks_to_peaks
 from ...system.system import Array
 from ..response import Unstable
 from ..response.measures import Range, held_pairs, link_statistics
@@ -451,7 +452,10 @@ def attractor(
 
 
 def _record_links(ready: Response, speed: float, moving: Motion, times: Array, record: Array) -> dict[str, Array]:
-    """Measures of links over a record (T, 2, n) [m, m/s] of mesh orders: linear rows, and groups by their laws."""
+    """Measures of links over a record (T, 2, n) [m, m/s] of mesh orders: linear rows, and groups by their laws.
+
+    With them the ranges of transmission errors.
+    """
     system, follows = reported_links(ready)
     pairs, orders, links = lateral_pairs(system), {line.frequency for line in moving.system.lines}, system.links
     if ready.frame_speed != "kinematic":
@@ -467,7 +471,9 @@ def _record_links(ready: Response, speed: float, moving: Motion, times: Array, r
         length=np.hypot(force[pairs[:, 0]], force[pairs[:, 1]]).max(axis=1),
     )
     held = held_pairs(pairs, system.links.turn)
-    return link_statistics(span, force.mean(axis=1), force.var(axis=1), pairs, held, np.zeros(len(held)))
+    errors = peaks_to_peaks(system.errors, np.ptp(record[:, 0] @ system.error_rows, axis=0))
+    measures = link_statistics(span, force.mean(axis=1), force.var(axis=1), pairs, held, np.zeros(len(held)))
+    return measures | {name: values for name, (_, values) in errors.items()}
 
 
 def _solution_beside(
