@@ -194,8 +194,14 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "shaft_secant_stiffness": ("N m/rad", "torsional stiffness, secant from 50 to 100 % of the rated torque"),
     "shaft_fitted_stiffness": ("N m/rad", "torsional stiffness, least squares from 50 to 100 % of the rated torque"),
     "lost_motion": ("rad", "angle between the shares of the rated torque in both senses, on the middle line"),
-    "lost_motion_mean": ("rad", "mean lost motion of the trains of a drawing, by its tolerances"),
-    "lost_motion_quantile": ("rad", "lost motion that so many of the trains of a drawing do not exceed"),
+    **{
+        f"{name}_{suffix}": ("rad", words)
+        for name in ("lost_motion", "shaft_backlash", "kinematic_error")
+        for suffix, words in (
+            ("mean", "mean over the trains of a drawing, by its tolerances; of kinematic error its range"),
+            ("quantile", "what so many of the trains of a drawing do not exceed; of kinematic error its range"),
+        )
+    },
     "shaft_backlash": ("rad", "the same at the share of the backlash, so small that hardly anything yields"),
     "shaft_play": ("rad", "free travel of the shaft from flank to flank"),
     "shaft_turn": ("1", "turns of the shaft"),

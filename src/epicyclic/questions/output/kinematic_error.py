@@ -28,8 +28,12 @@ _SAMPLES, _MOST, _LINES = 8, 2**14, 24
 _SMALL, _ROUNDING = 1e-3, 1e-9
 
 
-def kinematic_error(train: Train, shaft: OutputShaft, share: float) -> tuple[Columns, list[CodedText]]:
+def kinematic_error(
+    train: Train, shaft: OutputShaft, share: float, *, most: int = _MOST
+) -> tuple[Columns, list[CodedText]]:
     """Columns of the kinematic error of a shaft under a share of its rated torque, and warnings of a record cut short.
+
+    most : instants of the record, unless a turn has more.
 
     Raises
     ------
@@ -46,7 +50,7 @@ def kinematic_error(train: Train, shaft: OutputShaft, share: float) -> tuple[Col
     if row is None:
         raise ModelError(f"{shaft.name} is what drives")
     column = system.errors.B[:, 2 * len(system.errors.mesh) + row]
-    record = _record(system, bodies_named(shaft.name, train.bodies)[0].name)
+    record = _record(system, bodies_named(shaft.name, train.bodies)[0].name, most)
     displacement = np.concatenate([piece.state.displacement for piece in quasi_static(held_train(system), record)])
     rounding = _ROUNDING * float(np.abs(displacement).max(axis=0) @ np.abs(column))
     error = -(displacement - displacement.mean(axis=0)) @ column
@@ -54,12 +58,12 @@ def kinematic_error(train: Train, shaft: OutputShaft, share: float) -> tuple[Col
     return _columns(system, shaft.name, record, error, rounding), said
 
 
-def _record(system: System, body: str) -> Record:
+def _record(system: System, body: str, most: int) -> Record:
     """The common period of all lines in turns of a body, as far as it goes."""
     turn = abs(system.body_turns[system.dofs.bodies.index(body)])
     fastest = max([*system.tones, *(line.frequency for line in system.lines)])
     samples = 1 << int(np.ceil(np.log2(_SAMPLES * float(fastest / turn))))
-    return record_of(system, cycles=None, turns=None, of=body, samples=samples, most=max(_MOST, samples))
+    return record_of(system, cycles=None, turns=None, of=body, samples=samples, most=max(most, samples))
 
 
 def _columns(system: System, shaft: str, record: Record, error: Array, rounding: float) -> Columns:

@@ -26,7 +26,7 @@ from . import OutputOptions
 from .hysteresis import Loop, hysteresis, relative_torques
 from .kinematic_error import kinematic_error
 from .locked_train import locked_train, output_shaft, ports
-from .samples import PROBABILITIES, sampled_lost_motion
+from .samples import PROBABILITIES, sampled_kinematic_error, sampled_lost_motion
 from .shafts import reflected_inertia, starting_torque
 
 if TYPE_CHECKING:
@@ -51,7 +51,8 @@ def output(train: Train, options: OutputOptions) -> xr.Dataset:
         shaft_torque), shaft_secant_stiffness, shaft_fitted_stiffness (over_phases) [N m/rad]; lost_motion,
         shaft_backlash (over_phases) [rad], nan where a mesh has no backlash; hysteresis_energy (over_phases) [J];
         rated_torque [N m] and shaft_play [rad] (); reflected_inertia [kg m^2] and starting_torque [N m] (port).  Of a
-        drawing with tolerances lost_motion_mean (), lost_motion_quantile (probability) [rad]; of a train that turns
+        drawing with tolerances NAME_mean () and NAME_quantile (probability) [rad] of lost_motion, shaft_backlash and
+        the range of kinematic_error, this of 64 trains over a turn or some; of a train that turns
         kinematic_error (shaft_turn), kinematic_error_peak_to_peak (), kinematic_error_order (shaft_order) [rad].
         Attributes ``shaft``, ``locked_shafts``.
 
@@ -75,16 +76,20 @@ def output(train: Train, options: OutputOptions) -> xr.Dataset:
     if shaft.rated_by == "operation":
         text = f"no rated torque of {shaft.name}: that of operation, {abs(shaft.torque):.4g} N m"
         warnings.append(coded("rated-of-operation", text))
-    if locked.document.get("tolerance") and not endless:
-        lost, said = sampled_lost_motion(locked, shares, options.samples, options.seed)
-        columns["lost_motion_mean"] = ((), np.nanmean(lost))
-        columns["lost_motion_quantile"] = ("probability", np.nanquantile(lost, PROBABILITIES))
-        warnings += said
-        if failed := int(np.isnan(lost).sum()):
-            text = f"{failed} of {lost.size} trains of the tolerances have no equilibrium, and count nowhere"
-            warnings.append(coded("points-failed", text))
     turning = attempt(lambda share: kinematic_error(train, shaft, share), options.share)
     turned, cut_short = turning.value or ({}, [])
+    drawn = dict[str, Array]()
+    if locked.document.get("tolerance") and not endless:
+        lost, said = sampled_lost_motion(locked, shares, options.samples, options.seed)
+        drawn, warnings = {"lost_motion": lost[:, 0], "shaft_backlash": lost[:, 1]}, [*warnings, *said]
+    if locked.document.get("tolerance") and turned:
+        drawn["kinematic_error"] = sampled_kinematic_error(train, shaft, options.share, options.seed)
+    for name, values in drawn.items():
+        columns[f"{name}_mean"] = ((), np.nanmean(values))
+        columns[f"{name}_quantile"] = ("probability", np.nanquantile(values, PROBABILITIES))
+        if failed := int(np.isnan(values).sum()):
+            text = f"{failed} of {values.size} trains of the tolerances have no equilibrium, and count nowhere"
+            warnings.append(coded("points-failed", text))
     start = attempt(lambda friction: starting_torque(train, shafts, friction), options.friction)
     columns |= turned | {
         "rated_torque": ((), abs(shaft.torque)),

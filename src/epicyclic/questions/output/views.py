@@ -53,13 +53,15 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
 
 
 def _distribution(result: xr.Dataset) -> str:
-    """Lost motion over the trains that the tolerances of the drawing allow, in words."""
-    if "lost_motion_mean" not in result.variables:
-        return ""
-    parts = zip(result.probability.values, _ARCMIN * result.lost_motion_quantile.values, strict=True)
-    most = ", ".join(f"{engineering(value)} arcmin in {100 * part:.3g} %" for part, value in parts)
-    mean = engineering(_ARCMIN * float(result.lost_motion_mean))
-    return f" Of the trains that the tolerances allow mean lost motion {mean} arcmin, at most {most}."
+    """Lost motion and errors over the trains that the tolerances of the drawing allow, in words."""
+    said = []
+    for name in ("lost_motion", "shaft_backlash", "kinematic_error"):
+        if f"{name}_mean" in result.variables:
+            parts = zip(result.probability.values, _ARCMIN * result[f"{name}_quantile"].values, strict=True)
+            most = ", ".join(f"{engineering(value)} arcmin in {100 * part:.3g} %" for part, value in parts)
+            mean = engineering(_ARCMIN * float(result[f"{name}_mean"]))
+            said.append(f"{name.removeprefix('shaft_').replace('_', ' ')} {mean} arcmin, at most {most}")
+    return f" Of the trains that the tolerances allow mean {'; '.join(said)}." if said else ""
 
 
 def _value(result: xr.Dataset, name: str, of: str) -> float:
