@@ -372,7 +372,7 @@ def narrowed_text(text: str, share: float) -> str | None:
     found = _CALL.fullmatch(text)
     kind, parts = (found[1], [part.strip() for part in found[2].split(",")]) if found else ("", [])
     numbers = [number for number in map(written, parts) if number is not None]
-    if len(numbers) != len(FORMS.get(kind, ())):
+    if not numbers or len(numbers) != len(FORMS.get(kind, ())):
         return None
     unit = next((number.unit for number in numbers if number.unit), "")
     ratios = [1.0 if number.unit in ("", unit) else factor(number.unit, unit) for number in numbers]

@@ -58,7 +58,7 @@ def _shaft_rows(train: Train) -> tuple[dict[str, dict[str, float]], dict[str, Fr
         return {}, {}
     named = [*kinematics.freedoms, *kinematics.stated, *kinematics.reacting]
     shafts = [name for name in dict.fromkeys(named) if name not in kinematics.held]
-    shafts = [name for name in shafts if any(kinematics.ratio[name].values())]
+    shafts = [name for name in shafts if any(kinematics.ratio.get(name, {}).values())]
     speed = kinematics.speed or {}
     turn = {name: Fraction(speed.get(name, 0)) / 60 for name in shafts}
     motion, sources = kinematics.ratio, kinematics.freedoms

@@ -107,6 +107,8 @@ def sharing(system: System, options: SharingOptions, *, progress: Callable[[floa
         forces = _forces_by_tone(solved, options, progress)
     mean_load = known_mean_loads(system)
     result = labelled(solved, forces, mean_load, method=method, relative_speed=relative_speed, limit=options.limit)
+    if not system.errors.mesh:
+        return result
     if method == "static":
         moved = static(system, StaticOptions(cycles=options.cycles, turns=turns, of=of))
     else:

@@ -335,7 +335,7 @@ def test_two_rows_are_half_a_cycle() -> None:
 
 
 def test_what_is_read_of_a_text_is_within_its_bounds() -> None:
-    with pytest.raises(ModelError, match=r"life = 0.0: out of range; allowed: above 0"):
+    with pytest.raises(ModelError, match=r"life = 0 h: out of range; allowed: time .*, > 0 and"):
         of([1.0, 2.0], 10.0, life="0 h")
 
 
