@@ -175,6 +175,6 @@ def test_samples_make_no_folds(made: Any) -> None:
         unit = arclength_unit(1.0, 2.4, start.y)
         points = list(follow(start_of_path(given, start, unit), 1.0, 1.36, stepping=Stepping()))
         # without the means of samples at an edge, 48 samples make pairs of folds near 1232.5 and 1349.5 Hz
-        assert folds_of_speed([point.state.speed for point in points]) == []
+        assert all(point.tangent.speed > 0 for point in points)
         ends.append(points[-1].state.speed)
     assert ends[0] == pytest.approx(ends[1], rel=1e-3)
