@@ -12,7 +12,7 @@ from ..errors import ModelError
 from .schema_fields import SchemaTable, Unit, key
 
 _MOST_ORDER, _MOST_DENOMINATOR, MOST_POINTS = 1000, 1000, 1000
-_ORDER = f'a number above 0 up to {_MOST_ORDER}, or a fraction of whole numbers, "1/2"'
+_ORDER = f'above 0 up to {_MOST_ORDER}, exact with a denominator up to {_MOST_DENOMINATOR}: 2, 0.5, "1/3"'
 
 
 class OrderUnit(Unit):

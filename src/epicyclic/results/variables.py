@@ -603,6 +603,7 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "case_reason": ("", "message of a case that failed"),
     "compared_values": ("1", "values of the variable that are compared"),
     # transmission errors of static, steady, sweep, sharing and transient
+    "shaft_order_cause": ("", "what makes the order of the kinematic error"),
     "wind_up": ("rad", "mean lag of the shaft behind those that drive it"),
     "error_line_frequency": ("Hz", "frequency of the line of a transmission error"),
     **{

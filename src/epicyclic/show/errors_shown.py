@@ -53,11 +53,14 @@ def _columns(result: xr.Dataset, kind: str) -> dict[str, list[Any]]:
             columns["mean wind-up [arcsec]"] = list(ARCSEC * result["wind_up"].values)
         columns[f"largest lines, amplitude [{unit}]"] = _lines(result, f"{name}_line", dim, scale)
         rank = spans[:, -1]
-    elif f"{name}_peak_to_peak" in result.variables and "speed" in result[f"{name}_peak_to_peak"].dims:
+    elif f"{name}_peak_to_peak" in result.variables and result[f"{name}_peak_to_peak"].dims == (dim, "speed"):
         heading = f"largest peak to peak [{unit}]"
         columns = largest_over_speed(result, dim, f"{name}_peak_to_peak", heading)
         columns[heading] = [scale * value for value in columns[heading]]
         rank = np.nan_to_num(columns[heading])
+    elif f"{name}_peak_to_peak" in result.variables and result[f"{name}_peak_to_peak"].dims == (dim,):
+        rank = scale * result[f"{name}_peak_to_peak"].values
+        columns = {dim: texts(result, dim), f"peak to peak [{unit}]": list(rank)}
     else:
         return {}
     if dim == "mesh":

@@ -159,6 +159,8 @@ _FLAT = 1e-12
 _UNSTRAINED = 1e-9
 # Force on a body that may be left, per load.
 LEFT = 1e-9
+# Rounding of the same per pull of the rows, 1.8e-14 is seen, and the part of a light load that it may be.
+_PLAY_ROUNDING, _LIGHT = 1e-13, 1e-6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -564,6 +566,8 @@ def _unstrained(flexible: Compliance, direction: Array) -> NDArray[np.bool_]:
 def imbalance(flexible: Compliance, load: Values, pull: Values, contact: Values) -> tuple[Array, Array]:
     """Largest force that K q + B f - F leaves on a body (..., T) [N], and that of load and rows (..., T) [N].
 
+    The size of a light load is raised where the rest is rounding of play times stiffness.
+
     Moments count by the largest arm of a row; what works on free motions is left out.
 
     Parameters
@@ -578,6 +582,9 @@ def imbalance(flexible: Compliance, load: Values, pull: Values, contact: Values)
     arm = np.max(np.abs(flexible.rows), axis=1, initial=0.0)
     arm[arm <= _NULL_ROUNDING * np.max(arm, initial=0.0)] = 1.0  # no flank moves it, but for rounding
     size = np.maximum(np.max(np.abs(load) / arm, axis=-1, initial=0.0), np.max(np.abs(contact), axis=-1, initial=0.0))
+    # forces of rows are differences of stiffness times play, which a light load is small beside
+    play = _PLAY_ROUNDING / LEFT * np.max(np.abs(pull), axis=-1, initial=0.0)
+    size = np.maximum(size, np.minimum(play, _LIGHT / LEFT * size))
     return np.asarray(np.max(np.abs(left) / arm, axis=-1, initial=0.0)), np.asarray(size)
 
 

@@ -20,6 +20,8 @@ from ..system.system import Array, ComplexArray, ErrorRows, System
 _SAMPLES, _MOST = 32, 2**20
 # Lines listed at most, the least part of a row that one makes, and rows that are rounding per the largest.
 _LINES, _SMALL, _ROUNDING = 24, 1e-3, 1e-9
+# Part of the largest line of a row below which a line is left out of ranges.
+_NEGLIGIBLE = 1e-6
 
 
 Columns = dict[str, tuple[Sequence[str] | str, Any]]
@@ -85,7 +87,7 @@ def range_columns(
             columns[f"transmission_error_{kind}_{suffix}"] = ((row, dim), part)
     return columns, {
         "period": list(ranges),
-        "error_line": np.array([_line_label(system, line) for line in lines], dtype=object),
+        "error_line": np.array([line_label(system, line) for line in lines], dtype=object),
         "error_line_frequency": ("error_line", np.array([float(line) for line in lines])),
         **({"shaft": list(errors.shaft)} if errors.shaft else {}),
     }
@@ -126,6 +128,9 @@ def ranges_of_lines(
     amplitude : (k, F) complex, value = Re sum_f amplitude_f exp(2 pi i frequency_f t).  frequency : (F,) exact, from 0
         [Hz at the operating speed].  bound : (k,) ranges over all phases.
     """
+    size = np.abs(amplitude)
+    kept = np.flatnonzero((size > _NEGLIGIBLE * size.max(axis=1, initial=0.0, keepdims=True)).any(axis=0)).tolist()
+    amplitude, frequency = amplitude[:, kept], [frequency[place] for place in kept]
     whole = _common_period(amplitude, frequency)
     if whole is not None:
         return error_ranges(system, *whole)
@@ -189,7 +194,7 @@ def _largest_lines(amplitude: Array) -> NDArray[np.int64]:
     return chosen
 
 
-def _line_label(system: System, frequency: Fraction) -> str:
+def line_label(system: System, frequency: Fraction) -> str:
     """Mesh order, or what of the file makes a shaft line and the mesh orders that shift it."""
     tones = _stage_tones(system)
     for stage, tone in tones.items():

@@ -36,7 +36,7 @@ def resolve_ripples(
     ModelError : a held member, a planet gear, a shaft that stands still, torque and motion at one shaft, a table that
         is not equally spaced over whole turns.
     """
-    ripples, links = list[Ripple](), list[Link]()
+    ripples, links, prescribed = list[Ripple](), list[Link](), list[str]()
     stated = {name: parts for name, parts in model.operation.ripple.items() if parts}
     where = f"{model.operation_path('ripple')}.ripple"
     if stated and (kinematics.speed is None or kinematics.locked):
@@ -51,6 +51,10 @@ def resolve_ripples(
         if pieces[0].branch is not None:
             raise ModelError("is a planet gear", path=path, given=member, allowed="a central member or body")
         moved = [name for name, part in parts.items() if part.angle is not None or part.speed is not None]
+        prescribed += [member] if moved else []
+        if len(prescribed) > len(kinematics.freedoms):
+            problem = f"the motion of {' and '.join(prescribed)} is imposed, and no torque passes from one to the other"
+            raise ModelError(problem, path=path, allowed="one imposed motion for each freedom, torques at other shafts")
         if moved and len(moved) < len(parts):
             problem = "prescribes the motion of a shaft with a torque ripple"
             raise ModelError(problem, path=f"{path}.{moved[0]}", allowed="torques alone, or angles and speeds alone")

@@ -173,3 +173,33 @@ def test_a_split_member_shares_its_torque() -> None:
     split |= {"couplings.damper.between": ["engine", "main.sun.left"]}
     parts = load(EXAMPLE, ripple(torque(), member="main.sun", **split)).ripples
     assert [part.amplitude for part in parts] == pytest.approx([2.5, 2.5])
+
+
+def test_imposed_motions_at_both_ends_are_refused() -> None:
+    """Each takes whatever torque comes: none passes through the train."""
+    both = {f"operation.ripple.{end}": [{"order": 1, "angle": "0.5 deg"}] for end in ("engine", "machine")}
+    with pytest.raises(ModelError, match=r"ripple.machine: the motion of engine and machine is imposed"):
+        load(EXAMPLE, {"operation.ripple": None, "case": "loaded", **both})
+
+
+def test_transmission_errors_have_their_common_period_at_any_speed() -> None:
+    """Sidebands that are nothing do not make it too long."""
+    for speed in (1.0, 0.5):
+        result = steady(str(EXAMPLE), overrides={"case": "loaded"}, relative_speed=speed)
+        assert result["period"].values.tolist()[-1] == "common period"
+
+
+def test_just_below_the_torque_that_holds_teeth_together_they_part_too() -> None:
+    """No result of contact loss pulls on teeth: where a line superposed would, the motion is followed in time."""
+    pytest.importorskip("numba")
+    shares = []
+    for torque in (28.0, 33.0):
+        changes = {"case": "loaded", "cases.loaded.torque.engine": f"{torque} N m"}
+        result = steady(str(EXAMPLE), overrides=changes, contact_loss=True)
+        least = float(steady(str(EXAMPLE), overrides=changes).mesh_force_minimum.min())
+        shares.append((float(result.open_share.max()), least, float(result.mesh_force_minimum.min())))
+    (apart, pulled, touching), (closed, pressed, _) = shares
+    assert pulled < 0 < pressed  # linear contact tells where
+    assert apart > 0.05
+    assert touching == 0
+    assert closed == 0

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...errors import ConvergenceError
+from ...machine_code import numba_available
 from ...statics.record import reference_tone
 from ...statics.transmission_error import error_waves, peaks_to_peaks
 from ...system.system import Array, System, faces
@@ -27,8 +28,6 @@ from .shaft_orders import SuperposedLine
 if TYPE_CHECKING:
     import xarray as xr
 
-# Error of a superposed line per its own force from which the motion is followed in time instead.
-OFF = 0.05
 _CYCLES, _MOST, _SAMPLES = 24, 16, 64
 # Change of the RMS of mesh forces per the largest from one stretch to the next that is none, and that is refused.
 _SETTLED, _REFUSED = 0.005, 0.05
@@ -41,10 +40,16 @@ def followed_in_time(
 
     Raises
     ------
-    ConvergenceError : the motion does not settle.
+    ConvergenceError : the motion does not settle, or there are no compiled steps.
     """
     from ...results.dataset import dataset
 
+    causes = "; ".join(cause for line in lines for cause in line.shaft.causes if ".ripple." in cause)
+    if not numba_available():
+        raise ConvergenceError(
+            f"{causes}: parts teeth, and the motion has to be followed in time, which takes minutes without numba: "
+            'install "epicyclic[fast]", or transient shows it'
+        )
     tone = float(reference_tone(system)) * speed
     slowest = min(float(line.frequency) for line in system.lines if line.frequency) * speed
     cycles = max(_CYCLES, math.ceil(_CYCLES * tone / slowest))
@@ -56,7 +61,6 @@ def followed_in_time(
         change = float(np.abs(rms - before).max() / (rms.max() or 1.0)) if before.size else math.inf
         if change <= _SETTLED or not np.isfinite(rms).all():
             break
-    causes = "; ".join(cause for line in lines if line.error > OFF for cause in line.shaft.causes)
     if run is None or not change <= _REFUSED:
         raise ConvergenceError(
             f"{causes}: parts teeth, and the motion followed in time does not settle: its RMS still changes by "

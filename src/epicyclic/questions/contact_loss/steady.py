@@ -20,7 +20,7 @@ from ..response.response import require_stable_mean, response
 from ..response.spectra import combinations, link_labels
 from ..response.sweep_table import ROWS
 from .branch_set import branch_set
-from .in_time import OFF, followed_in_time, rattle_warnings
+from .in_time import followed_in_time, rattle_warnings
 from .problem import embedded, gap_forces
 from .rows import NO_TORQUE, gap_rows_of, largest_link_forces, law_warnings, reported_links
 from .shaft_orders import (
@@ -97,8 +97,7 @@ def contact_steady(system: System, options: SteadyOptions) -> xr.Dataset:
             "transient follows the motion, static slow shafts; or try a slightly different speed, or more damping"
         )
     recorded = {"contact_loss": True, "relative_speed": relative_speed, "shaft_orders": shaft_orders}
-    parted = [line for line in lines if line.error > OFF and shaft_tones is None]
-    if parted and torus.mesh_tones == 1 and _rippled(system) and _pulls(torus, point, lines):
+    if shaft_tones is None and torus.mesh_tones == 1 and _rippled(system) and _pulls(torus, point, lines):
         return followed_in_time(system, torus.ready, float(relative_speed), lines, recorded)
     stability, coarse = mesh_order_stability(torus, point), _coarse(torus, point, linear)
     return _labelled(torus, point, lines, stability, recorded, rms=rms, coarse=coarse)

@@ -8,6 +8,7 @@ positive; the error is its negative.
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -15,7 +16,7 @@ import numpy as np
 from ...errors import ModelError
 from ...statics.record import Record, record_of
 from ...statics.static import held_train, quasi_static
-from ...statics.transmission_error import Columns, error_ranges
+from ...statics.transmission_error import Columns, error_ranges, line_label
 from ...system.assembly import assemble
 from ...system.system import Array, System
 from ...train.train import Train, bodies_named
@@ -23,7 +24,7 @@ from ...warning_codes import CodedText
 from .locked_train import OutputShaft
 
 # Instants per cycle of the fastest mesh or line, the most of a record, and lines that are listed at most.
-_SAMPLES, _MOST, _LINES = 8, 2**14, 24
+_SAMPLES, _MOST, _LINES = 12, 2**14, 24
 # Part of the largest line that is listed, and part of the displacements that is rounding.
 _SMALL, _ROUNDING = 1e-3, 1e-9
 
@@ -45,7 +46,8 @@ def kinematic_error(
     if not (torque and (kinematics.speed or {}).get(shaft.name)):
         raise ModelError(f"no speed and torque of {shaft.name} in operation")
     factor = abs(share * shaft.torque / torque)
-    system = assemble(replace(train, torques={name: factor * value for name, value in train.torques.items()}))
+    torques = {name: factor * value for name, value in train.torques.items()}
+    system = assemble(replace(train, torques=torques, ripples=()))  # it turns slowly and evenly
     row = next((i for i, name in enumerate(system.errors.shaft) if name.startswith(f"{shaft.name} by ")), None)
     if row is None:
         raise ModelError(f"{shaft.name} is what drives")
@@ -61,8 +63,10 @@ def kinematic_error(
 def _record(system: System, body: str, most: int) -> Record:
     """The common period of all lines in turns of a body, as far as it goes."""
     turn = abs(system.body_turns[system.dofs.bodies.index(body)])
-    fastest = max([*system.tones, *(line.frequency for line in system.lines)])
-    samples = 1 << int(np.ceil(np.log2(_SAMPLES * float(fastest / turn))))
+    fastest = max([*system.tones, *(line.frequency for line in system.lines)], default=0)
+    if not fastest:
+        raise ModelError("members turn as one, and no deviation turns against another")
+    samples = math.ceil(_SAMPLES * fastest / turn)  # whole mesh cycles: what is too fast for them stays a mesh order
     return record_of(system, cycles=None, turns=None, of=body, samples=samples, most=max(most, samples))
 
 
@@ -73,10 +77,12 @@ def _columns(system: System, shaft: str, record: Record, error: Array, rounding:
     amplitude = np.abs(np.fft.rfft(error)) * (2 / error.size)
     largest = np.sort(np.argsort(-amplitude, kind="stable")[:_LINES])
     listed = largest[amplitude[largest] > max(_SMALL * amplitude.max(), rounding)]
+    causes = [line_label(system, int(step) * record.unit / record.count) for step in listed]
     return {
         "kinematic_error": ("shaft_turn", error),
         "kinematic_error_peak_to_peak": ((), ranges[f"turn of {shaft}"][0]),
         "kinematic_error_order": ("shaft_order", amplitude[listed]),
         "shaft_turn": ("shaft_turn", np.arange(error.size) / record.samples),
         "shaft_order": ("shaft_order", listed / record.count),
+        "shaft_order_cause": ("shaft_order", np.array(causes, dtype=object)),
     }

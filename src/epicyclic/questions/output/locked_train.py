@@ -47,6 +47,11 @@ def ports(train: Train) -> list[str]:
     return list(dict.fromkeys(loaded))
 
 
+def central(train: Train) -> list[str]:
+    """Members whose axis no carrier takes along."""
+    return list(dict.fromkeys(body.member for body in train.bodies if body.branch is None))
+
+
 def output_shaft(train: Train, shaft: str | None, held: Sequence[str] | None, rated: float | None) -> OutputShaft:
     """The shaft that is asked for, or the output of the train, with what is locked and its rated torque.
 
@@ -57,11 +62,11 @@ def output_shaft(train: Train, shaft: str | None, held: Sequence[str] | None, ra
     """
     known, kinematics = collect(train.document), train.kinematics
     name = _output(train) if shaft is None else reference(shaft, known, path="shaft", sides=False)
-    central = {body.member for body in train.bodies if body.branch is None}
-    if name not in central:
-        allowed = ", ".join(one for one in known.members if one in central)
-        raise ModelError("turns about an axis of its own, which is carried", path="shaft", given=name, allowed=allowed)
     others = [reference(one, known, path="held", sides=False) for one in held or ()]
+    for path, one in [("shaft", name), *(("held", other) for other in others)]:
+        if one not in central(train):
+            allowed = ", ".join(central(train))
+            raise ModelError("turns about an axis of its own, which is carried", path=path, given=one, allowed=allowed)
     if name in others:
         raise ModelError("is the shaft that is seen", path="held", given=name, allowed="other shafts")
     still = dict.fromkeys(one for one in kinematics.held if one != name)
@@ -79,7 +84,7 @@ def _output(train: Train) -> str:
     if len(found) != 1:
         free = [name for name in ports(train) if name not in kinematics.held]
         what = "power leaves by several shafts" if found else "no power says which shaft is the output"
-        raise ModelError(what, path="shaft", allowed=f"one of {', '.join(found or free)}")
+        raise ModelError(what, path="shaft", allowed=f"one of {', '.join(found or free or central(train))}")
     return found[0]
 
 

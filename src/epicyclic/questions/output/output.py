@@ -100,6 +100,7 @@ def output(train: Train, options: OutputOptions) -> xr.Dataset:
         "shaft": shaft.name,
         "locked_shafts": ", ".join(shaft.held),
         "rated_by": shaft.rated_by,
+        "rated_sense": "negative" if shaft.torque < 0 else "positive",
         "starting_torque_reason": start.reason,
         "kinematic_error_reason": turning.reason,
     }

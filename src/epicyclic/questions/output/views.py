@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _ARCMIN = 180 * 60 / np.pi
+_ORDERS = 6  # of the kinematic error, in the table
 _NONE = 1e-9  # arcmin, N m/arcmin or J that is rounding
 _ROWS = {
     "shaft_secant_stiffness": ("torsional stiffness, secant 50 to 100 %", "N m/arcmin", 1 / _ARCMIN),
@@ -35,10 +36,11 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
     columns |= {one: [_value(result, name, one) for name in rows] for one in texts(result, "over_phases")}
     lost, play = (100 * json.loads(attrs["options"])[name] for name in ("share", "backlash_share"))
     rated = f"rated torque {engineering(float(result.rated_torque))} N m"
-    lead = f"Lost motion at {lost:.3g} %, backlash at {play:.3g} % of the rated torque, in both senses."
+    lead = f"Stiffness in the sense of the rated torque, {attrs['rated_sense']}. "
+    lead += f"Lost motion at {lost:.3g} %, backlash at {play:.3g} % of the rated torque, in both senses."
     kinds = {
         "reflected_inertia": ("reflected inertia [kg m^2]", 1.0),
-        "starting_torque": ("starting torque [N m]", 1.0),
+        "starting_torque": ("starting torque, teeth under load [N m]", 1.0),
     }
     reasons = {what: attrs[f"{what.replace(' ', '_')}_reason"] for what in ("starting torque", "kinematic error")}
     missing = " ".join(f"No {what}: {reason}." for what, reason in reasons.items() if reason)
@@ -46,22 +48,33 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
         Table(
             title=f"At {attrs['shaft']}, locked {attrs['locked_shafts']}; {rated}",
             columns=columns,
-            lead=lead + _distribution(result),
+            lead=lead,
         ),
+        *_distribution(result),
         Table(title="Seen from every shaft", columns=columns_of(result, "port", kinds), lead=missing),
     ]
 
 
-def _distribution(result: xr.Dataset) -> str:
-    """Lost motion and errors over the trains that the tolerances of the drawing allow, in words."""
-    said = []
-    for name in ("lost_motion", "shaft_backlash", "kinematic_error"):
-        if f"{name}_mean" in result.variables:
-            parts = zip(result.probability.values, _ARCMIN * result[f"{name}_quantile"].values, strict=True)
-            most = ", ".join(f"{engineering(value)} arcmin in {100 * part:.3g} %" for part, value in parts)
-            mean = engineering(_ARCMIN * float(result[f"{name}_mean"]))
-            said.append(f"{name.removeprefix('shaft_').replace('_', ' ')} {mean} arcmin, at most {most}")
-    return f" Of the trains that the tolerances allow mean {'; '.join(said)}." if said else ""
+def _distribution(result: xr.Dataset) -> list[Table]:
+    """Lost motion and errors over the trains that the tolerances of the drawing allow [arcmin]; orders of the error."""
+    rows = [name for name in ("lost_motion", "shaft_backlash", "kinematic_error") if f"{name}_mean" in result.variables]
+    quantiles = {name: _ARCMIN * result[f"{name}_quantile"].values for name in rows}
+    columns: dict[str, Any] = {"": [name.removeprefix("shaft_").replace("_", " ") for name in rows]}
+    columns["mean [arcmin]"] = [_ARCMIN * float(result[f"{name}_mean"]) for name in rows]
+    for place, part in enumerate(result.probability.values):
+        columns[f"{100 * part:.3g} % at most [arcmin]"] = [quantiles[name][place] for name in rows]
+    words = "The tolerances take the place of the deviations of the file. Kinematic error: of 64 trains."
+    drawn = [Table(title="Over the trains that the tolerances allow", columns=columns, lead=words)] if rows else []
+    if "kinematic_error_order" not in result.variables:
+        return drawn
+    amplitude = _ARCMIN * result.kinematic_error_order.values
+    most = np.argsort(-amplitude, kind="stable")[:_ORDERS]
+    orders: dict[str, Any] = {
+        "order of the shaft": list(result.shaft_order.values[most]),
+        "amplitude [arcmin]": list(amplitude[most]),
+        "cause": [texts(result, "shaft_order_cause", "shaft_order")[place] for place in most],
+    }
+    return [*drawn, *([Table(title="Kinematic error, largest orders", columns=orders)] if most.size else [])]
 
 
 def _value(result: xr.Dataset, name: str, of: str) -> float:

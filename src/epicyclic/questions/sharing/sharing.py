@@ -110,7 +110,9 @@ def sharing(system: System, options: SharingOptions, *, progress: Callable[[floa
     if not system.errors.mesh:
         return result
     if method == "static":
-        moved = static(system, StaticOptions(cycles=options.cycles and min(options.cycles, _STORED), turns=turns, of=of))
+        moved = static(
+            system, StaticOptions(cycles=options.cycles and min(options.cycles, _STORED), turns=turns, of=of)
+        )
     else:
         how: Literal["exact", "superposition"] = "superposition" if method == "superposition" else "exact"
         moved = steady(solved, SteadyOptions(relative_speed=relative_speed, method=how))

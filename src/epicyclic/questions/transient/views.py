@@ -9,6 +9,7 @@ import numpy as np
 
 from ...results.dataset import largest
 from ...show.elements import Company, Drawing, Finding, Part, Section, Table, number, torque_tables
+from ...show.errors_shown import error_tables
 from ...show.series import engineering, of_first_stage, own_tones, short_names, texts
 from ...show.views import ResultView
 
@@ -46,6 +47,7 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
     }
     if "impacts" in result and result.impacts.values.any():
         columns["apart, share of time"] = list(result.open_share.values)
+        columns["on the far flank, share of time"] = list(result.far_share.values)
         columns["impacts"] = list(map(int, result.impacts.values))
     title = f"{number(float(time[-1]))} s, {len(time)} samples kept, status {result.status.item()}"
     words = "Least, most and contact over every step of the integration; the last fifth over the samples kept."
@@ -54,6 +56,7 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
     return [
         Table(title=f"Mesh forces along the tooth normal, {title}", columns=columns, lead=words),
         *torque_tables(result),
+        *error_tables(result),
     ]
 
 

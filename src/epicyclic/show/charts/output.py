@@ -30,7 +30,7 @@ def torque_over_angle(result: xr.Dataset) -> go.Figure:
     middle = (rising + falling) / 2
     ends = np.array([-share, share]) * rated
     lost = np.interp(ends, torque, middle)
-    secant = np.array(_SECANT) * rated
+    secant = np.array(_SECANT) * (-rated if result.attrs["rated_sense"] == "negative" else rated)
     size = _ARCMIN * float(result["lost_motion"].sel(over_phases="mean"))
     known = [] if np.isnan(size) else [f"lost motion {engineering(size)} arcmin"]
     layers = [

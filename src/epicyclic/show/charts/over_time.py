@@ -83,7 +83,8 @@ def mesh_forces(result: xr.Dataset) -> go.Figure:
     forces = result["mesh_force"].values
     near = forces.size and np.nanmin(forces) < 0.15 * np.nanmax(forces)
     marks = [Mark(y=0, colour=WARNING)] if near else []
-    drawn = over_time(result, "mesh_force", "Mesh forces over time", "force [kN]", 1e-3, marks=marks)
+    title = "Mesh forces, mean over shaft phases" if "mesh_force_most" in result.variables else "Mesh forces over time"
+    drawn = over_time(result, "mesh_force", title, "force [kN]", 1e-3, marks=marks)
     lost = int(np.sum(numbers(result, "contact_lost", "mesh") > 0))
     if lost:
         where = {"xref": "paper", "yref": "paper", "x": 1, "xanchor": "right", "y": 1.0, "yanchor": "bottom"}
@@ -313,5 +314,6 @@ def transmission_errors(result: xr.Dataset) -> go.Figure:
             x, y = thinned(time, waves[place], most=_MOST_SAMPLES)
             curves.append(Curve(x, y, name=name, colour=PALETTE[place % len(PALETTE)], width=1.5))
         below = [Panel(curves, title="shaft to shaft", y="lag of the driven shaft [arcsec]")]
+    title = "Transmission error" + (", multiples of the mesh frequency" if "mesh_phase" in result.dims else "")
     words = "lag of the driven gear [µm]"
-    return over_time(result, "transmission_error_rotation", "Transmission error", words, 1e6, below=below)
+    return over_time(result, "transmission_error_rotation", title, words, 1e6, below=below)
