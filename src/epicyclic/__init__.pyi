@@ -180,6 +180,7 @@ def output(  # .questions.output.verbs
     samples: int = 1024,
     seed: int = 1,
     friction: float | None = None,
+    progress: Callable[[float], None] | None = None,
 ) -> xr.Dataset:
     """The gearbox at its output, the other shafts locked."""
 

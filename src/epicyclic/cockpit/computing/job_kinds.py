@@ -312,6 +312,16 @@ def stiffness_frame(result: xr.Dataset, train: Train) -> PageFrame:
     return job_frame("stiffness", "Mesh stiffness and phases", _said(result), drawn)
 
 
+def output_frame(result: xr.Dataset) -> PageFrame:
+    """Angle over torque of both branches, mean over the places of the mesh cycle, and the tables."""
+    from ...questions.output.views import tables
+
+    branches = {way: result[f"angle_{way}"].mean("mesh_phase").values for way in ("rising", "falling")}
+    curves = {way: angle * 180 * 60 / np.pi for way, angle in branches.items()}
+    drawn = lines("torque [N m]", "angle [arcmin]", result["shaft_torque"].values, curves, zero=True)
+    return job_frame("output", f"Angle of {result.attrs['shaft']}", _said(result), drawn, tables=tables(result))
+
+
 def sensitivity_frame(result: xr.Dataset) -> PageFrame:
     """Per cent per per cent of the ranked mode or mesh, the largest first."""
     dim = "mode" if "mode" in result["sensitivity"].dims else "mesh"
@@ -592,6 +602,17 @@ _KINDS = (
         options=("samples",),
         verb="stiffness",
         frame=lambda result, train, options: stiffness_frame(result, train),
+    ),
+    JobKind(
+        name="output",
+        label="Output",
+        purpose="Stiffness, lost motion and kinematic error at a shaft, the others locked",
+        about="The gearbox at its output: torque over angle, stiffness, lost motion, kinematic error, inertia.",
+        quick=True,
+        effort=(5, 5),
+        options=("shaft", "rated", "share", "samples"),
+        verb="output",
+        frame=lambda result, train, options: output_frame(result),
     ),
     JobKind(
         name="cases",

@@ -8,7 +8,7 @@ yields.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING
 
@@ -40,10 +40,12 @@ RANGE = (0.5, 1.0)
 """Torques per rated torque between which secant and least squares are taken."""
 
 
-def output(train: Train, options: OutputOptions) -> xr.Dataset:
+def output(train: Train, options: OutputOptions, *, progress: Callable[[float], None] | None = None) -> xr.Dataset:
     """What a user of a gearbox measures at one of its shafts.
 
     Friction of the teeth is not in the loop.
+
+    progress : called with the share done, 0..1.
 
     Returns
     -------
@@ -70,12 +72,14 @@ def output(train: Train, options: OutputOptions) -> xr.Dataset:
     system, shafts = assemble(locked), list(dict.fromkeys([shaft.name, *ports(train)]))
     endless = bool(np.isinf(system.meshes.backlash).any())
     reverse = assemble(locked_train(train, replace(shaft, torque=-shaft.torque))) if endless else None
+    tell = progress or (lambda _: None)
     loop = hysteresis(system, reverse, options.phases, relative_torques(options.points, shares))
     columns = _loop_columns(loop, options, np.sign(shaft.torque))
     warnings = [*system.warnings, *zero_warnings(system)]
     if shaft.rated_by == "operation":
         text = f"no rated torque of {shaft.name}: that of operation, {abs(shaft.torque):.4g} N m"
         warnings.append(coded("rated-of-operation", text))
+    tell(0.3)
     turning = attempt(lambda share: kinematic_error(train, shaft, share), options.share)
     turned, cut_short = turning.value or ({}, [])
     drawn = dict[str, Array]()
@@ -84,6 +88,7 @@ def output(train: Train, options: OutputOptions) -> xr.Dataset:
         drawn, warnings = {"lost_motion": lost[:, 0], "shaft_backlash": lost[:, 1]}, [*warnings, *said]
     if locked.document.get("tolerance") and turned:
         drawn["kinematic_error"] = sampled_kinematic_error(train, shaft, options.share, options.seed)
+    tell(0.95)
     for name, values in drawn.items():
         columns[f"{name}_mean"] = ((), np.nanmean(values))
         columns[f"{name}_quantile"] = ("probability", np.nanquantile(values, PROBABILITIES))

@@ -6,16 +6,22 @@ from ...verbs.record import Verb, takes
 from . import OutputOptions
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     import xarray as xr
 
     from ...engine.source import Drive
 
 
 @takes(OutputOptions)
-def output(drive: "Drive", options: OutputOptions) -> "xr.Dataset":
+def output(drive: "Drive", options: OutputOptions, progress: "Callable[[float], None] | None" = None) -> "xr.Dataset":
     """The gearbox at its output, the other shafts locked: stiffness, hysteresis, lost motion, reflected inertia.
 
     Friction of the teeth is not in the hysteresis; play, clearances and friction of splines are.
+
+    Parameters
+    ----------
+    progress : called with the share done, 0..1.
 
     Raises
     ------
@@ -24,7 +30,7 @@ def output(drive: "Drive", options: OutputOptions) -> "xr.Dataset":
     """
     from .output import output as run
 
-    return run(drive.train, options)
+    return run(drive.train, options, progress=progress)
 
 
 VERBS = (Verb(run=output, gives=("output",), drawing=True, examples=({"points": 8, "phases": 2},)),)

@@ -37,6 +37,7 @@ SMALL: dict[str, dict[str, Any]] = {
     "contact": {"samples": 16, "slices": 8},
     "relief": {"population": 4, "generations": 2},
     "stiffness": {"samples": 32},
+    "output": {"samples": 256},
     "tolerance": {"samples": 1024},
     "contact_loss": {"points": 6},
     "transient": {"cycles": 2.0},
@@ -86,7 +87,7 @@ def test_a_job_gives_a_frame_a_dataset_and_its_progress(name: str) -> None:
     assert job["text"].endswith(".")
     assert "nan" not in job["text"]
     assert dataset.attrs["verb"] in (name, "contact_sweep")
-    assert ("tables" in job) == (name == "cases")
+    assert ("tables" in job) == (name in ("cases", "output"))
     assert told
     assert all(0 <= share < 1 for share in told)  # what is left is packed and sent
     assert told[-1] > 0.9
@@ -276,6 +277,7 @@ def test_every_job_says_what_it_does_by_default() -> None:
         "contact",
         "relief",
         "stiffness",
+        "output",
         "tolerance",
         "contact_loss",
         "transient",
