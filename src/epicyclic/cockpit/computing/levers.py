@@ -398,13 +398,13 @@ def _tried(candidate: Lever) -> float:
 
 def _lever(candidate: Lever, effect: Effect) -> Lever:
     value, why, step = candidate.value, effect.words, 0.0
-    least, most = _range(candidate)
+    least, most = sorted(_range(candidate))  # a torque may be negative
     if not candidate.log:  # ends are whole steps: 1, 2, 5, 10 .. times a power of ten
         width = (most - least) / _STEPS
         power = 10.0 ** math.floor(math.log10(width)) if width > 0 else 1.0
         step = max(digit for digit in (1.0, 2.0, 5.0) if digit * power <= width * (1 + 1e-9)) * power
         least, most = math.floor(least / step + 1e-9) * step, math.ceil(most / step - 1e-9) * step
-        least = least if least > 0 or candidate.kind in _ERRORS else step
+        least = least if least > 0 or value < 0 or candidate.kind in _ERRORS else step
     if candidate.kind == "sun" and not 0 < value < math.inf:
         why = ", ".join(filter(None, ["the sun floats now" if value == 0 else "rigid now", why]))
         value = value if value == 0 else most

@@ -172,3 +172,14 @@ def test_without_trials_the_levers_are_those_of_each_kind(monkeypatch: pytest.Mo
         "stages.main.sun.support.radial",
     ]
     assert {one.why for one in found if not one.path.startswith(("operation", "damping"))} == {""}
+
+
+def test_a_negative_torque_has_a_lever_from_its_most_to_its_least() -> None:
+    """As `new --output-torque` writes it: what leaves is negative."""
+    tables = tables_of("ren2021")
+    del tables["tolerance"], tables["assumed"], tables["operation"]["torque"]
+    driven = levers_of(tables, {"operation.torque.carrier": "-100 kN m"})
+    (torque,) = [lever for lever in driven if lever.path == "operation.torque.carrier"]
+    assert torque.least < torque.value < torque.most < 0
+    assert torque.step > 0
+
