@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from math import cos, radians
+from math import atan, cos, radians, tan
 from typing import Any
 
 import numpy as np
@@ -69,12 +69,21 @@ def waves(result: Any) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("verb", [epicyclic.static, epicyclic.steady])
-def test_all_kinds_are_one_where_centres_stand(verb: Any) -> None:
-    result = verb(pair(VARYING, first={"run_out": f"{ECCENTRIC} m"}))
+@pytest.mark.parametrize("teeth", [{}, {"helix_angle": "20 deg"}, {"helix_angle": "20 deg", "slices": 3}])
+def test_all_kinds_are_one_where_centres_stand(verb: Any, teeth: dict[str, Any]) -> None:
+    model = pair(VARYING, first={"run_out": f"{ECCENTRIC} m"})
+    stage = model["stages"]["main"]
+    stage |= {key: value for key, value in teeth.items() if key != "slices"}
+    if "slices" in teeth:
+        stage["face_width"] = "25 mm"
+        stage["meshes"]["first-second"]["slices"] = teeth["slices"]
+    result = verb(model)
     wave = waves(result)
     np.testing.assert_allclose(wave["rotation"], wave["approach"], rtol=1e-12)
     assert list(result["shaft"].values) == ["main.second by main.first"]
-    lag = BASE["second"] * (wave["shaft"] + result["wind_up"].values[:, None])
+    tooth = radians(20) if teeth else 0.0
+    base = 2.5e-3 / cos(tooth) * 31 / 2 * cos(atan(tan(radians(20)) / cos(tooth)))
+    lag = base * (wave["shaft"] + result["wind_up"].values[:, None])
     np.testing.assert_allclose(lag, wave["rotation"], rtol=1e-9, atol=1e-15)
 
 

@@ -182,4 +182,3 @@ def test_a_negative_torque_has_a_lever_from_its_most_to_its_least() -> None:
     (torque,) = [lever for lever in driven if lever.path == "operation.torque.carrier"]
     assert torque.least < torque.value < torque.most < 0
     assert torque.step > 0
-
