@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from ..engine.plan import MOST_NUMBERS, require_memory
 from ..errors import ModelError
-from ..system.flank_laws import LinearLaw
+from ..system.gaps import flanks
 from ..system.system import Array, ComplexArray, Line, MeshRows, System, elastic_rows, faces, free_motions
 from ..warning_codes import CodedText, code_of, coded
 
@@ -383,21 +383,16 @@ def hunting_cycles(ratios: Iterable[Fraction]) -> int:
     return lcm(*(ratio.denominator for ratio in ratios))
 
 
-def mesh_stiffness(system: System, tone: Fraction, index: NDArray[np.int64], samples: int) -> Array:
-    """k_m at instants index / (samples tone), (T, m) [N/m], positive."""
-    return stiffness_at(system, mesh_phases(system, tone, index, samples))
-
-
 def mesh_phases(system: System, tone: Fraction, index: NDArray[np.int64], samples: int) -> Array:
     """Phases (T, tones) of the mesh tones at instants index (T,) / (samples tone), whole cycles taken off [turns]."""
     ratios = [other / tone for other in system.tones] or [Fraction(1)]
     return np.array([turn_fraction(ratio / samples, index) for ratio in ratios]).T
 
 
-def stiffness_at(system: System, phases: Array) -> Array:
-    """k_m at phases (T, tones) of every mesh frequency [turns], (T, m) [N/m], positive."""
-    meshes = system.meshes
-    return LinearLaw(stiffness=meshes.stiffness, variation=meshes.variation, tone=meshes.tone).at(phases).stiffness
+def stiffness_at(system: System, phases: Array) -> tuple[Array, Array]:
+    """Stiffness (T, m) and (T, c) [N/m] of loaded and far flanks at phases (T, tones) of the mesh frequencies [turns]."""
+    loaded, far = np.split(flanks(system).tangent.at(phases).stiffness, [len(system.meshes.name)], axis=1)
+    return loaded, far
 
 
 def excitation(system: System, tone: Fraction, index: NDArray[np.int64], samples: int) -> RecordExcitation:
@@ -405,9 +400,8 @@ def excitation(system: System, tone: Fraction, index: NDArray[np.int64], samples
 
     The part at rest of a line's force counts (``force[0]``).  What grows with speed is inertia and is left out.
     """
-    waves = np.empty((len(index), len(system.lines)), dtype=complex)
-    for column, line in enumerate(system.lines):
-        waves[:, column] = np.exp(2j * np.pi * turn_fraction(line.frequency / tone / samples, index))
+    turns = [turn_fraction(line.frequency / tone / samples, index) for line in system.lines]
+    waves = np.exp(2j * np.pi * np.array(turns).reshape(len(turns), len(index)).T)
     return excitation_at(system, waves, mesh_phases(system, tone, index, samples))
 
 
@@ -489,15 +483,12 @@ def excitation_of(
     phases : (T, tones) of the mesh frequencies [turns].  stiffness : (T, m) of both flanks [N/m]; None: at the phases.
     link_gap : (T, p) [m, rad]; none where None.
     """
-    meshes, far, n = system.meshes, system.far_flanks, len(system.force)
-    gap, far_gap, force = np.split(values, [-n - far.mesh.size, -n], axis=1)
+    far, n = system.far_flanks.mesh, len(system.force)
+    gap, far_gap, force = np.split(values, [-n - far.size, -n], axis=1)
     if stiffness is None:
-        behind = LinearLaw(
-            stiffness=meshes.stiffness[far.mesh], variation=far.variation, tone=meshes.tone[far.mesh]
-        ).at(phases)
-        stiffness, far_stiffness = stiffness_at(system, phases), behind.stiffness
+        stiffness, far_stiffness = stiffness_at(system, phases)
     else:
-        far_stiffness = stiffness[:, far.mesh]
+        far_stiffness = stiffness[:, far]
     link_gap = np.zeros((len(values), 0)) if link_gap is None else link_gap
     return RecordExcitation(stiffness, far_stiffness, gap, far_gap, force, link_gap, phases)
 

@@ -7,15 +7,13 @@ is that of the inertia 2 E / w^2 on a shaft that turns with w.  Derived here.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...errors import ModelError
+from ...system.system import Array
 from ...train.train import Train, stage_axis
-
-Array = NDArray[np.float64]
 
 
 def reflected_inertia(train: Train, shafts: Sequence[str]) -> Array:
@@ -39,17 +37,15 @@ def _speeds(train: Train) -> Mapping[str, float] | None:
     return {name: float(row[kinematics.freedoms[0]]) for name, row in kinematics.ratio.items()}
 
 
-def _inertia_times_square(train: Train, speed: Mapping[str, float]) -> list[float]:
+def _inertia_times_square(train: Train, speed: Mapping[str, float]) -> Iterator[float]:
     """Twice the kinetic energy of every body, speeds in their unit."""
     member = {body.name: body.member for body in train.bodies}
-    found = []
     for body in train.bodies:
         if spin := speed[body.member]:
-            found.append(body.inertia * spin**2)
+            yield body.inertia * spin**2
         if body.carried_by is not None and (orbit := speed[member[body.carried_by]]):
             radius = math.dist(body.centre, stage_axis(body.frame, train.bodies))
-            found.append(body.mass * (radius * orbit) ** 2)
-    return found
+            yield body.mass * (radius * orbit) ** 2
 
 
 def starting_torque(train: Train, shafts: Sequence[str], friction: float | None) -> Array:
