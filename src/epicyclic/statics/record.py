@@ -390,7 +390,7 @@ def mesh_phases(system: System, tone: Fraction, index: NDArray[np.int64], sample
 
 
 def stiffness_at(system: System, phases: Array) -> tuple[Array, Array]:
-    """Stiffness (T, m) and (T, c) [N/m] of loaded and far flanks at phases (T, tones) of the mesh frequencies [turns]."""
+    """Stiffness (T, m) and (T, c) [N/m] of loaded and far flanks at phases (T, tones) of the mesh tones [turns]."""
     loaded, far = np.split(flanks(system).tangent.at(phases).stiffness, [len(system.meshes.name)], axis=1)
     return loaded, far
 
@@ -414,11 +414,8 @@ def excitation_at(system: System, waves: ComplexArray, phases: Array, *, links: 
     links : whether errors of the linear links are wanted; without them ``link_gap`` has no columns.
     """
     lines, still = system.lines, still_excitation(system)
-    m, c, n = len(system.meshes.name), system.far_flanks.mesh.size, len(system.force)
     amplitude = np.array([line_excitation(system, line) for line in lines], complex).reshape(len(lines), still.size)
-    # the product of each kind by itself: its bits are the same whether a train has the others or not
-    kinds = np.split(amplitude, [m, -n - c, -n], axis=1)
-    values = still + np.hstack([(waves @ kind).real for kind in kinds])
+    values = still + (waves @ amplitude).real
     link_gap = None
     if links:
         amplitude = np.array([line.link_gap for line in lines], complex).reshape(len(lines), len(system.links.name))

@@ -8,7 +8,6 @@ yields.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING
 
@@ -117,7 +116,7 @@ def output(train: Train, options: OutputOptions) -> xr.Dataset:
 def _loop_columns(loop: Loop, options: OutputOptions, sense: float) -> Columns:
     """Columns of torque over angle; sense : of the rated torque."""
     secant, fitted = loop.stiffness(*RANGE, sense)
-    each: Mapping[str, Array] = {
+    each = {
         "shaft_secant_stiffness": secant,
         "shaft_fitted_stiffness": fitted,
         "lost_motion": loop.lost_motion(options.share),
