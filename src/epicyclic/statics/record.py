@@ -293,8 +293,7 @@ def record_of(
         varying[lawful.rows] = True
     tones = [system.tones[i] for i in np.unique(system.meshes.tone[varying])] if system.tones else []
     period = hunting_cycles([f / unit for f in (*(line.frequency for line in system.lines), *tones)])
-    length = cycles if turns is None else turns
-    path = "cycles" if turns is None else "turns"
+    path, length = ("cycles", cycles) if turns is None else ("turns", turns)
     count = length or min(period, max(1, most // samples))
     width = len(system.meshes.name) + len(system.force) + len(system.links.name)
     require_memory(
@@ -363,8 +362,7 @@ def group_shares(force: Array, axis: int = -1) -> Array:
     """
     total = force.sum(axis=axis, keepdims=True)
     with np.errstate(divide="ignore", invalid="ignore"):
-        share: Array = np.where(total > 0, force.shape[axis] * force / total, np.inf)
-    return share
+        return np.asarray(np.where(total > 0, force.shape[axis] * force / total, np.inf))
 
 
 def samples_per_cycle(meshes: MeshRows, chosen: MeshGroup, least: int) -> int:
@@ -405,22 +403,17 @@ def excitation(system: System, tone: Fraction, index: NDArray[np.int64], samples
     return excitation_at(system, waves, mesh_phases(system, tone, index, samples))
 
 
-def excitation_at(system: System, waves: ComplexArray, phases: Array, *, links: bool = True) -> RecordExcitation:
+def excitation_at(system: System, waves: ComplexArray, phases: Array) -> RecordExcitation:
     """Excitation of the train at rest at T instants.
 
     Parameters
     ----------
     waves : (T, lines) exp(i phase) of every line.  phases : (T, tones) of the mesh frequencies [turns].
-    links : whether errors of the linear links are wanted; without them ``link_gap`` has no columns.
     """
     lines, still = system.lines, still_excitation(system)
     amplitude = np.array([line_excitation(system, line) for line in lines], complex).reshape(len(lines), still.size)
-    values = still + (waves @ amplitude).real
-    link_gap = None
-    if links:
-        amplitude = np.array([line.link_gap for line in lines], complex).reshape(len(lines), len(system.links.name))
-        link_gap = (waves @ amplitude).real
-    return excitation_of(system, values, phases, link_gap=link_gap)
+    of_links = np.array([line.link_gap for line in lines], complex).reshape(len(lines), len(system.links.name))
+    return excitation_of(system, still + (waves @ amplitude).real, phases, link_gap=(waves @ of_links).real)
 
 
 def still_excitation(system: System) -> Array:
@@ -445,8 +438,7 @@ def line_excitation(system: System, line: Line) -> ComplexArray:
 def link_factor(largest: Array, average: Array) -> Array:
     """Largest size of a force or moment per its mean [1], nan where the mean is rounding: of a torque its ripple."""
     known = np.abs(average) > _NO_MEAN * largest
-    factor: Array = np.where(known, largest, np.nan) / np.where(known, np.abs(average), 1.0)
-    return factor
+    return np.asarray(np.where(known, largest, np.nan) / np.where(known, np.abs(average), 1.0))
 
 
 def force_at_rest(system: System, line: Line) -> ComplexArray:

@@ -177,8 +177,6 @@ def _largest_range(wave: Array, share: float, mode: str) -> Array:
     from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
     size = math.ceil(share * wave.shape[1]) + 1
-    if size >= wave.shape[1]:
-        return np.asarray(np.ptp(wave, axis=1), float)
     high, low = (find(wave, size, axis=1, mode=mode) for find in (maximum_filter1d, minimum_filter1d))
     return np.asarray((high - low).max(axis=1), float)
 
@@ -189,8 +187,7 @@ def largest_lines(amplitude: Array) -> NDArray[np.int64]:
     rows = largest > _ROUNDING * largest.max(initial=0.0)
     part = (amplitude[rows] / largest[rows, None]).max(axis=0, initial=0.0)
     most = np.sort(np.argsort(-part, kind="stable")[:_LINES])
-    chosen: NDArray[np.int64] = most[part[most] >= _SMALL]
-    return chosen
+    return np.asarray(most[part[most] >= _SMALL])
 
 
 def line_label(system: System, frequency: Fraction) -> str:

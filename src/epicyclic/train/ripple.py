@@ -101,15 +101,15 @@ def _waves(
         return
     turns, values = _even_table(part, path)
     torque = 0.0 if kinematics.torque is None else kinematics.torque[member]
-    off = abs(values.mean() - torque)
-    if abs(values.mean()) > _NONE * np.abs(values).max() and off > _MEAN * np.abs(values).max():
-        text = f"{path}: the mean of its torques is {values.mean():.5g} N m, the torque of {member} {torque:.5g} N m"
+    mean, largest = values.mean(), np.abs(values).max()
+    if abs(mean) > _NONE * largest and abs(mean - torque) > _MEAN * largest:
+        text = f"{path}: the mean of its torques is {mean:.5g} N m, the torque of {member} {torque:.5g} N m"
         log.coded("ripple-mean", f"{text}, which counts")
     harmonics = np.fft.rfft(values)[1:] * (2 / values.size)
     if values.size % 2 == 0:
         harmonics[-1] /= 2
     for k, harmonic in enumerate(harmonics.tolist(), start=1):
-        if abs(harmonic) > _NONE * np.abs(values).max():
+        if abs(harmonic) > _NONE * largest:
             order = Fraction(k, turns)
             yield order * turn, complex(harmonic * np.exp(-1j * float(order) * part.angles[0]))
 

@@ -116,9 +116,8 @@ def sharing(system: System, options: SharingOptions, *, progress: Callable[[floa
     else:
         how: Literal["exact", "superposition"] = "superposition" if method == "superposition" else "exact"
         moved = steady(solved, SteadyOptions(relative_speed=relative_speed, method=how))
-    names = [str(name) for name in moved.data_vars if str(name).startswith("transmission_error_")]
-    ranges = [name for name in names if name.endswith(("_range", "_line"))]
-    return result.assign({name: moved[name] for name in ranges})
+    errors = [name for name, values in moved.data_vars.items() if {"period", "error_line"} & {*values.dims}]
+    return result.assign({name: moved[name] for name in errors})
 
 
 def _forces_by_tone(system: System, options: SharingOptions, progress: Callable[[float], None] | None) -> ForceRecord:
