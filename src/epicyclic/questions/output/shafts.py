@@ -21,19 +21,18 @@ def reflected_inertia(train: Train, shafts: Sequence[str]) -> Array:
 
     The motion is that of the operation; without speeds that of a train with one freedom.
     """
-    if (speed := _speeds(train)) is None:
-        return np.full(len(shafts), math.nan)
-    twice = math.fsum(_inertia_times_square(train, speed))
-    return np.array([twice / speed[name] ** 2 if speed[name] else math.nan for name in shafts])
+    speed = _speeds(train)
+    twice = math.fsum(_inertia_times_square(train, speed)) if speed else math.nan
+    return np.array([twice / speed[name] ** 2 if speed.get(name) else math.nan for name in shafts])
 
 
-def _speeds(train: Train) -> Mapping[str, float] | None:
-    """Speed of every member, of any size; None where nothing turns, or several freedoms have no speeds."""
+def _speeds(train: Train) -> Mapping[str, float]:
+    """Speed of every member, of any size; none where nothing turns, or several freedoms have no speeds."""
     kinematics = train.kinematics
     if kinematics.speed is not None and any(kinematics.speed.values()):
         return {name: float(value) for name, value in kinematics.speed.items()}
     if len(kinematics.freedoms) != 1:
-        return None
+        return {}
     return {name: float(row[kinematics.freedoms[0]]) for name, row in kinematics.ratio.items()}
 
 
