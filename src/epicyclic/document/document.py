@@ -16,8 +16,9 @@ import math
 import os
 import re
 import tomllib
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from importlib import resources
 from io import BytesIO
 from pathlib import Path
@@ -191,38 +192,34 @@ def with_files(data: PlainTable, folder: Path | None) -> PlainTable:
     result = {}
     for name, value in data.items():
         if name in ("stages", "bodies", "couplings"):
-            value = _with_forces(value, name, folder)
+            value = _with_columns(value, name, _COLUMNS, partial(_force_table, folder=folder))
         elif name in ("operation", "cases"):
-            value = _with_ripples(value, name, folder)
+            value = _with_columns(value, name, ("angles", "torques"), partial(_torque_table, folder=folder))
         elif name == "deviations" and isinstance(value, dict):
             value = {k: _with_pitches(entry, f"{name}.{k}", folder) for k, entry in value.items()}
         result[name] = value
     return result
 
 
-def _with_forces(value: Any, path: str, folder: Path | None) -> Any:
+def _with_columns(value: Any, path: str, columns: Sequence[str], read: Callable[[str, str], PlainTable]) -> Any:
     """Return a table with the columns of the files that it, or a table in it, names."""
-    if not isinstance(value, dict):
-        return value
-    if isinstance(name := value.get("file"), str):
-        if beside := [column for column in _COLUMNS if column in value]:
-            raise ModelError(f"stands beside {beside[0]}", path=f"{path}.file", given=name, allowed="one of the two")
-        rest = {other: entry for other, entry in value.items() if other != "file"}
-        return {**_force_table(name, f"{path}.file", folder), **rest}
-    return {name: _with_forces(entry, f"{path}.{name}", folder) for name, entry in value.items()}
-
-
-def _with_ripples(value: Any, path: str, folder: Path | None) -> Any:
-    """Return tables of operation with angles and torques of the files that their ripples name."""
     if isinstance(value, list):
-        return [_with_ripples(entry, f"{path}.{number}", folder) for number, entry in enumerate(value, start=1)]
+        return [_with_columns(entry, f"{path}.{number}", columns, read) for number, entry in enumerate(value, start=1)]
     if not isinstance(value, dict):
         return value
     if not isinstance(name := value.get("file"), str):
-        return {key: _with_ripples(entry, f"{path}.{key}", folder) for key, entry in value.items()}
+        return {key: _with_columns(entry, f"{path}.{key}", columns, read) for key, entry in value.items()}
+    if beside := [column for column in columns if column in value]:
+        raise ModelError(f"stands beside {beside[0]}", path=f"{path}.file", given=name, allowed="one of the two")
+    rest = {other: entry for other, entry in value.items() if other != "file"}
+    return {**read(name, f"{path}.file"), **rest}
+
+
+def _torque_table(name: str, path: str, folder: Path | None) -> PlainTable:
+    """Return angles and torques of a file that a ripple names."""
     heading = "angle [deg], torque [N m]"
     allowed = f"a CSV file beside the model file: {heading}"
-    table = read_table((folder or Path()) / name, most=_MOST_BYTES, allowed=allowed, path=f"{path}.file", given=name)
+    table = read_table((folder or Path()) / name, most=_MOST_BYTES, allowed=allowed, path=path, given=name)
     if [column for column, _ in table.columns] != ["angle", "torque"] or not table.rows:
         given = ", ".join(table.heading)
         raise table.error(table.lines[0], "no table of torques over a turn", given=given, allowed=heading)
@@ -230,9 +227,7 @@ def _with_ripples(value: Any, path: str, folder: Path | None) -> Any:
     for column, kind in enumerate(("angle", "torque")):
         table.scale(column, kind, allowed=heading)
         lists[f"{kind}s"] = f"[{', '.join(map(repr, table.numbers(column)))}] {table.columns[column][1]}"
-    if beside := [name for name in lists if name in value]:
-        raise ModelError(f"stands beside {beside[0]}", path=f"{path}.file", given=name, allowed="one of the two")
-    return {**{key: entry for key, entry in value.items() if key != "file"}, **lists}
+    return lists
 
 
 def _with_pitches(value: Any, path: str, folder: Path | None) -> Any:

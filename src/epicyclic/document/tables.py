@@ -505,11 +505,10 @@ def normalise(data: PlainTable, names: Names) -> PlainTable:
 def _normalised_operation(table: PlainTable, names: Names, path: str = "operation") -> PlainTable:
     """Flatten speeds, torques and powers to full member paths."""
     result = dict(table)
-    for name in BY_MEMBER:
+    for name in (*BY_MEMBER, "ripple"):
         if isinstance(table.get(name), dict):
-            result[name] = _by_member(table[name], names, f"{path}.{name}", sides=name in LOADING)
-    if isinstance(table.get("ripple"), dict):
-        result["ripple"] = _by_member(table["ripple"], names, f"{path}.ripple", sides=None)
+            sides = None if name == "ripple" else name in LOADING
+            result[name] = _by_member(table[name], names, f"{path}.{name}", sides=sides)
     if isinstance(gravity := table.get("gravity"), bool):
         result["gravity"] = f"[0, {-STANDARD_GRAVITY}, 0] m/s^2" if gravity else None
     return result

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from ..engine.plan import MOST_NUMBERS, require_memory
 from ..errors import ModelError
-from ..system.flank_laws import LinearLaw
+from ..system.gaps import flanks
 from ..system.system import Array, ComplexArray, Line, MeshRows, System, elastic_rows, faces, free_motions
 from ..warning_codes import CodedText, code_of, coded
 
@@ -293,8 +293,7 @@ def record_of(
         varying[lawful.rows] = True
     tones = [system.tones[i] for i in np.unique(system.meshes.tone[varying])] if system.tones else []
     period = hunting_cycles([f / unit for f in (*(line.frequency for line in system.lines), *tones)])
-    length = cycles if turns is None else turns
-    path = "cycles" if turns is None else "turns"
+    path, length = ("cycles", cycles) if turns is None else ("turns", turns)
     count = length or min(period, max(1, most // samples))
     width = len(system.meshes.name) + len(system.force) + len(system.links.name)
     require_memory(
@@ -363,8 +362,7 @@ def group_shares(force: Array, axis: int = -1) -> Array:
     """
     total = force.sum(axis=axis, keepdims=True)
     with np.errstate(divide="ignore", invalid="ignore"):
-        share: Array = np.where(total > 0, force.shape[axis] * force / total, np.inf)
-    return share
+        return np.asarray(np.where(total > 0, force.shape[axis] * force / total, np.inf))
 
 
 def samples_per_cycle(meshes: MeshRows, chosen: MeshGroup, least: int) -> int:
@@ -383,21 +381,16 @@ def hunting_cycles(ratios: Iterable[Fraction]) -> int:
     return lcm(*(ratio.denominator for ratio in ratios))
 
 
-def mesh_stiffness(system: System, tone: Fraction, index: NDArray[np.int64], samples: int) -> Array:
-    """k_m at instants index / (samples tone), (T, m) [N/m], positive."""
-    return stiffness_at(system, mesh_phases(system, tone, index, samples))
-
-
 def mesh_phases(system: System, tone: Fraction, index: NDArray[np.int64], samples: int) -> Array:
     """Phases (T, tones) of the mesh tones at instants index (T,) / (samples tone), whole cycles taken off [turns]."""
     ratios = [other / tone for other in system.tones] or [Fraction(1)]
     return np.array([turn_fraction(ratio / samples, index) for ratio in ratios]).T
 
 
-def stiffness_at(system: System, phases: Array) -> Array:
-    """k_m at phases (T, tones) of every mesh frequency [turns], (T, m) [N/m], positive."""
-    meshes = system.meshes
-    return LinearLaw(stiffness=meshes.stiffness, variation=meshes.variation, tone=meshes.tone).at(phases).stiffness
+def stiffness_at(system: System, phases: Array) -> tuple[Array, Array]:
+    """Stiffness (T, m) and (T, c) [N/m] of loaded and far flanks at phases (T, tones) of the mesh tones [turns]."""
+    loaded, far = np.split(flanks(system).tangent.at(phases).stiffness, [len(system.meshes.name)], axis=1)
+    return loaded, far
 
 
 def excitation(system: System, tone: Fraction, index: NDArray[np.int64], samples: int) -> RecordExcitation:
@@ -405,31 +398,22 @@ def excitation(system: System, tone: Fraction, index: NDArray[np.int64], samples
 
     The part at rest of a line's force counts (``force[0]``).  What grows with speed is inertia and is left out.
     """
-    waves = np.empty((len(index), len(system.lines)), dtype=complex)
-    for column, line in enumerate(system.lines):
-        waves[:, column] = np.exp(2j * np.pi * turn_fraction(line.frequency / tone / samples, index))
+    turns = [turn_fraction(line.frequency / tone / samples, index) for line in system.lines]
+    waves = np.exp(2j * np.pi * np.array(turns).reshape(len(turns), len(index)).T)
     return excitation_at(system, waves, mesh_phases(system, tone, index, samples))
 
 
-def excitation_at(system: System, waves: ComplexArray, phases: Array, *, links: bool = True) -> RecordExcitation:
+def excitation_at(system: System, waves: ComplexArray, phases: Array) -> RecordExcitation:
     """Excitation of the train at rest at T instants.
 
     Parameters
     ----------
     waves : (T, lines) exp(i phase) of every line.  phases : (T, tones) of the mesh frequencies [turns].
-    links : whether errors of the linear links are wanted; without them ``link_gap`` has no columns.
     """
     lines, still = system.lines, still_excitation(system)
-    m, c, n = len(system.meshes.name), system.far_flanks.mesh.size, len(system.force)
     amplitude = np.array([line_excitation(system, line) for line in lines], complex).reshape(len(lines), still.size)
-    # the product of each kind by itself: its bits are the same whether a train has the others or not
-    kinds = np.split(amplitude, [m, -n - c, -n], axis=1)
-    values = still + np.hstack([(waves @ kind).real for kind in kinds])
-    link_gap = None
-    if links:
-        amplitude = np.array([line.link_gap for line in lines], complex).reshape(len(lines), len(system.links.name))
-        link_gap = (waves @ amplitude).real
-    return excitation_of(system, values, phases, link_gap=link_gap)
+    of_links = np.array([line.link_gap for line in lines], complex).reshape(len(lines), len(system.links.name))
+    return excitation_of(system, still + (waves @ amplitude).real, phases, link_gap=(waves @ of_links).real)
 
 
 def still_excitation(system: System) -> Array:
@@ -454,8 +438,7 @@ def line_excitation(system: System, line: Line) -> ComplexArray:
 def link_factor(largest: Array, average: Array) -> Array:
     """Largest size of a force or moment per its mean [1], nan where the mean is rounding: of a torque its ripple."""
     known = np.abs(average) > _NO_MEAN * largest
-    factor: Array = np.where(known, largest, np.nan) / np.where(known, np.abs(average), 1.0)
-    return factor
+    return np.asarray(np.where(known, largest, np.nan) / np.where(known, np.abs(average), 1.0))
 
 
 def force_at_rest(system: System, line: Line) -> ComplexArray:
@@ -489,15 +472,12 @@ def excitation_of(
     phases : (T, tones) of the mesh frequencies [turns].  stiffness : (T, m) of both flanks [N/m]; None: at the phases.
     link_gap : (T, p) [m, rad]; none where None.
     """
-    meshes, far, n = system.meshes, system.far_flanks, len(system.force)
-    gap, far_gap, force = np.split(values, [-n - far.mesh.size, -n], axis=1)
+    far, n = system.far_flanks.mesh, len(system.force)
+    gap, far_gap, force = np.split(values, [-n - far.size, -n], axis=1)
     if stiffness is None:
-        behind = LinearLaw(
-            stiffness=meshes.stiffness[far.mesh], variation=far.variation, tone=meshes.tone[far.mesh]
-        ).at(phases)
-        stiffness, far_stiffness = stiffness_at(system, phases), behind.stiffness
+        stiffness, far_stiffness = stiffness_at(system, phases)
     else:
-        far_stiffness = stiffness[:, far.mesh]
+        far_stiffness = stiffness[:, far]
     link_gap = np.zeros((len(values), 0)) if link_gap is None else link_gap
     return RecordExcitation(stiffness, far_stiffness, gap, far_gap, force, link_gap, phases)
 

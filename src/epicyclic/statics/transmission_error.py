@@ -62,8 +62,7 @@ def run_errors(system: System, displacement: Array) -> Columns:
     waves = system.error_rows.T @ displacement
     with np.errstate(invalid="ignore"):
         spans = np.fmax.reduce(waves, axis=1) - np.fmin.reduce(waves, axis=1)
-    ranges = {name: (row, part) for name, (row, part) in peaks_to_peaks(system.errors, spans).items()}
-    return {**error_waves(system.errors, waves, "time"), **ranges}
+    return {**error_waves(system.errors, waves, "time"), **peaks_to_peaks(system.errors, spans)}
 
 
 def peaks_to_peaks(errors: ErrorRows, spans: Array) -> dict[str, tuple[str, Array]]:
@@ -78,7 +77,7 @@ def range_columns(
 
     frequency : (F,) of the lines, exact [Hz at the operating speed].
     """
-    errors, shown = system.errors, _largest_lines(np.abs(amplitude))
+    errors, shown = system.errors, largest_lines(np.abs(amplitude))
     lines = [frequency[place] for place in shown]
     spans = np.stack(list(ranges.values()), axis=1)
     columns: Columns = {}
@@ -178,20 +177,17 @@ def _largest_range(wave: Array, share: float, mode: str) -> Array:
     from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
     size = math.ceil(share * wave.shape[1]) + 1
-    if size >= wave.shape[1]:
-        return np.asarray(np.ptp(wave, axis=1), float)
     high, low = (find(wave, size, axis=1, mode=mode) for find in (maximum_filter1d, minimum_filter1d))
     return np.asarray((high - low).max(axis=1), float)
 
 
-def _largest_lines(amplitude: Array) -> NDArray[np.int64]:
+def largest_lines(amplitude: Array) -> NDArray[np.int64]:
     """The lines (F,) with the largest parts of the rows (k, F), in their order."""
     largest = amplitude.max(axis=1, initial=0.0)
     rows = largest > _ROUNDING * largest.max(initial=0.0)
     part = (amplitude[rows] / largest[rows, None]).max(axis=0, initial=0.0)
     most = np.sort(np.argsort(-part, kind="stable")[:_LINES])
-    chosen: NDArray[np.int64] = most[part[most] >= _SMALL]
-    return chosen
+    return np.asarray(most[part[most] >= _SMALL])
 
 
 def line_label(system: System, frequency: Fraction) -> str:

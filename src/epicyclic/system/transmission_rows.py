@@ -33,16 +33,14 @@ def error_rows(train: Train, structure: Structure, T: Array) -> ErrorRows:
         ends = [structure.index[mesh.a], structure.index[mesh.b]]
         turns = [6 * end + 5 for end in ends]
         rotation[whole, turns] += along[turns]
-        carriers = {train.bodies[end].carried_by for end in ends} - {None}
-        for carrier in carriers:
+        for carrier in {train.bodies[end].carried_by for end in ends} - {None}:
             rotation[whole, 6 * structure.index[str(carrier)] + 5] -= along[turns].sum()
     shafts, turn = _shaft_rows(train)
-    members = [[6 * i + 5 for i, body in enumerate(train.bodies) if body.member == name] for name in turn]
-    mean = np.zeros((len(turn), len(T)))
-    for place, columns in enumerate(members):
-        mean[place, columns] = 1.0 / len(columns)
-    weights = np.array([[weight.get(name, 0.0) for name in turn] for weight in shafts.values()])
-    shaft = weights.reshape(len(shafts), len(turn)) @ mean
+    shaft = np.zeros((len(shafts), len(T)))
+    for row_of, weights in zip(shaft, shafts.values(), strict=True):
+        for name, weight in weights.items():
+            turns = [6 * i + 5 for i, body in enumerate(train.bodies) if body.member == name]
+            row_of[turns] += weight / len(turns)
     return ErrorRows(
         mesh=tuple(names), shaft=tuple(shafts), turn=turn, B=(np.concatenate([rotation, approach, shaft]) @ T).T
     )
@@ -57,8 +55,8 @@ def _shaft_rows(train: Train) -> tuple[dict[str, dict[str, float]], dict[str, Fr
     if kinematics.locked:
         return {}, {}
     named = [*kinematics.freedoms, *kinematics.stated, *kinematics.reacting]
-    shafts = [name for name in dict.fromkeys(named) if name not in kinematics.held]
-    shafts = [name for name in shafts if any(kinematics.ratio.get(name, {}).values())]
+    moving = [name for name in dict.fromkeys(named) if any(kinematics.ratio.get(name, {}).values())]
+    shafts = [name for name in moving if name not in kinematics.held]
     speed = kinematics.speed or {}
     turn = {name: Fraction(speed.get(name, 0)) / 60 for name in shafts}
     motion, sources = kinematics.ratio, kinematics.freedoms
@@ -68,9 +66,7 @@ def _shaft_rows(train: Train) -> tuple[dict[str, dict[str, float]], dict[str, Fr
         motion = {name: {str(driver): motion[name][sources[0]] / of_driver} for name in shafts}
         sources = (str(driver),)
     weights: dict[str, dict[str, float]] = {}
-    for name in shafts:
-        if name in sources:
-            continue
+    for name in filter(lambda shaft: shaft not in sources, shafts):
         forward = turn[name] or sum(motion[name].values())
         sense = -1 if forward < 0 else 1
         driven = {source: float(sense * motion[name][source]) for source in sources if motion[name][source]}

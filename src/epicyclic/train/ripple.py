@@ -22,6 +22,8 @@ from .train import DIRECTIONS, Body, Link, ResolutionLog, Ripple
 # Angles of a table may be off by this part of their step, as printed; a torque of a table below this share of the
 # largest is rounding of the transform; a mean off the torque of the operation by this share of the largest is told.
 _EVEN, _NONE, _MEAN = 1e-3, 1e-12, 0.01
+_ABOUT_THE_AXIS = tuple(math.inf if direction == "rz" else 0.0 for direction in DIRECTIONS)
+_UNITS = {"frequency": "Hz", "torque": "N m", "angle": "rad", "speed": "rad/s", "phase": "rad"}
 
 
 def resolve_ripples(
@@ -58,73 +60,58 @@ def resolve_ripples(
         if moved and len(moved) < len(parts):
             problem = "prescribes the motion of a shaft with a torque ripple"
             raise ModelError(problem, path=f"{path}.{moved[0]}", allowed="torques alone, or angles and speeds alone")
+        prescribing = {body.name: f"{body.name}/prescribed" for body in pieces if moved}
         if not moved:
             _warn_of_inertia(model, member, kinematics, log)
         for name, part in parts.items():
-            _note(part, f"{path}.{name}", log)
-            for frequency, amplitude in _waves(part, member, f"{path}.{name}", kinematics, log):
-                for body in pieces:
-                    ripples.append(
-                        Ripple(
-                            path=f"{path}.{name}",
-                            body=body.name,
-                            link=_link_name(body) if moved else "",
-                            amplitude=amplitude if moved else amplitude / len(pieces),
-                            frequency=frequency,
-                            follows=part.frequency is None,
-                        )
-                    )
-        rigid = tuple(math.inf if direction == "rz" else 0.0 for direction in DIRECTIONS)
+            for key, value in part.model_dump(exclude_none=True, exclude={"angles", "torques"}).items():
+                log.note(f"{path}.{name}.{key}", str(value) if key == "order" else value, _UNITS.get(key, ""))
+            ripples += [
+                Ripple(
+                    path=f"{path}.{name}",
+                    body=body.name,
+                    link=prescribing.get(body.name, ""),
+                    amplitude=amplitude if moved else amplitude / len(pieces),
+                    frequency=frequency,
+                    follows=part.frequency is None,
+                )
+                for frequency, amplitude in _waves(part, member, f"{path}.{name}", kinematics, log)
+                for body in pieces
+            ]
         links += [
-            Link(name=_link_name(body), path=path, kind="support", first=body.name, second=None, stiffness=rigid)
-            for body in pieces
-            if moved
+            Link(name=name, path=path, kind="support", first=body, second=None, stiffness=_ABOUT_THE_AXIS)
+            for body, name in prescribing.items()
         ]
     return ripples, links
-
-
-def _link_name(body: Body) -> str:
-    return f"{body.name}/prescribed"
 
 
 def _waves(
     part: RippleTable, member: str, path: str, kinematics: Kinematics, log: ResolutionLog
 ) -> Iterator[tuple[Fraction, complex]]:
     """Signed frequency [Hz] and complex amplitude [N m, rad] of every wave of a component. Raises ModelError."""
-    phase = np.exp(1j * (part.phase or 0.0))
-    if part.frequency is not None:
-        frequency = Fraction(part.frequency).limit_denominator(10**6)
-        yield frequency, complex(_amplitude(part, frequency) * phase)
-        return
     shaft = part.of or member
     turn = Fraction((kinematics.speed or {}).get(shaft, 0)) / 60
-    if not turn:
+    if not turn and part.frequency is None:
         where, allowed = f"{path}.{'order' if part.order else 'angles'}", "of = a member that turns, or frequency"
         raise ModelError(f"{shaft} stands still, no turn of it counts", path=where, allowed=allowed)
-    if part.order is not None:
-        yield part.order * turn, complex(_amplitude(part, part.order * turn) * phase)
+    if part.angles is None:
+        frequency = (part.order or 0) * turn or Fraction(part.frequency or 0.0).limit_denominator(10**6)
+        amplitude = part.torque or part.angle or (part.speed or 0.0) / (math.tau * abs(float(frequency)))
+        yield frequency, complex(amplitude * np.exp(1j * (part.phase or 0.0)))
         return
     turns, values = _even_table(part, path)
     torque = 0.0 if kinematics.torque is None else kinematics.torque[member]
-    off = abs(values.mean() - torque)
-    if abs(values.mean()) > _NONE * np.abs(values).max() and off > _MEAN * np.abs(values).max():
-        text = f"{path}: the mean of its torques is {values.mean():.5g} N m, the torque of {member} {torque:.5g} N m"
+    mean, largest = values.mean(), np.abs(values).max()
+    if abs(mean) > _NONE * largest and abs(mean - torque) > _MEAN * largest:
+        text = f"{path}: the mean of its torques is {mean:.5g} N m, the torque of {member} {torque:.5g} N m"
         log.coded("ripple-mean", f"{text}, which counts")
     harmonics = np.fft.rfft(values)[1:] * (2 / values.size)
     if values.size % 2 == 0:
         harmonics[-1] /= 2
-    first = (part.angles or (0.0,))[0]
-    for k, amplitude in enumerate(harmonics.tolist(), start=1):
-        if abs(amplitude) > _NONE * np.abs(values).max():
+    for k, harmonic in enumerate(harmonics.tolist(), start=1):
+        if abs(harmonic) > _NONE * largest:
             order = Fraction(k, turns)
-            yield order * turn, complex(amplitude * np.exp(-1j * float(order) * first))
-
-
-def _amplitude(part: RippleTable, frequency: Fraction) -> float:
-    """Amplitude of a torque [N m] or of an imposed angle [rad]."""
-    if part.speed is not None:
-        return part.speed / (2 * math.pi * abs(float(frequency)))
-    return part.torque if part.torque is not None else part.angle or 0.0
+            yield order * turn, complex(harmonic * np.exp(-1j * float(order) * part.angles[0]))
 
 
 def _even_table(part: RippleTable, path: str) -> tuple[int, np.ndarray[tuple[int], np.dtype[np.float64]]]:
@@ -141,22 +128,6 @@ def _even_table(part: RippleTable, path: str) -> tuple[int, np.ndarray[tuple[int
             return turns, values[:count]
     allowed = "equal steps over whole turns: 0, 10, ..., 350 deg"
     raise ModelError("no equally spaced angles of whole turns", path=f"{path}.angles", allowed=allowed)
-
-
-def _note(part: RippleTable, path: str, log: ResolutionLog) -> None:
-    """Record what a component states."""
-    units = {
-        "order": "",
-        "of": "",
-        "frequency": "Hz",
-        "torque": "N m",
-        "angle": "rad",
-        "speed": "rad/s",
-        "phase": "rad",
-    }
-    for name, unit in units.items():
-        if (value := getattr(part, name)) is not None:
-            log.note(f"{path}.{name}", str(value) if name == "order" else value, unit)
 
 
 def _warn_of_inertia(model: ModelFile, member: str, kinematics: Kinematics, log: ResolutionLog) -> None:

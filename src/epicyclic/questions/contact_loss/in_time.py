@@ -19,11 +19,12 @@ from ...statics.transmission_error import error_waves, peaks_to_peaks
 from ...system.system import Array, System, faces
 from ...warning_codes import CodedText, coded
 from ..response.measures import Range, held_pairs, link_statistics
-from ..response.response import Response
-from ..response.spectra import lateral_pairs
+from ..response.spectra import lateral_pairs, link_labels
+from ..response.sweep_table import ROWS
 from ..transient import TransientOptions
 from ..transient.transient import transient
 from .shaft_orders import SuperposedLine
+from .solutions import Stability
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -34,7 +35,7 @@ _SETTLED, _REFUSED = 0.005, 0.05
 
 
 def followed_in_time(
-    system: System, ready: Response, speed: float, lines: Sequence[SuperposedLine], options: dict[str, Any]
+    system: System, speed: float, lines: Sequence[SuperposedLine], options: dict[str, Any]
 ) -> xr.Dataset:
     """The Dataset of `contact_steady`, of the last stretch of the run; ``residual`` is the change of its RMS.
 
@@ -53,51 +54,45 @@ def followed_in_time(
     tone = float(reference_tone(system)) * speed
     slowest = min(float(line.frequency) for line in system.lines if line.frequency) * speed
     cycles = max(_CYCLES, math.ceil(_CYCLES * tone / slowest))
-    rms, run, change = np.zeros(0), None, math.inf
+    rms, change = np.zeros(0), math.inf
+    run: Any = "equilibrium"  # each stretch begins where the one before ends
     for _ in range(_MOST):
-        start: Any = {} if run is None else {"initial": run}
-        run = transient(system, TransientOptions(cycles=cycles, mesh_frequency=tone, samples=_SAMPLES, **start))
+        run = transient(system, TransientOptions(cycles=cycles, mesh_frequency=tone, samples=_SAMPLES, initial=run))
         before, rms = rms, run.mesh_force.values[:, :-1].std(axis=1)
         change = float(np.abs(rms - before).max() / (rms.max() or 1.0)) if before.size else math.inf
         if change <= _SETTLED or not np.isfinite(rms).all():
             break
-    if run is None or not change <= _REFUSED:
+    if not change <= _REFUSED:
         raise ConvergenceError(
             f"{causes}: parts teeth, and the motion followed in time does not settle: its RMS still changes by "
             f"{change:.2g} from one stretch of {cycles} mesh cycles to the next; transient shows it"
         )
-    face, force = faces(system.meshes), run.mesh_force.values[:, :-1]
-    folded = force.reshape(len(force), cycles, _SAMPLES)
-    travel, links = run.displacement.values, _links(ready, run)
+    names, force = faces(system.meshes).name, run.mesh_force.values[:, :-1]
+    folded, along = force.reshape(len(force), cycles, _SAMPLES), ("mesh", "mesh_phase")
     open_share, far_share = run.open_share.values, run.far_share.values
     text = f"{causes}: parts teeth; followed in time over {cycles} mesh cycles, RMS settled to {change:.1g}"
-    mean, most, least = force.mean(axis=1), run.mesh_force_peak.values, run.mesh_force_minimum.values
-    notes = [coded("followed-in-time", text), *rattle_warnings(face.name, mean, (least, most), open_share, far_share)]
+    ends = run.mesh_force_minimum.values, run.mesh_force_peak.values
+    notes = [coded("followed-in-time", text)]
+    notes += rattle_warnings(names, force.mean(axis=1), ends, open_share, far_share)
     return dataset(
         {
-            "mesh_force": (("mesh", "mesh_phase"), folded.mean(axis=1)),
-            "mesh_force_least": (("mesh", "mesh_phase"), folded.min(axis=1)),
-            "mesh_force_most": (("mesh", "mesh_phase"), folded.max(axis=1)),
+            "mesh_force": (along, folded.mean(axis=1)),
+            "mesh_force_least": (along, folded.min(axis=1)),
+            "mesh_force_most": (along, folded.max(axis=1)),
             "mesh_force_rms": ("mesh", rms),
-            "mesh_force_bound": ("mesh", most),
-            "mesh_force_minimum": ("mesh", least),
+            "mesh_force_bound": ("mesh", ends[1]),
+            "mesh_force_minimum": ("mesh", ends[0]),
             "open_share": ("mesh", open_share),
             "far_share": ("mesh", far_share),
             "contact_lost": ("mesh", open_share + far_share > 0),
-            "amplitude": ("dof", np.ptp(travel, axis=1) / 2),
-            **links,
+            "amplitude": ("dof", np.ptp(run.displacement.values, axis=1) / 2),
+            **_links(system, run),
             **_errors(system, run, cycles),
-            "status": ((), "followed in time"),
-            "instability": ((), ""),
-            "largest_multiplier": ((), np.nan),
-            "multiplier_error": ((), np.nan),
-            "residual": ((), change),
-            "residual_dropped": ((), np.nan),
+            **judged("followed in time", None, residual=change, dropped=np.nan),
         },
         {
-            "mesh": list(face.name),
-            "link_row": list(map(str, run.link_row.values)),
-            "bearing": [system.links.link[x] for x, _ in lateral_pairs(system)],
+            "mesh": list(names),
+            **link_labels(system),
             "dof": list(system.dofs.names),
             **({"shaft": list(system.errors.shaft)} if system.errors.shaft else {}),
             "mesh_phase": np.arange(_SAMPLES) / _SAMPLES,
@@ -125,6 +120,18 @@ def rattle_warnings(
     return [coded("teeth-rattle", f"the mean load is below the ripple: the teeth of {which} rattle, {shares}")]
 
 
+def judged(status: str, stability: Stability | None, *, residual: float, dropped: float) -> dict[str, Any]:
+    """Variables of how a steady motion was found and whether it is stable; None: not known."""
+    return {
+        "status": ((), status if stability is None or stability.stable else "unstable"),
+        "instability": ((), "" if stability is None else stability.kind or "stable"),
+        "largest_multiplier": ((), np.nan if stability is None else abs(stability.multiplier)),
+        "multiplier_error": ((), np.nan if stability is None else stability.error),
+        "residual": ((), residual),
+        "residual_dropped": ((), dropped),
+    }
+
+
 def _errors(system: System, run: xr.Dataset, cycles: int) -> dict[str, Any]:
     """Transmission errors over the mesh phase, mean over the cycles of a run, and their ranges."""
     waves = system.error_rows.T @ (run.displacement.values / system.dofs.radius[:, None])
@@ -133,14 +140,10 @@ def _errors(system: System, run: xr.Dataset, cycles: int) -> dict[str, Any]:
     return {**error_waves(system.errors, folded, "mesh_phase"), **ranges}
 
 
-def _links(ready: Response, run: xr.Dataset) -> dict[str, Any]:
+def _links(system: System, run: xr.Dataset) -> dict[str, Any]:
     """Measures of the linear links over a run, those of two lateral rows as bearings."""
-    links, pairs = ready.lawful.links, lateral_pairs(ready.lawful)
-    force = run.link_force.values[:, :-1]
-    x, y = pairs.T
-    length = np.hypot(force[x], force[y]).max(axis=1, initial=0.0)
-    span, held = Range(low=force.min(axis=1), high=force.max(axis=1), length=length), held_pairs(pairs, links.turn)
+    force, pairs = run.link_force.values[:, :-1], lateral_pairs(system)
+    length = np.hypot(*force[pairs.T]).max(axis=1, initial=0.0)
+    span, held = Range(force.min(axis=1), force.max(axis=1), length), held_pairs(pairs, system.links.turn)
     measures = link_statistics(span, force.mean(axis=1), force.var(axis=1), pairs, held, np.zeros(len(held)))
-    return {
-        name: ("bearing" if name.startswith("bearing") else "link_row", values) for name, values in measures.items()
-    }
+    return {name: (ROWS[name], values) for name, values in measures.items() if values.size}

@@ -20,7 +20,7 @@ from ..response.response import require_stable_mean, response
 from ..response.spectra import combinations, link_labels
 from ..response.sweep_table import ROWS
 from .branch_set import branch_set
-from .in_time import followed_in_time, rattle_warnings
+from .in_time import followed_in_time, judged, rattle_warnings
 from .problem import embedded, gap_forces
 from .rows import NO_TORQUE, gap_rows_of, largest_link_forces, law_warnings, reported_links
 from .shaft_orders import (
@@ -98,7 +98,7 @@ def contact_steady(system: System, options: SteadyOptions) -> xr.Dataset:
         )
     recorded = {"contact_loss": True, "relative_speed": relative_speed, "shaft_orders": shaft_orders}
     if shaft_tones is None and torus.mesh_tones == 1 and _rippled(system) and _pulls(torus, point, lines):
-        return followed_in_time(system, torus.ready, float(relative_speed), lines, recorded)
+        return followed_in_time(system, float(relative_speed), lines, recorded)
     stability, coarse = mesh_order_stability(torus, point), _coarse(torus, point, linear)
     return _labelled(torus, point, lines, stability, recorded, rms=rms, coarse=coarse)
 
@@ -216,12 +216,7 @@ def _labelled(
             **along,
             **links,
             **combined,
-            "status": ((), point.status if stability is None or stability.stable else "unstable"),
-            "instability": ((), "" if stability is None else stability.kind or "stable"),
-            "largest_multiplier": ((), np.nan if stability is None else abs(stability.multiplier)),
-            "multiplier_error": ((), np.nan if stability is None else stability.error),
-            "residual": ((), point.residual),
-            "residual_dropped": ((), point.truncation_residual),
+            **judged(point.status, stability, residual=point.residual, dropped=point.truncation_residual),
         },
         {
             "mesh": list(face.name),

@@ -16,17 +16,15 @@ import numpy as np
 from ...errors import ModelError
 from ...statics.record import Record, record_of
 from ...statics.static import held_train, quasi_static
-from ...statics.transmission_error import Columns, error_ranges, line_label
+from ...statics.transmission_error import Columns, error_ranges, largest_lines, line_label
 from ...system.assembly import assemble
 from ...system.system import Array, System
 from ...train.train import Train, bodies_named
 from ...warning_codes import CodedText
 from .locked_train import OutputShaft
 
-# Instants per cycle of the fastest mesh or line, the most of a record, and lines that are listed at most.
-_SAMPLES, _MOST, _LINES = 12, 2**14, 24
-# Part of the largest line that is listed, and part of the displacements that is rounding.
-_SMALL, _ROUNDING = 1e-3, 1e-9
+# Instants per cycle of the fastest mesh or line, the most of a record, and part of the displacements that is rounding.
+_SAMPLES, _MOST, _ROUNDING = 12, 2**14, 1e-9
 
 
 def kinematic_error(
@@ -75,8 +73,7 @@ def _columns(system: System, shaft: str, record: Record, error: Array, rounding:
     whole = record.count % record.period == 0
     ranges = error_ranges(system, error[None], record.count / record.unit, whole=whole)
     amplitude = np.abs(np.fft.rfft(error)) * (2 / error.size)
-    largest = np.sort(np.argsort(-amplitude, kind="stable")[:_LINES])
-    listed = largest[amplitude[largest] > max(_SMALL * amplitude.max(), rounding)]
+    listed = largest_lines(np.where(amplitude > rounding, amplitude, 0.0)[None])
     causes = [line_label(system, int(step) * record.unit / record.count) for step in listed]
     return {
         "kinematic_error": ("shaft_turn", error),

@@ -43,7 +43,7 @@ def ports(train: Train) -> list[str]:
     loaded = [*kinematics.held, *kinematics.stated, *kinematics.reacting]
     if kinematics.torque is None:
         coupled = {name for tie in kinematics.ties for name in (tie.a, tie.b)}
-        loaded += [body.member for body in train.bodies if body.branch is None and body.member not in coupled]
+        loaded += [name for name in central(train) if name not in coupled]
     return list(dict.fromkeys(loaded))
 
 

@@ -8,7 +8,7 @@ yields.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING
 
@@ -101,21 +101,20 @@ def output(train: Train, options: OutputOptions, *, progress: Callable[[float], 
         "reflected_inertia": ("port", reflected_inertia(train, shafts)),
         "starting_torque": ("port", np.full(len(shafts), np.nan) if start.value is None else start.value),
     }
-    about = {
-        "shaft": shaft.name,
-        "locked_shafts": ", ".join(shaft.held),
-        "rated_by": shaft.rated_by,
-        "rated_sense": "negative" if shaft.torque < 0 else "positive",
-        "starting_torque_reason": start.reason,
-        "kinematic_error_reason": turning.reason,
-    }
-    labels = {"over_phases": STATISTICS, "port": shafts}
     return dataset(
         columns,
-        {**{name: np.array(texts, dtype=object) for name, texts in labels.items()}, "probability": list(PROBABILITIES)},
+        {"over_phases": list(STATISTICS), "port": shafts, "probability": list(PROBABILITIES)},
         verb="output",
         options=asdict(options),
-        provenance={**train_provenance(train), **about},
+        provenance={
+            **train_provenance(train),
+            "shaft": shaft.name,
+            "locked_shafts": ", ".join(shaft.held),
+            "rated_by": shaft.rated_by,
+            "rated_sense": "negative" if shaft.torque < 0 else "positive",
+            "starting_torque_reason": start.reason,
+            "kinematic_error_reason": turning.reason,
+        },
         warnings=list(dict.fromkeys([*warnings, *cut_short])),
     )
 
@@ -123,7 +122,7 @@ def output(train: Train, options: OutputOptions, *, progress: Callable[[float], 
 def _loop_columns(loop: Loop, options: OutputOptions, sense: float) -> Columns:
     """Columns of torque over angle; sense : of the rated torque."""
     secant, fitted = loop.stiffness(*RANGE, sense)
-    each: Mapping[str, Array] = {
+    each = {
         "shaft_secant_stiffness": secant,
         "shaft_fitted_stiffness": fitted,
         "lost_motion": loop.lost_motion(options.share),

@@ -7,15 +7,13 @@ is that of the inertia 2 E / w^2 on a shaft that turns with w.  Derived here.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...errors import ModelError
+from ...system.system import Array
 from ...train.train import Train, stage_axis
-
-Array = NDArray[np.float64]
 
 
 def reflected_inertia(train: Train, shafts: Sequence[str]) -> Array:
@@ -23,33 +21,30 @@ def reflected_inertia(train: Train, shafts: Sequence[str]) -> Array:
 
     The motion is that of the operation; without speeds that of a train with one freedom.
     """
-    if (speed := _speeds(train)) is None:
-        return np.full(len(shafts), math.nan)
-    twice = math.fsum(_inertia_times_square(train, speed))
-    return np.array([twice / speed[name] ** 2 if speed[name] else math.nan for name in shafts])
+    speed = _speeds(train)
+    twice = math.fsum(_inertia_times_square(train, speed)) if speed else math.nan
+    return np.array([twice / speed[name] ** 2 if speed.get(name) else math.nan for name in shafts])
 
 
-def _speeds(train: Train) -> Mapping[str, float] | None:
-    """Speed of every member, of any size; None where nothing turns, or several freedoms have no speeds."""
+def _speeds(train: Train) -> Mapping[str, float]:
+    """Speed of every member, of any size; none where nothing turns, or several freedoms have no speeds."""
     kinematics = train.kinematics
     if kinematics.speed is not None and any(kinematics.speed.values()):
         return {name: float(value) for name, value in kinematics.speed.items()}
     if len(kinematics.freedoms) != 1:
-        return None
+        return {}
     return {name: float(row[kinematics.freedoms[0]]) for name, row in kinematics.ratio.items()}
 
 
-def _inertia_times_square(train: Train, speed: Mapping[str, float]) -> list[float]:
+def _inertia_times_square(train: Train, speed: Mapping[str, float]) -> Iterator[float]:
     """Twice the kinetic energy of every body, speeds in their unit."""
     member = {body.name: body.member for body in train.bodies}
-    found = []
     for body in train.bodies:
         if spin := speed[body.member]:
-            found.append(body.inertia * spin**2)
+            yield body.inertia * spin**2
         if body.carried_by is not None and (orbit := speed[member[body.carried_by]]):
             radius = math.dist(body.centre, stage_axis(body.frame, train.bodies))
-            found.append(body.mass * (radius * orbit) ** 2)
-    return found
+            yield body.mass * (radius * orbit) ** 2
 
 
 def starting_torque(train: Train, shafts: Sequence[str], friction: float | None) -> Array:

@@ -27,6 +27,10 @@ _ROWS = {
     "kinematic_error_peak_to_peak": ("kinematic error, peak to peak", "arcmin", _ARCMIN),
     "hysteresis_energy": ("energy of a cycle", "J", 1.0),
 }
+_OF_SHAFTS = {
+    "reflected_inertia": ("reflected inertia [kg m^2]", 1.0),
+    "starting_torque": ("starting torque, teeth under load [N m]", 1.0),
+}
 
 
 def tables(result: xr.Dataset) -> Sequence[Table]:
@@ -38,43 +42,40 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
     rated = f"rated torque {engineering(float(result.rated_torque))} N m"
     lead = f"Stiffness in the sense of the rated torque, {attrs['rated_sense']}. "
     lead += f"Lost motion at {lost:.3g} %, backlash at {play:.3g} % of the rated torque, in both senses."
-    kinds = {
-        "reflected_inertia": ("reflected inertia [kg m^2]", 1.0),
-        "starting_torque": ("starting torque, teeth under load [N m]", 1.0),
-    }
     reasons = {what: attrs[f"{what.replace(' ', '_')}_reason"] for what in ("starting torque", "kinematic error")}
     missing = " ".join(f"No {what}: {reason}." for what, reason in reasons.items() if reason)
+    title = f"At {attrs['shaft']}, locked {attrs['locked_shafts']}; {rated}"
     return [
-        Table(
-            title=f"At {attrs['shaft']}, locked {attrs['locked_shafts']}; {rated}",
-            columns=columns,
-            lead=lead,
-        ),
+        Table(title=title, columns=columns, lead=lead),
         *_distribution(result),
-        Table(title="Seen from every shaft", columns=columns_of(result, "port", kinds), lead=missing),
+        *_orders(result),
+        Table(title="Seen from every shaft", columns=columns_of(result, "port", _OF_SHAFTS), lead=missing),
     ]
 
 
 def _distribution(result: xr.Dataset) -> list[Table]:
-    """Lost motion and errors over the trains that the tolerances of the drawing allow [arcmin]; orders of the error."""
+    """Lost motion and errors over the trains that the tolerances of the drawing allow [arcmin]."""
     rows = [name for name in ("lost_motion", "shaft_backlash", "kinematic_error") if f"{name}_mean" in result.variables]
-    quantiles = {name: _ARCMIN * result[f"{name}_quantile"].values for name in rows}
     columns: dict[str, Any] = {"": [name.removeprefix("shaft_").replace("_", " ") for name in rows]}
     columns["mean [arcmin]"] = [_ARCMIN * float(result[f"{name}_mean"]) for name in rows]
-    for place, part in enumerate(result.probability.values):
-        columns[f"{100 * part:.3g} % at most [arcmin]"] = [quantiles[name][place] for name in rows]
+    for part in result.probability.values:
+        at_most = [_ARCMIN * float(result[f"{name}_quantile"].sel(probability=part)) for name in rows]
+        columns[f"{100 * part:.3g} % at most [arcmin]"] = at_most
     words = "The tolerances take the place of the deviations of the file. Kinematic error: of 64 trains."
-    drawn = [Table(title="Over the trains that the tolerances allow", columns=columns, lead=words)] if rows else []
-    if "kinematic_error_order" not in result.variables:
-        return drawn
-    amplitude = _ARCMIN * result.kinematic_error_order.values
-    most = np.argsort(-amplitude, kind="stable")[:_ORDERS]
-    orders: dict[str, Any] = {
-        "order of the shaft": list(result.shaft_order.values[most]),
-        "amplitude [arcmin]": list(amplitude[most]),
-        "cause": [texts(result, "shaft_order_cause", "shaft_order")[place] for place in most],
+    return [Table(title="Over the trains that the tolerances allow", columns=columns, lead=words)] if rows else []
+
+
+def _orders(result: xr.Dataset) -> list[Table]:
+    """Largest orders of the kinematic error [arcmin] and their causes."""
+    if not result.sizes.get("shaft_order"):
+        return []
+    largest = result.isel(shaft_order=np.argsort(-result.kinematic_error_order.values, kind="stable")[:_ORDERS])
+    columns: dict[str, Any] = {
+        "order of the shaft": list(largest.shaft_order.values),
+        "amplitude [arcmin]": list(_ARCMIN * largest.kinematic_error_order.values),
+        "cause": texts(largest, "shaft_order_cause"),
     }
-    return [*drawn, *([Table(title="Kinematic error, largest orders", columns=orders)] if most.size else [])]
+    return [Table(title="Kinematic error, largest orders", columns=columns)]
 
 
 def _value(result: xr.Dataset, name: str, of: str) -> float:

@@ -52,9 +52,10 @@ from ...statics.record import (
     idle_warnings,
     line_excitation,
     loaded_meshes,
-    mesh_stiffness,
+    mesh_phases,
     parallel_meshes,
     shares,
+    stiffness_at,
     still_excitation,
     turn_fraction,
 )
@@ -349,7 +350,7 @@ def static_waves(system: System, flexible: Compliance, tone: Fraction, samples: 
     ModelError : a load works on a free motion.
     ConvergenceError : forces on a body do not balance.
     """
-    k = mesh_stiffness(system, tone, np.arange(samples), samples)
+    k = stiffness_at(system, mesh_phases(system, tone, np.arange(samples), samples))[0]
     require_balance(flexible.free, system.force[None], system)
     for line in system.lines:
         force = force_at_rest(system, line)
@@ -379,7 +380,8 @@ def far_waves(system: System, held: HeldTrain, tone: Fraction, samples: int) -> 
     c = system.far_flanks.mesh.size
     if not c:
         return None
-    k = np.hstack([mesh_stiffness(system, tone, np.arange(samples), samples), np.zeros((samples, c))])
+    loaded, far = stiffness_at(system, mesh_phases(system, tone, np.arange(samples), samples))
+    k = np.hstack([loaded, np.zeros_like(far)])
     reach = _summed(system, tone, samples, lambda gap, load: closed_state(held.whole, k, gap, load)[0][:, -c:])
     return reach if np.any(force_bound(reach) > 0) else None
 

@@ -116,9 +116,8 @@ def sharing(system: System, options: SharingOptions, *, progress: Callable[[floa
     else:
         how: Literal["exact", "superposition"] = "superposition" if method == "superposition" else "exact"
         moved = steady(solved, SteadyOptions(relative_speed=relative_speed, method=how))
-    names = [str(name) for name in moved.data_vars if str(name).startswith("transmission_error_")]
-    ranges = [name for name in names if name.endswith(("_range", "_line"))]
-    return result.assign({name: moved[name] for name in ranges})
+    errors = [name for name, values in moved.data_vars.items() if {"period", "error_line"} & {*values.dims}]
+    return result.assign({name: moved[name] for name in errors})
 
 
 def _forces_by_tone(system: System, options: SharingOptions, progress: Callable[[float], None] | None) -> ForceRecord:
@@ -269,11 +268,10 @@ class SpreadSharing:
 
     def over_period(self, parts: int) -> Array:
         """Largest ratio b in each of so many parts of the hunting period, (w, parts) [1]; nan of parts without one."""
-        result = np.full((len(self.mesh), parts), -np.inf)
+        result = np.full((len(self.mesh), parts), np.nan)
         part = np.minimum((self.place * parts).astype(np.int64), parts - 1)
-        for row in np.flatnonzero(self.loaded):
-            np.maximum.at(result[row], part[row], self.ratio[row])
-        return np.where(np.isneginf(result), np.nan, result)
+        np.fmax.at(result, (np.arange(len(part))[:, None], part), self.ratio)
+        return result
 
 
 def spread_sharing(system: System, *, cycles: int = 1024, patience: float = 0.1) -> SpreadSharing:
@@ -301,8 +299,6 @@ def spread_sharing(system: System, *, cycles: int = 1024, patience: float = 0.1)
     loaded = meshes_with_load(mean, members, most=np.abs(peak), rounding=rounding_of(system))
     loaded = sharing_meshes(loaded, mean_load)
     ratio = np.where(loaded[:, None], ratio, np.nan)
-    with np.errstate(invalid="ignore"):
-        most = 1.0 + np.max(np.abs(ratio - 1.0), axis=1)
     return SpreadSharing(
         mesh=face.name,
         groups=tuple(members),
@@ -310,7 +306,7 @@ def spread_sharing(system: System, *, cycles: int = 1024, patience: float = 0.1)
         mean=mean,
         mean_load=np.where(loaded, mean_load, np.nan),
         peak=peak,
-        cycle_peak=most,
+        cycle_peak=1.0 + np.abs(ratio - 1.0).max(axis=1),
         place=place,
         ratio=ratio,
         period=period,
@@ -334,8 +330,7 @@ def _by_tones(system: System, face: Faces, cycles: int, patience: float) -> tupl
             pieces.append(force.max(axis=2))
         peaks = np.concatenate(pieces)
         # of a period shorter than that the cycles are repeated: whole periods, and a part of one, change no maximum
-        wide = np.resize(np.arange(len(index)), count)
-        wide.sort()
+        wide = np.arange(count) * len(index) // count
         mean[part.meshes], peak[part.meshes] = total / (len(index) * part.samples), peaks.max(axis=0)
         place[part.meshes] = (index / part.period)[wide]
         ratio[part.meshes] = shares(peaks, part.members)[wide].T

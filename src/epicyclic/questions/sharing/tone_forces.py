@@ -244,7 +244,7 @@ def _static_by_lines(system: System, held: HeldTrain, tone: Fraction, samples: i
             angle[:, slow] += phases[c]
             # only this tone varies the stiffness: the phases of others do not matter
             mesh = np.tile(theta[j, None], (1, max(1, len(system.tones))))
-            excited = excitation_at(system, np.exp(2j * np.pi * angle), mesh, links=False)
+            excited = excitation_at(system, np.exp(2j * np.pi * angle), mesh)
             result[c, :, j] = held.net_force(settled(held, excited))
         return result
 
@@ -282,7 +282,7 @@ def _static_by_instants(system: System, held: HeldTrain, tone: Fraction, samples
         """Forces of all mesh rows, phases (c, L) [turns] -> (c, m, samples) [N]."""
         turns = (phases[:, None] + within).reshape(-1, len(ratios))
         waves = np.exp(2j * np.pi * turns[:, : len(lines)])
-        excited = excitation_at(system, waves, turns[:, len(lines) :], links=False)
+        excited = excitation_at(system, waves, turns[:, len(lines) :])
         balanced(held, excited.force)
         return held.net_force(settled(held, excited)).reshape(len(phases), samples, -1).transpose(0, 2, 1)
 

@@ -27,19 +27,19 @@ def torque_over_angle(result: xr.Dataset) -> go.Figure:
     torque, share = result["shaft_torque"].values, float(json.loads(result.attrs["options"])["share"])
     rated = float(result["rated_torque"])
     rising, falling = (_ARCMIN * result[f"angle_{way}"].mean("mesh_phase").values for way in ("rising", "falling"))
-    middle = (rising + falling) / 2
+    middle, one = (rising + falling) / 2, np.allclose(rising, falling, rtol=1e-9)
     ends = np.array([-share, share]) * rated
     lost = np.interp(ends, torque, middle)
     secant = np.array(_SECANT) * (-rated if result.attrs["rated_sense"] == "negative" else rated)
     size = _ARCMIN * float(result["lost_motion"].sel(over_phases="mean"))
     known = [] if np.isnan(size) else [f"lost motion {engineering(size)} arcmin"]
     layers = [
-        Curve(falling, torque, name="falling", colour=PALETTE[1]),
-        Curve(rising, torque, name="rising", colour=PALETTE[0]),
+        *([] if one else [Curve(falling, torque, name="falling", colour=PALETTE[1])]),
+        Curve(rising, torque, name="both branches" if one else "rising", colour=PALETTE[0]),
         Curve(np.interp(secant, torque, middle), secant, name="secant, 50 to 100 %", colour=INK, dash="dash"),
         *(points(lost, ends, 8, name=words, colour=PALETTE[3]) for words in known),
-        *(Mark(y=one, dash="dot", name=f"{100 * share:.3g} % of the rated torque") for one in ends),
-        *(Mark(y=one * rated, width=0.8, name="rated torque") for one in (-1, 1)),
+        *(Mark(y=end, dash="dot", name=f"{100 * share:.3g} % of the rated torque") for end in ends),
+        *(Mark(y=sense * rated, width=0.8, name="rated torque") for sense in (-1, 1)),
     ]
     title = f"Torque over angle at {result.attrs['shaft']}, locked {result.attrs['locked_shafts']}"
     return chart(title, Panel(layers, x="angle [arcmin]", y="torque [N m]"), height=520)
