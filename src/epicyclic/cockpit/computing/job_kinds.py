@@ -31,7 +31,7 @@ from ...show.series import (
     system_quantiles,
     tenth_less,
 )
-from ...show.views import cases_tables, findings_of
+from ...show.views import cases_tables, findings_of, tables_of
 from ...system.tooth_pairs import first_mesh
 from ...train.resolution import load
 from ...train.train import Train
@@ -314,12 +314,10 @@ def stiffness_frame(result: xr.Dataset, train: Train) -> PageFrame:
 
 def output_frame(result: xr.Dataset) -> PageFrame:
     """Angle over torque of both branches, mean over the places of the mesh cycle, and the tables."""
-    from ...questions.output.views import tables
-
     branches = {way: result[f"angle_{way}"].mean("mesh_phase").values for way in ("rising", "falling")}
     curves = {way: angle * 180 * 60 / np.pi for way, angle in branches.items()}
     drawn = lines("torque [N m]", "angle [arcmin]", result["shaft_torque"].values, curves, zero=True)
-    return job_frame("output", f"Angle of {result.attrs['shaft']}", _said(result), drawn, tables=tables(result))
+    return job_frame("output", f"Angle of {result.attrs['shaft']}", _said(result), drawn, tables=tables_of(result))
 
 
 def sensitivity_frame(result: xr.Dataset) -> PageFrame:
