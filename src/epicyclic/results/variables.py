@@ -195,8 +195,11 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "shaft_fitted_stiffness": ("N m/rad", "torsional stiffness, least squares from 50 to 100 % of the rated torque"),
     "lost_motion": ("rad", "angle between the shares of the rated torque in both senses, on the middle line"),
     **{
-        f"{name}_{suffix}": ("rad", words)
-        for name in ("lost_motion", "shaft_backlash", "kinematic_error")
+        f"{name}_{suffix}": (unit, words)
+        for name, unit in (
+            *((one, "rad") for one in ("lost_motion", "shaft_backlash", "kinematic_error")),
+            ("shaft_secant_stiffness", "N m/rad"),
+        )
         for suffix, words in (
             ("mean", "mean over the trains of a drawing, by its tolerances; of kinematic error its range"),
             ("quantile", "what so many of the trains of a drawing do not exceed; of kinematic error its range"),

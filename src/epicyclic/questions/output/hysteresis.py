@@ -23,6 +23,8 @@ from ...system.system import Array, System
 # Torques between the least one and the first of the even steps, and the least per least share that is read.
 _FINE, _LEAST = 6, 0.25
 _DIGITS = 12  # of relative torques: two that differ by rounding are one
+RANGE = (0.5, 1.0)
+"""Torques per rated torque between which secant and least squares are taken."""
 _STILL = 1e-12  # turning per unit of the shaft's coordinate that is none
 
 

@@ -23,10 +23,10 @@ from ...system.assembly import assemble, train_provenance
 from ...system.system import Array
 from ...warning_codes import coded
 from . import OutputOptions
-from .hysteresis import Loop, hysteresis, relative_torques
+from .hysteresis import RANGE, Loop, hysteresis, relative_torques
 from .kinematic_error import kinematic_error
 from .locked_train import locked_train, output_shaft, ports
-from .samples import PROBABILITIES, sampled_kinematic_error, sampled_lost_motion
+from .samples import PROBABILITIES, sampled_kinematic_error, sampled_loops
 from .shafts import reflected_inertia, starting_torque
 
 if TYPE_CHECKING:
@@ -36,8 +36,6 @@ if TYPE_CHECKING:
 
 STATISTICS = ("mean", "least", "most")
 """Over the places of the mesh cycle at which a train may be locked."""
-RANGE = (0.5, 1.0)
-"""Torques per rated torque between which secant and least squares are taken."""
 
 
 def output(train: Train, options: OutputOptions, *, progress: Callable[[float], None] | None = None) -> xr.Dataset:
@@ -53,9 +51,9 @@ def output(train: Train, options: OutputOptions, *, progress: Callable[[float], 
         shaft_torque), shaft_secant_stiffness, shaft_fitted_stiffness (over_phases) [N m/rad]; lost_motion,
         shaft_backlash (over_phases) [rad], nan where a mesh has no backlash; hysteresis_energy (over_phases) [J];
         rated_torque [N m] and shaft_play [rad] (); reflected_inertia [kg m^2] and starting_torque [N m] (port).  Of a
-        drawing with tolerances NAME_mean () and NAME_quantile (probability) [rad] of lost_motion, shaft_backlash and
-        the range of kinematic_error, this of 64 trains over a turn or some; of a train that turns
-        kinematic_error (shaft_turn), kinematic_error_peak_to_peak (), kinematic_error_order (shaft_order) [rad].
+        drawing with tolerances NAME_mean () and NAME_quantile (probability) of lost_motion, shaft_backlash,
+        shaft_secant_stiffness and the range of kinematic_error, this of 64 trains over a turn or some; of a train that
+        turns kinematic_error (shaft_turn), kinematic_error_peak_to_peak (), kinematic_error_order (shaft_order) [rad].
         Attributes ``shaft``, ``locked_shafts``.
 
     Raises
@@ -84,8 +82,9 @@ def output(train: Train, options: OutputOptions, *, progress: Callable[[float], 
     turned, cut_short = turning.value or ({}, [])
     drawn = dict[str, Array]()
     if locked.document.get("tolerance") and not endless:
-        lost, said = sampled_lost_motion(locked, shares, options.samples, options.seed)
-        drawn, warnings = {"lost_motion": lost[:, 0], "shaft_backlash": lost[:, 1]}, [*warnings, *said]
+        values, said = sampled_loops(locked, shares, options.samples, options.seed)
+        names = ("lost_motion", "shaft_backlash", "shaft_secant_stiffness")
+        drawn, warnings = dict(zip(names, values.T, strict=True)), [*warnings, *said]
     if locked.document.get("tolerance") and turned:
         drawn["kinematic_error"] = sampled_kinematic_error(train, shaft, options.share, options.seed)
     tell(0.95)

@@ -19,7 +19,7 @@ from ...statics.record import excitation_of
 from ...system.system import Array
 from ...train.resolution import load
 from ..tolerance.tolerance_map import tolerance_map
-from .hysteresis import both_senses, loop_at, rated_of
+from .hysteresis import RANGE, both_senses, loop_at, rated_of
 from .kinematic_error import kinematic_error
 
 if TYPE_CHECKING:
@@ -33,12 +33,13 @@ PROBABILITIES = (0.5, 0.95, 0.99)
 """Of the quantiles of a distribution."""
 
 
-def sampled_lost_motion(
+def sampled_loops(
     train: Train, shares: Sequence[float], samples: int, seed: int
 ) -> tuple[Array, tuple[CodedText, ...]]:
-    """Lost motion (S, k) of S locked trains at shares of the rated torque [rad], and warnings.
+    """Lost motion at shares of the rated torque [rad] and secant stiffness [N m/rad] of S locked trains, (S, k + 1).
 
-    nan of one without equilibrium.  At mean mesh stiffness; stiffnesses of links stay at their mean.
+    With them warnings.  nan of one without equilibrium.  At mean mesh stiffness; stiffnesses of links stay at their
+    mean.
 
     train : locked, with the rated torque at the shaft.  shares : (k,).
     samples : at least so many, a power of two.
@@ -58,15 +59,16 @@ def sampled_lost_motion(
     of_mesh = drawn.rows < stiffness.shape[1]
     stiffness[:, drawn.rows[of_mesh]] = varied[:, of_mesh]
     here = excitation_of(system, values, np.zeros((len(u), max(1, len(system.tones)))), stiffness=stiffness)
-    torque = both_senses(abs(rated_of(system)) * np.unique([*shares, 1.0]))
+    torque, sense = both_senses(abs(rated_of(system)) * np.unique([*shares, *RANGE])), np.sign(rated_of(system))
     pieces = np.array_split(np.arange(len(u)), -(-len(u) // _AT_ONCE))
 
     def lost(piece: NDArray[np.int64]) -> Array:
-        """Lost motion of a piece; a sample without equilibrium does not stop the others."""
+        """Numbers of a piece; a sample without equilibrium does not stop the others."""
         found = attempt(lambda at: loop_at(held, here.at(at), torque), piece)
         if found.value is not None or piece.size == 1:
-            loop = found.value
-            return np.array([np.full(1, np.nan) if loop is None else loop.lost_motion(share) for share in shares]).T
+            if (loop := found.value) is None:
+                return np.full((1, len(shares) + 1), np.nan)
+            return np.array([*(loop.lost_motion(share) for share in shares), loop.stiffness(*RANGE, sense)[0]]).T
         return np.concatenate([lost(half) for half in np.array_split(piece, 2)])
 
     return np.concatenate([lost(piece) for piece in pieces]), drawn.warnings

@@ -41,7 +41,8 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
     lost, play = (100 * json.loads(attrs["options"])[name] for name in ("share", "backlash_share"))
     rated = f"rated torque {engineering(float(result.rated_torque))} N m"
     lead = f"Stiffness in the sense of the rated torque, {attrs['rated_sense']}. "
-    lead += f"Lost motion at {lost:.3g} %, backlash at {play:.3g} % of the rated torque, in both senses."
+    lead += f"Lost motion at {lost:.3g} %, backlash at {play:.3g} % of the rated torque, in both senses. "
+    lead += "Friction of the teeth is not in it."
     reasons = {what: attrs[f"{what.replace(' ', '_')}_reason"] for what in ("starting torque", "kinematic error")}
     missing = " ".join(f"No {what}: {reason}." for what, reason in reasons.items() if reason)
     title = f"At {attrs['shaft']}, locked {attrs['locked_shafts']}; {rated}"
@@ -54,13 +55,14 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
 
 
 def _distribution(result: xr.Dataset) -> list[Table]:
-    """Lost motion and errors over the trains that the tolerances of the drawing allow [arcmin]."""
-    rows = [name for name in ("lost_motion", "shaft_backlash", "kinematic_error") if f"{name}_mean" in result.variables]
-    columns: dict[str, Any] = {"": [name.removeprefix("shaft_").replace("_", " ") for name in rows]}
-    columns["mean [arcmin]"] = [_ARCMIN * float(result[f"{name}_mean"]) for name in rows]
+    """Numbers over the trains that the tolerances of the drawing allow."""
+    known = {name.removesuffix("_peak_to_peak"): row for name, row in _ROWS.items()}
+    rows = {name: row for name, row in known.items() if f"{name}_mean" in result.variables}
+    columns: dict[str, Any] = {"": [row[0] for row in rows.values()], "unit": [row[1] for row in rows.values()]}
+    columns["mean"] = [row[2] * float(result[f"{name}_mean"]) for name, row in rows.items()]
     for part in result.probability.values:
-        at_most = [_ARCMIN * float(result[f"{name}_quantile"].sel(probability=part)) for name in rows]
-        columns[f"{100 * part:.3g} % at most [arcmin]"] = at_most
+        quantiles = {name: float(result[f"{name}_quantile"].sel(probability=part)) for name in rows}
+        columns[f"{100 * part:.3g} % at most"] = [row[2] * quantiles[name] for name, row in rows.items()]
     words = "The tolerances take the place of the deviations of the file. Kinematic error: of 64 trains."
     return [Table(title="Over the trains that the tolerances allow", columns=columns, lead=words)] if rows else []
 
