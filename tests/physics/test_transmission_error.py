@@ -102,7 +102,16 @@ def test_an_eccentric_gear_by_hand() -> None:
     assert result["transmission_error_rotation_line"].values[0, 0] == pytest.approx(ECCENTRIC, rel=1e-9)
 
 
-@pytest.mark.parametrize("model", [pair(), planetary("1e8 N/m"), "encased-differential", "wind-five", "xu2020"])
+def by_its_output() -> dict[str, Any]:
+    """A set whose speed is that of the driven shaft."""
+    model = planetary("1e8 N/m")
+    model["operation"]["speed"] = {"carrier": "200 rpm"}
+    return model
+
+
+@pytest.mark.parametrize(
+    "model", [pair(), planetary("1e8 N/m"), by_its_output(), "encased-differential", "wind-five", "xu2020"]
+)
 def test_a_rigid_motion_makes_no_error(model: Any) -> None:
     train = epicyclic.load(model)
     system = epicyclic.assemble(train)

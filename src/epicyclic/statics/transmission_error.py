@@ -152,7 +152,7 @@ def _common_period(amplitude: ComplexArray, frequency: Sequence[Fraction]) -> tu
     count = max(1024, 1 << (max(orders) * _SAMPLES - 1).bit_length())
     spectrum = np.zeros((len(amplitude), count // 2 + 1), complex)
     spectrum[:, np.array(orders)] = amplitude * (count / 2)
-    spectrum[:, 0] = 2 * spectrum[:, 0].real
+    spectrum[:, 0] = 0.0  # the mean is in no range
     return np.fft.irfft(spectrum, count, axis=1), Fraction(unit, base)
 
 
