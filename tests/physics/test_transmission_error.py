@@ -249,3 +249,18 @@ def test_teeth_that_part_move_as_in_time() -> None:
         name = f"transmission_error_{kind}"
         range_ = np.ptp(late[name].values, axis=1)
         np.testing.assert_allclose(free[f"{name}_peak_to_peak"].values, range_, rtol=0.01)
+
+
+def test_orders_are_those_of_the_mesh_frequency_of_each_stage() -> None:
+    name, speed = "encased-differential", 0.5
+    swept = epicyclic.sweep(name, relative_speed=[speed])
+    alone = epicyclic.steady(name, relative_speed=speed)
+    tones = epicyclic.load(name).kinematics.mesh_frequency or {}
+    assert len(tones) == 2
+    for mesh in alone["mesh"].values:
+        stage = str(mesh).split("/")[0]
+        line = alone.sel(error_line=f"1 x {stage} mesh")
+        assert float(line["error_line_frequency"]) == pytest.approx(speed * float(tones[stage]))
+        for kind in ("rotation", "approach"):
+            order = swept[f"transmission_error_{kind}_order"].sel(mesh=mesh, order=1).item()
+            assert order == pytest.approx(float(line[f"transmission_error_{kind}_line"].sel(mesh=mesh)), rel=1e-5)

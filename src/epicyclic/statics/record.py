@@ -437,7 +437,8 @@ def line_excitation(system: System, line: Line) -> ComplexArray:
 
 def link_factor(largest: Array, average: Array) -> Array:
     """Largest size of a force or moment per its mean [1], nan where the mean is rounding: of a torque its ripple."""
-    known = np.abs(average) > _NO_MEAN * largest
+    carried = largest > _NO_MEAN * largest.max(axis=0, initial=0.0)  # of those that carry anything
+    known = carried & (np.abs(average) > _NO_MEAN * largest)
     return np.asarray(np.where(known, largest, np.nan) / np.where(known, np.abs(average), 1.0))
 
 

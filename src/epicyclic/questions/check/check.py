@@ -559,6 +559,7 @@ NEEDS: dict[str, tuple[str, ...]] = {
     "matrices": ("equations", "inertia"),
     "modes": ("equations", "inertia"),
     "modulation": (*_RESPONSE, "ring"),
+    "output": ("torque",),
     "relief": ("torque", "any_teeth"),
     "sensitivity": ("equations", "inertia"),
     "sharing": (*_RESPONSE, "torque"),

@@ -83,6 +83,9 @@ def _output(train: Train) -> str:
     found = kinematics.stated if kinematics.locked else [name for name, value in power.items() if value < least]
     if len(found) != 1:
         free = [name for name in ports(train) if name not in kinematics.held]
+        if kinematics.torque is None:
+            allowed = f"a torque of a member, or shaft = one of {', '.join(free or central(train))}, and rated"
+            raise ModelError("no torque says which shaft is the output", path="operation.torque", allowed=allowed)
         what = "power leaves by several shafts" if found else "no power says which shaft is the output"
         raise ModelError(what, path="shaft", allowed=f"one of {', '.join(found or free or central(train))}")
     return found[0]

@@ -72,7 +72,7 @@ LACKING = {
     "torque": (
         changed("operation.torque", None),
         "operation.torque",
-        {"allocate", "contact", "efficiency", "relief", "sharing", "tolerance"},
+        {"allocate", "contact", "efficiency", "output", "relief", "sharing", "tolerance"},
     ),
     "tolerance": (changed("tolerance", None), "tolerance", {"allocate", "tolerance"}),
     "prices": (changed("tolerance.cost", None), "tolerance.cost", {"allocate"}),
@@ -97,6 +97,7 @@ LACKING = {
 SHORT: Mapping[str, Mapping[str, Any]] = {
     "allocate": {"target": 3.0, "samples": 2048, "fresh_samples": 2048},
     "contact": {"samples": 2, "slices": 2, "loads": (1.0,)},
+    "output": {"points": 4, "phases": 1, "samples": 256},
     "relief": {
         "vary": {"tip_relief.amount": "0..20 um", "tip_relief.length": "1..2 mm"},
         "population": 4,
