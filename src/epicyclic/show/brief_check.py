@@ -360,6 +360,6 @@ def _verbs(result: xr.Dataset) -> Table:
     ready = [name for name in names if name not in lacking]
     if not needs:
         return Table(title="", lead="All verbs are ready.", columns={})
-    lead = f"Ready: {', '.join(ready)}. The others still need:" if ready else "Each verb still needs:"
+    lead = f"Ready: {', '.join(ready)}. Others need:" if ready else "Each verb still needs:"
     notes = tuple(f"{text.split('; allowed: ')[0]} ({', '.join(some)})" for text, some in needs.items())
     return Table(title="", lead=lead, columns={}, notes=notes)
