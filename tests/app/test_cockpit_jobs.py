@@ -48,7 +48,7 @@ def test_the_numbers_of_a_relief_stay_when_it_is_drawn_and_the_curve_can_follow(
     curve.get_by_text("relief not counted").wait_for(state="hidden")
     line.get_by_role("button", name="Let the curve follow").wait_for(state="hidden")
     assert "µm before" in line.inner_text()
-    assert evidence.get_attribute("data-stale") == "false"
+    tab.page.locator("[data-kind=evidence][data-stale=false]").wait_for()  # the curve is painted ahead of the rest
 
 
 def test_a_job_says_what_it_takes_of_this_train_and_its_tab_how_it_stands(tab: Tab) -> None:

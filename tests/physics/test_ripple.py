@@ -153,10 +153,10 @@ def test_a_prescribed_motion_is_that_of_its_reaction_torque() -> None:
 
 
 def test_an_imposed_speed_is_its_angle() -> None:
-    """A speed of amplitude v at f is the angle v / (2 pi f)."""
+    """A speed v cos(w t) at f is the angle v / (2 pi f) cos(w t - 90 deg)."""
     speed = f"{2 * math.pi * 50 * 1e-3!r} rad/s"
     a = shafted({"engine": [{"order": 2, "speed": speed}]}).lines
-    b = shafted({"engine": [{"order": 2, "angle": "1 mrad"}]}).lines
+    b = shafted({"engine": [{"order": 2, "angle": "1 mrad", "phase": "-90 deg"}]}).lines
     for one, other in zip(a, b, strict=True):
         assert one.frequency == other.frequency
         assert one.force == pytest.approx(other.force, rel=1e-12, abs=1e-12)

@@ -188,7 +188,7 @@ def test_turns_do_not_wrap_in_a_part_of_the_period() -> None:
     system = epicyclic.assemble(epicyclic.load(planetary()))
     turn = abs(system.errors.turn["main.sun"])
     ramp = np.tile(np.linspace(0.0, 4.0, 4001), (system.errors.B.shape[1], 1))
-    ranges = error_ranges(system, ramp, 4 / turn, whole=False)
+    ranges = error_ranges(system, ramp, 4 / turn, part="record")
     np.testing.assert_allclose(ranges["turn of main.sun"], 1.0, rtol=2e-3)
     np.testing.assert_allclose(ranges["record"], 4.0)
     assert "turn of main.carrier" not in ranges  # longer than the record

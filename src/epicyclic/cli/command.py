@@ -395,12 +395,12 @@ def flagged(flags: Mapping[str, str]) -> Iterator[None]:
     except ModelError as error:
         path = ", ".join(flags.get(part, part) for part in error.path.split(", "))
         rest = str(error).removeprefix(error.path)
-        if error.path in flags and isinstance(error.given, bool):
+        if error.path in flags and error.path != "case" and isinstance(error.given, bool):
             # a flag without a value, as it was typed
             path = path if error.given else path.replace("--", "--no-", 1)
             rest = rest.removeprefix(f" = {error.given!r}")
-        if error.path in flags and (table := _TABLE.search(error.allowed)):
-            several = " ".join(f"{path} '{member}={value}'" for member, value in _PAIR.findall(table[0]))
+        if error.path in flags and (table := _TABLE.search(error.allowed)) and (pairs := _PAIR.findall(table[0])):
+            several = " ".join(f"{path} '{member}={value}'" for member, value in pairs)
             rest = rest.replace(table[0], several)
         raise ModelError(path + rest) from error
 

@@ -156,7 +156,8 @@ def _answer(name: str, answer: str) -> dict[str, Any]:
             return {"ratio": float(answer)}
     if name == "torque" and answer.endswith(("W", "hp")):
         name = "power"
-    return {name: answer.split(",") if "=" in answer else answer}
+    several = name in ("speed", "torque", "power") and "=" in answer
+    return {name: answer.split(",") if several else answer}
 
 
 @reported()

@@ -193,8 +193,10 @@ def with_files(data: PlainTable, folder: Path | None) -> PlainTable:
     for name, value in data.items():
         if name in ("stages", "bodies", "couplings"):
             value = _with_columns(value, name, _COLUMNS, partial(_force_table, folder=folder))
-        elif name in ("operation", "cases"):
-            value = _with_columns(value, name, ("angles", "torques"), partial(_torque_table, folder=folder))
+        elif name == "operation":
+            value = _with_ripple(value, name, folder)
+        elif name == "cases" and isinstance(value, dict):
+            value = {case: _with_ripple(entry, f"{name}.{case}", folder) for case, entry in value.items()}
         elif name == "deviations" and isinstance(value, dict):
             value = {k: _with_pitches(entry, f"{name}.{k}", folder) for k, entry in value.items()}
         result[name] = value
@@ -213,6 +215,15 @@ def _with_columns(value: Any, path: str, columns: Sequence[str], read: Callable[
         raise ModelError(f"stands beside {beside[0]}", path=f"{path}.file", given=name, allowed="one of the two")
     rest = {other: entry for other, entry in value.items() if other != "file"}
     return {**read(name, f"{path}.file"), **rest}
+
+
+def _with_ripple(operation: Any, path: str, folder: Path | None) -> Any:
+    """Return an operation with angles and torques of the files that its ripple names."""
+    if not isinstance(operation, dict):
+        return operation
+    read, columns = partial(_torque_table, folder=folder), ("angles", "torques")
+    ripple = {key: value for key, value in operation.items() if key.partition(".")[0] == "ripple"}
+    return operation | {key: _with_columns(value, f"{path}.{key}", columns, read) for key, value in ripple.items()}
 
 
 def _torque_table(name: str, path: str, folder: Path | None) -> PlainTable:
@@ -532,8 +543,13 @@ def file_text(path: Path) -> str:
     name = str(path)
     drives = ready_drives()
     allowed = f"a .toml file, or one of the ready drives {', '.join(drives)}"
-    if not os.path.exists(path):
-        raise ModelError(f"no such file or ready drive{nearest(path.stem, drives)}", path=name, allowed=allowed)
+    try:
+        os.stat(path)
+    except (FileNotFoundError, NotADirectoryError):
+        problem = f"no such file or ready drive{nearest(path.stem, drives)}"
+        raise ModelError(problem, path=name, allowed=allowed) from None
+    except (OSError, ValueError) as error:
+        raise ModelError(f"cannot be read: {error}", path=name[:80], allowed=allowed) from None
     return decoded(read_bytes(path, most=MAX_BYTES, allowed=allowed), name)
 
 

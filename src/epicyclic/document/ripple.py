@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from fractions import Fraction
 from typing import Annotated, Any, Self
 
@@ -11,7 +12,8 @@ from pydantic_core import CoreSchema
 from ..errors import ModelError
 from .schema_fields import SchemaTable, Unit, key
 
-_MOST_ORDER, _MOST_DENOMINATOR, MOST_POINTS = 1000, 1000, 1000
+_MOST_ORDER, _MOST_DENOMINATOR, MOST_POINTS, _LONGEST = 1000, 1000, 1000, 40
+_PATTERN = r"^\s*[0-9.]+(\s*/\s*[0-9]+)?\s*$"
 _ORDER = f'above 0 up to {_MOST_ORDER}, exact with a denominator up to {_MOST_DENOMINATOR}: 2, 0.5, "1/3"'
 
 
@@ -23,7 +25,9 @@ class OrderUnit(Unit):
         try:
             if isinstance(value, bool) or not isinstance(value, int | float | str):
                 raise ValueError
-            order = Fraction(str(value))
+            if isinstance(value, str) and (len(value) > _LONGEST or re.match(_PATTERN, value) is None):
+                raise ValueError
+            order = Fraction("".join(str(value).split()))
         except (ValueError, ZeroDivisionError):
             raise ModelError("not an order", given=value, allowed=_ORDER) from None
         if not 0 < order <= _MOST_ORDER or order.denominator > _MOST_DENOMINATOR:
@@ -31,7 +35,7 @@ class OrderUnit(Unit):
         return order
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        text = {"type": "string", "pattern": r"^\s*[0-9.]+(\s*/\s*[0-9]+)?\s*$"}
+        text = {"type": "string", "pattern": _PATTERN}
         return {"anyOf": [{"type": "number", "minimum": 1 / _MOST_DENOMINATOR, "maximum": _MOST_ORDER}, text]}
 
 

@@ -318,7 +318,8 @@ def _parse(text: str, wanted: _Wanted, *, bare: bool) -> tuple[float, str]:
         raise ValueError("a text without a unit")
     if "speed" in kinds and (_HERTZ.search(unit) or not _ANGULAR.search(unit)):
         raise ValueError("revolutions or radians?")
-    for kind in kinds:
+    # what the table answers first: most files need no pint
+    for kind in sorted(kinds, key=lambda kind: COMMON.get(unit, (1.0, ""))[1] != KINDS[kind].unit):
         if wanted.listed and not is_unit_of(unit, kind):
             continue
         if (scale := to_si(unit, KINDS[kind].unit)) is not None:

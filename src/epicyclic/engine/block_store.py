@@ -32,7 +32,7 @@ from .run_folder import BLOCKS, is_left_over, open_folder, plain_identity, versi
 
 Arrays = dict[str, NDArray[Any]]
 
-_DONE, _INSTALL = "done", "pip install 'epicyclic[scale]'"
+_DONE, INSTALL = "done", "pip install 'epicyclic[scale]'"
 _KINDS = "fciub"
 # Elements of a chunk of a row whose length varies: a few kB compressed, and one file of most results.
 _PIECE = 65536
@@ -331,12 +331,12 @@ def _require_zarr(folder: object) -> None:
     try:
         import zarr
     except ImportError as error:
-        problem, allowed = f"a store needs zarr, which is not installed ({error})", f"{_INSTALL}, or no store"
+        problem, allowed = f"a store needs zarr, which is not installed ({error})", f"{INSTALL}, or no store"
         raise ModelError(problem, path="store", given=str(folder), allowed=allowed) from error
     release = tuple(int(part) for part in zarr.__version__.split(".")[:3] if part.isdigit())
     if release < (3, 1, 3):
         # earlier ones do not write a file whole or not at all
-        raise ModelError("needs zarr 3.1.3 or newer", path="store", given=f"zarr {zarr.__version__}", allowed=_INSTALL)
+        raise ModelError("needs zarr 3.1.3 or newer", path="store", given=f"zarr {zarr.__version__}", allowed=INSTALL)
 
 
 def _group(path: Path, *, anew: bool) -> Any:

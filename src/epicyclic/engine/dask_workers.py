@@ -27,7 +27,7 @@ from types import FrameType
 from typing import Any, cast
 
 from ..errors import ModelError
-from .block_store import Arrays
+from .block_store import INSTALL, Arrays
 from .run_folder import versions
 
 _START = f"import sys; from {__name__} import serve; serve(int(sys.argv[1]))"
@@ -197,7 +197,7 @@ def _require_dask(workers: int | None, scheduler: str | None) -> None:
             f"needs dask and distributed, which are not installed ({error})",
             path=path,
             given=given,
-            allowed="pip install 'epicyclic[scale]', or one process",
+            allowed=f"{INSTALL}, or one process",
         ) from error
 
 

@@ -97,7 +97,7 @@ def each(
     work : a function of a module, or `functools.partial` of one; pickled where workers are not forked, like the items
         and always the results.  arrived : called here with the place and the result of every item, as they arrive.
     kept : takes every new result; those that a run before has left there arrive first and are not computed again.
-    meanwhile : called once here while workers compute, such as an import that the results need; never without workers.
+    meanwhile : called once here while workers compute, such as an import that results need; not where none are tried.
     workers : whether there may be any.  pickled : whether `work` can be; else there are some where they are forked.
 
     Raises

@@ -239,7 +239,7 @@ def largest_over_speed(
 
 
 def torque_tables(result: xr.Dataset) -> list[Table]:
-    """Largest torque per mean of couplings, necks and shafts, where a result has them; over speeds where it is most."""
+    """Largest torque per mean of supports, necks, shafts and couplings of a result; over speeds where it is most."""
     if "link_force_factor" not in result.variables:
         return []
     factor = result["link_force_factor"]
@@ -254,7 +254,7 @@ def torque_tables(result: xr.Dataset) -> list[Table]:
     shown = [i for i, name in enumerate(columns["link_row"]) if name.endswith("/rz") and columns[_TORQUE_FACTOR][i] > 0]
     found = {name: [column[i] for i in shown] for name, column in columns.items()}
     named = {"link": [name.removesuffix("/rz") for name in found.pop("link_row")], **found}
-    return [Table(title="Torque of couplings, necks and shafts", columns=named)] if shown else []
+    return [Table(title="Torque of supports, necks, shafts and couplings", columns=named)] if shown else []
 
 
 def relative_speed(result: xr.Dataset) -> np.ndarray[Any, np.dtype[np.float64]]:

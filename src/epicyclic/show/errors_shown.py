@@ -9,12 +9,12 @@ import numpy as np
 
 from ..results.dataset import ranked
 from .elements import Table, largest_over_speed
-from .series import texts
+from .series import ARCMIN, texts
 
 if TYPE_CHECKING:
     import xarray as xr
 
-ARCSEC = 180 * 3600 / np.pi
+ARCSEC = 60 * ARCMIN
 # kind -> what the rows are, unit shown, factor from SI, words
 KINDS = {
     "rotation": ("mesh", "µm", 1e6, "rotation of the gears"),
@@ -49,9 +49,8 @@ def _columns(result: xr.Dataset, kind: str) -> dict[str, list[Any]]:
         spans = scale * result[f"{name}_range"].transpose(dim, "period").values
         columns: dict[str, list[Any]] = {dim: texts(result, dim)}
         columns |= {f"{one} [{unit}]": list(spans[:, i]) for i, one in enumerate(texts(result, "period"))}
-        if kind == "shaft" and "wind_up" in result.variables:
-            columns["mean wind-up [arcsec]"] = list(ARCSEC * result["wind_up"].values)
-        columns[f"largest lines, amplitude [{unit}]"] = _lines(result, f"{name}_line", dim, scale)
+        if result.sizes["error_line"]:
+            columns[f"largest lines, amplitude [{unit}]"] = _lines(result, f"{name}_line", dim, scale)
         rank = spans[:, -1]
     elif f"{name}_peak_to_peak" in result.variables and result[f"{name}_peak_to_peak"].dims == (dim, "speed"):
         heading = f"largest peak to peak [{unit}]"
@@ -63,9 +62,11 @@ def _columns(result: xr.Dataset, kind: str) -> dict[str, list[Any]]:
         columns = {dim: texts(result, dim), f"peak to peak [{unit}]": list(rank)}
     else:
         return {}
+    if kind == "shaft" and "wind_up" in result.variables:
+        columns["mean wind-up [arcsec]"] = list(ARCSEC * result["wind_up"].values)
     if dim == "mesh":
         pairs = [tuple(name.split("/")[:2]) for name in columns["mesh"]]
-        best = {pair: place for place in ranked(rank)[::-1] for pair in (pairs[place],)}
+        best = {pairs[place]: place for place in ranked(rank)[::-1]}
         columns = {heading: [cells[place] for place in sorted(best.values())] for heading, cells in columns.items()}
         columns["by"] = [words] * len(best)
     return columns

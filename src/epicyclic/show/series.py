@@ -236,6 +236,10 @@ def compact(values: ArrayLike, *, digits: int = 5) -> list[float | None]:
     return [value if math.isfinite(value) else None for value in rounded.tolist()]
 
 
+ARCMIN = 180 * 60 / np.pi
+"""Minutes of arc per radian."""
+
+
 def engineering(value: float, digits: int = 4) -> str:
     """A number to read: so many significant digits, no exponent between 0.001 and a million, nothing for nan."""
     if not np.isfinite(value):

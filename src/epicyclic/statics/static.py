@@ -512,9 +512,7 @@ def _dataset(
     angles = locked_columns(held, displacement)
     if angles:
         coords["body"] = angles.pop("body")[1]
-    errors, error_labels = record_errors(
-        system, displacement, Fraction(record.count) / record.unit, whole=record.count % record.period == 0
-    )
+    errors, error_labels = record_errors(system, displacement, record)
     coords |= error_labels
     if system.groups:
         coords["group"] = np.array([group.name for group in system.groups], dtype=object)

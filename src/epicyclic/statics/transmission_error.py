@@ -8,13 +8,13 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable, Sequence
 from fractions import Fraction
-from math import gcd, lcm
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..system.system import Array, ComplexArray, ErrorRows, System
+from .record import Record
 
 # Samples per cycle of the highest order of a waveform, and the most of one.
 _SAMPLES, _MOST = 32, 2**20
@@ -32,28 +32,25 @@ def error_waves(errors: ErrorRows, waves: Array, along: str) -> Columns:
     columns: Columns = {}
     for kind, (dim, values) in errors.by_kind(waves).items():
         if kind == "shaft":
-            columns["wind_up"] = (dim, values.mean(axis=1))
-            values = values - values.mean(axis=1, keepdims=True)
+            mean = values.mean(axis=1, keepdims=True, where=np.isfinite(values))
+            columns["wind_up"], values = (dim, mean[:, 0]), values - mean
         columns[f"transmission_error_{kind}"] = ((dim, along), values)
     return columns
 
 
-def record_errors(
-    system: System, displacement: Array, length: Fraction, *, whole: bool
-) -> tuple[Columns, dict[Hashable, Any]]:
-    """Variables and coordinates of the errors over a record.
+def record_errors(system: System, displacement: Array, record: Record) -> tuple[Columns, dict[Hashable, Any]]:
+    """Variables and coordinates of the errors over a record of displacements (T, n) [m, rad].
 
-    Parameters
-    ----------
-    displacement : (T, n) [m, rad].  length : of the record, exact [s].  whole : it is the common period of all lines,
-        which alone shows what they are.
+    The common period of all lines alone shows what they are; a range over less is named after the length of the record.
     """
     if not system.errors.mesh:
         return {}, {}
-    waves = (displacement @ system.error_rows).T
-    amplitude = np.fft.rfft(waves, axis=1)[:, 1 : len(displacement) if whole else 1] * (2 / len(displacement))
+    waves, length = (displacement @ system.error_rows).T, record.count / record.unit
+    part = "" if record.count % record.period == 0 else f"{record.count} {record.name}"
+    # what changes sign from instant to instant is left out: it stands for orders beyond, too
+    amplitude = np.fft.rfft(waves, axis=1)[:, 1 : 1 if part else (len(displacement) + 1) // 2] * (2 / len(displacement))
     frequency = [(step + 1) / length for step in range(amplitude.shape[1])]
-    ranges, labels = range_columns(system, error_ranges(system, waves, length, whole=whole), frequency, amplitude)
+    ranges, labels = range_columns(system, error_ranges(system, waves, length, part), frequency, amplitude)
     return {**error_waves(system.errors, waves, "time"), **ranges}, labels
 
 
@@ -92,29 +89,29 @@ def range_columns(
     }
 
 
-def error_ranges(system: System, wave: Array, period: Fraction, *, whole: bool = True) -> dict[str, Array]:
+def error_ranges(system: System, wave: Array, period: Fraction, part: str = "") -> dict[str, Array]:
     """Ranges (k,) of errors over mesh cycles, turns of shafts and the common period, by their names.
 
-    ``mesh cycle``: of the multiples of a mesh frequency alone, which every cycle repeats.  ``turn``: the largest range
-    within any one turn of a shaft.
+    ``mesh cycle``: of the multiples of a mesh frequency alone, which every cycle repeats; of the common period alone,
+    as shaft lines leak into a part of it.  ``turn``: the largest range within any one turn of a shaft.
 
     Parameters
     ----------
-    wave : (k, N) over a period or a record.  period : its length, exact [s at the operating speed].  whole : whether it
-        is the common period of all lines.
+    wave : (k, N) over a period or a record.  period : its length, exact [s at the operating speed].  part : name of a
+        record that is not the common period of all lines.
     """
     spectrum = np.fft.rfft(wave, axis=1)
     ranges: dict[str, Array] = {}
     for name, tone in _mesh_cycles(system).items():
-        if (cycles := tone * period).denominator == 1:
+        if not part and (cycles := tone * period).denominator == 1 and 2 * cycles < wave.shape[1]:
             orders = np.zeros_like(spectrum)
             orders[:, :: int(cycles)] = spectrum[:, :: int(cycles)]
             ranges[name] = np.ptp(np.fft.irfft(orders, wave.shape[1], axis=1), axis=1)
     for shaft, turn in system.errors.turn.items():
-        if turn and (whole or abs(turn * period) >= 1):
+        if turn and (not part or abs(turn * period) >= 1):
             share = float(1 / abs(turn * period))
-            ranges[f"turn of {shaft}"] = _largest_range(wave, share, "wrap" if whole else "nearest")
-    return {**ranges, "common period" if whole else "record": np.ptp(wave, axis=1)}
+            ranges[f"turn of {shaft}"] = _largest_range(wave, share, "nearest" if part else "wrap")
+    return {**ranges, part or "common period": np.ptp(wave, axis=1)}
 
 
 def ranges_of_lines(
@@ -143,9 +140,9 @@ def ranges_of_lines(
 
 def _common_period(amplitude: ComplexArray, frequency: Sequence[Fraction]) -> tuple[Array, Fraction] | None:
     """Waveforms (k, N) of lines over their common period, and its length [s]; None where that is too long."""
-    unit = lcm(*(one.denominator for one in frequency))
+    unit = math.lcm(*(one.denominator for one in frequency))
     steps = [int(one * unit) for one in frequency]
-    base = gcd(*steps)
+    base = math.gcd(*steps)
     orders = [step // (base or 1) for step in steps]
     if not base or max(orders) * _SAMPLES > _MOST:
         return None

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..show.elements import Company, Drawing, KeyFigure, Section, Table, force_table
 from ..show.errors_shown import error_tables
-from ..show.series import engineering, numbers, texts
+from ..show.series import ARCMIN, engineering, numbers, texts
 from ..show.views import ResultView
 
 if TYPE_CHECKING:
@@ -36,9 +36,6 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
     return [*_angles(result), force_table(result), *error_tables(result), *_link_forces(result), *twisted]
 
 
-_ARCMIN = 180 * 60 / np.pi
-
-
 def _stiffness(result: xr.Dataset) -> NDArray[np.float64]:
     """Torsional stiffness (body,) [N m/rad] of a locked train: torque per angle beyond the play; nan without."""
     torque, angle = result["torque"].values, result["angle"].mean("time").values
@@ -54,9 +51,9 @@ def _angles(result: xr.Dataset) -> list[Table]:
     columns: dict[str, Any] = {
         "body": texts(result, "body"),
         "torque [N m]": list(result["torque"].values),
-        "mean angle [arcmin]": list(_ARCMIN * result["angle"].mean("time").values),
-        "play [arcmin]": list(_ARCMIN * numbers(result, "play", "body")),
-        "stiffness [N m/arcmin]": list(_stiffness(result) / _ARCMIN),
+        "mean angle [arcmin]": list(ARCMIN * result["angle"].mean("time").values),
+        "play [arcmin]": list(ARCMIN * numbers(result, "play", "body")),
+        "stiffness [N m/arcmin]": list(_stiffness(result) / ARCMIN),
     }
     zero = "mid-backlash, so that half of the play is in them" if "play" in result.variables else "first touch"
     lead = "The stiffness is a secant, the torque per angle beyond the play; errors that close flanks in turn lower it."
@@ -69,10 +66,10 @@ def key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
         return []
     found: list[KeyFigure] = []
     for place in np.flatnonzero(result["torque"].values):
-        name, stiffness = str(result["body"].values[place]), _stiffness(result)[place] / _ARCMIN
+        name, stiffness = str(result["body"].values[place]), _stiffness(result)[place] / ARCMIN
         found.append((f"{engineering(stiffness)} N m/arcmin", f"torsional stiffness at {name}"))
         if "play" in result.variables:
-            found.append((f"{engineering(_ARCMIN * result['play'].values[place])} arcmin", f"play at {name}"))
+            found.append((f"{engineering(ARCMIN * result['play'].values[place])} arcmin", f"play at {name}"))
     return found
 
 

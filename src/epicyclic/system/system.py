@@ -373,8 +373,16 @@ class System:
         """The System without the lines whose frequencies do not follow the speed; itself where all do."""
         if not self.unscaled:
             return self
-        lines = tuple(line for line in self.lines if self.unscaled.isdisjoint(line.causes))
-        return replace(self, lines=lines, unscaled=frozenset())
+        lines = []
+        for line in self.lines:
+            own = tuple(cause for cause in line.causes if cause not in self.unscaled)
+            if own == line.causes:
+                lines.append(line)
+            elif own:  # at the same frequency, less the torque of the ripple
+                force = line.force.copy()
+                force[0] -= line.ripple if line.ripple.size else 0.0
+                lines.append(replace(line, force=force, causes=own, ripple=np.zeros(0, complex)))
+        return replace(self, lines=tuple(lines), unscaled=frozenset())
 
     def require_scaling(self, speed: Array) -> None:
         """Raise ModelError for lines whose frequency does not follow the speed, at relative speeds other than 1."""

@@ -11,6 +11,7 @@ import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from numbers import Real
 from typing import Any, Literal, cast, get_args
 
 from ..document.document import read
@@ -157,8 +158,9 @@ def _shifts(value: ByMember, kinds: Mapping[str, str]) -> dict[str, dict[str, fl
     for word, shift in entries.items() if isinstance(entries, Mapping) else [(str(entries), "")]:
         _one_of(word, tuple(gears), "profile_shift")
         name, gear = gears[word]
+        number = float(shift) if isinstance(shift, Real) and not isinstance(shift, bool) else shift
         try:
-            shifts[name][gear] = cast(float, read_quantity(shift, ("ratio",), _SHIFTS))
+            shifts[name][gear] = cast(float, read_quantity(number, ("ratio",), _SHIFTS))
         except ModelError:
             allowed = f"a number within +-{_SHIFTS.high:g}"
             raise ModelError(

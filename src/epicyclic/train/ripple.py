@@ -96,7 +96,7 @@ def _waves(
         raise ModelError(f"{shaft} stands still, no turn of it counts", path=where, allowed=allowed)
     if part.angles is None:
         frequency = (part.order or 0) * turn or Fraction(part.frequency or 0.0).limit_denominator(10**6)
-        amplitude = part.torque or part.angle or (part.speed or 0.0) / (math.tau * abs(float(frequency)))
+        amplitude = part.torque or part.angle or (part.speed or 0.0) / (1j * math.tau * float(frequency))
         yield frequency, complex(amplitude * np.exp(1j * (part.phase or 0.0)))
         return
     turns, values = _even_table(part, path)
@@ -134,7 +134,8 @@ def _warn_of_inertia(model: ModelFile, member: str, kinematics: Kinematics, log:
     """Warn where the inertia at a shaft with a torque ripple is that of its gear alone."""
     stage, _, name = member.rpartition(".")
     table = model.stages[stage].members[name] if stage else model.bodies[member]
-    if table.inertia is not None:
+    halves = (getattr(table, side, None) for side in ("left", "right"))
+    if any(one is not None and one.inertia is not None for one in (table, *halves)):
         return
     others = {end for tie in kinematics.ties if member in (tie.a, tie.b) for end in (tie.a, tie.b)} - {member}
     if not any(end in model.bodies and model.bodies[end].inertia for end in others):

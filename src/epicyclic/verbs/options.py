@@ -222,7 +222,8 @@ def settings(
         if not name.strip() or not text.strip():
             raise ModelError("not a value with a name", path=path, given=f"{name}{equals}{text}", allowed=example)
         if name.strip() in found:
-            raise ModelError("stated twice", path=f"{path}.{name.strip()}", given=text.strip(), allowed="once")
+            given = f"{name.strip()}={text.strip()}"
+            raise ModelError("stated twice", path=path, given=given, allowed="once")
         found[name.strip()] = text.strip()
     return found
 

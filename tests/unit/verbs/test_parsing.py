@@ -100,7 +100,7 @@ def test_settings() -> None:
     for text in ("crown", "=3 um", "crown="):
         with pytest.raises(ModelError, match="vary"):
             settings([text], "vary")
-    with pytest.raises(ModelError, match=r"vary\.crown .*stated twice"):
+    with pytest.raises(ModelError, match=r"vary = crown=0\.\.5 um: stated twice"):
         settings(["crown=3 um", "crown = 0..5 um"], "vary")
 
 

@@ -132,7 +132,8 @@ def halved_text(text: str) -> str | None:
     below the finest grade of a standard."""
     grade = _GRADE_OF.fullmatch(text)
     if grade is None:
-        return narrowed_text(text, 0.5)
+        half = narrowed_text(text, 0.5)
+        return None if half == text else half
     finer, known = int(grade[2]) - _FINER, SIZE_GRADES if grade[1].endswith("IT") else FLANK_GRADES
     return f"grade({grade[1]}{finer}{grade[3]})" if finer in known else None
 

@@ -23,6 +23,7 @@ from ...options import ALL_CASES, Option
 from ...results.dataset import ranked
 from ...show.elements import Finding, Table
 from ...show.series import (
+    ARCMIN,
     judged_quantile,
     of_definition,
     overlap,
@@ -315,7 +316,9 @@ def stiffness_frame(result: xr.Dataset, train: Train) -> PageFrame:
 def output_frame(result: xr.Dataset) -> PageFrame:
     """Angle over torque of both branches, mean over the places of the mesh cycle, and the tables."""
     branches = {way: result[f"angle_{way}"].mean("mesh_phase").values for way in ("rising", "falling")}
-    curves = {way: angle * 180 * 60 / np.pi for way, angle in branches.items()}
+    curves = {way: ARCMIN * angle for way, angle in branches.items()}
+    if np.allclose(*curves.values(), rtol=1e-9):
+        curves = {"both branches": curves["rising"]}
     drawn = lines("torque [N m]", "angle [arcmin]", result["shaft_torque"].values, curves, zero=True)
     return job_frame("output", f"Angle of {result.attrs['shaft']}", _said(result), drawn, tables=tables_of(result))
 
@@ -605,7 +608,7 @@ _KINDS = (
         name="output",
         label="Output",
         purpose="Stiffness, lost motion and kinematic error at a shaft, the others locked",
-        about="The gearbox at its output: torque over angle, stiffness, lost motion, kinematic error, inertia.",
+        about="The gearbox at its output: angle over torque, stiffness, lost motion, kinematic error, inertia.",
         quick=True,
         effort=(5, 5),
         options=("shaft", "rated", "share", "samples"),

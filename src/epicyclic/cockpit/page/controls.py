@@ -265,19 +265,29 @@ def heard(session: Session, element: Element, **callbacks: Callable[..., Any]) -
 
 
 class Later:
-    """Work that is done once, a moment after it was last asked for, in the slot of an element that is still there."""
+    """Work that is done once, a moment after it was last asked for, in the slot of an element that is still there.
 
-    def __init__(self, place: Element, work: Callable[[], Awaitable[object]]) -> None:
-        self._place, self._work = place, work
-        self._asked = 0
+    often : a moment after it was first asked for: while changes go on it is done again and again.
+    """
+
+    def __init__(self, place: Element, work: Callable[[], Awaitable[object]], *, often: bool = False) -> None:
+        self._place, self._work, self._often = place, work, often
+        self._asked, self._waits = 0, False
 
     def ask(self, seconds: float) -> None:
         """Ask for the work, so many seconds from now."""
-        self._asked += 1
+        if self._often and self._waits:
+            return
+        self._asked, self._waits = self._asked + 1, True
         background_tasks.create(self._wait(seconds, self._asked))
+
+    def drop(self) -> None:
+        """Forget what was asked for."""
+        self._asked, self._waits = self._asked + 1, False
 
     async def _wait(self, seconds: float, number: int) -> None:
         await asyncio.sleep(seconds)
+        self._waits = False
         if number == self._asked and not self._place.is_deleted:
             with self._place:
                 await self._work()

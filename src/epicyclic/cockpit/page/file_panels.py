@@ -135,7 +135,7 @@ class TextPanel:
         ui.on("cockpit-dark", lambda event: self.editor.set_theme("vscodeDark" if event.args else "basicLight"))
         ui.add_css(_WRONG_LINE)
         ui.run_javascript(_WATCH)
-        self.later = Later(self.root, self._follow)
+        self.later = Later(self.root, self._follow, often=True)
         heard(session, self.root, state=self._changed)
         self.conflict.set_visibility(False)
         self._marks()
@@ -265,7 +265,8 @@ class FieldsPanel:
             self.found = ui.column().classes("w-full q-gutter-none")
             self.tree = ui.column().classes("w-full q-gutter-none")
         ui.add_css(_LOOK)
-        self.later, self.searching = Later(self.root, self._follow), Later(self.root, self._search)
+        self.later = Later(self.root, self._follow, often=True)
+        self.searching = Later(self.root, self._search)
         heard(session, self.root, state=self._changed, failed=self._failed)
         self._changed()
 

@@ -85,7 +85,7 @@ class Preview:
 
 def drivers_of(kind: str, held: str) -> tuple[str, ...]:
     """Members that may drive; none of a differential, whose speeds are stated by member."""
-    sides = HELD[kind]
+    sides = HELD.get(kind, ())
     fixed = held if held in sides else next(iter(sides), "")
     return tuple(member for member in MEMBERS if member != fixed) if sides else ()
 
@@ -358,7 +358,8 @@ class _Wizard:
                 of_field = error is not None and name == field_of_error
                 field.error = sentence(error.problem, error.allowed) if error is not None and of_field else None
         self.facts.style("opacity: 0.4" if error is not None else "opacity: 1")  # of the fields as they were
-        beside = isinstance(self.fields.get(field_of_error or ""), ui.input)
+        marked = self.fields.get(field_of_error or "")
+        beside = isinstance(marked, ui.input) and marked.visible
         self.message.set_text("" if error is None or beside else str(error))
         if error is not None:
             self._propose(sets_in(error.allowed))
@@ -394,6 +395,7 @@ class _Wizard:
         """Open the model of the fields; the window stays, with all that was typed, where there is none."""
         self.insists = True
         self.ready = None
+        self.later.drop()
         self.create.props("loading")
         try:
             await self._show()

@@ -57,7 +57,7 @@ class Session:
         self.levers: Levers = ()
         # by the text of the model and its case, so that undo brings them back at once
         self._levers_of: dict[tuple[str, object], Levers] = {}
-        self._asked_levers: tuple[int, tuple[str, object]] = 0, ("", None)  # number of the state, and of what they are
+        self._asked_levers: dict[int, tuple[str, object]] = {}  # of what they are, by the number of the state
         self.pinned: PageState | None = None
         self._numbers_of_a = 0
         self.pinned_packed: dict[str, bytes] = {}
@@ -157,18 +157,19 @@ class Session:
         if self.state is not None and _of_levers(self.state) in self._levers_of:
             self.levers = self._levers_of[_of_levers(self.state)]
         else:
-            asyncio.get_running_loop().call_soon(self._ask_levers)  # after the frames
+            asyncio.get_running_loop().call_soon(self._ask_levers)  # once the state has its number
 
     def _ask_levers(self) -> None:
         """Have the levers chosen from the present model."""
         if self.state is not None and self._worker is not None and not self.closed:
-            self._asked_levers = self.rev, _of_levers(self.state)
+            self._asked_levers[self.rev] = _of_levers(self.state)
             with suppress(ModelError):  # the failed frame says what is wrong
                 self._worker.ask(self._client_of_levers, _request(self.state, self.rev, "levers"))
 
     def _deliver_levers(self, packed: bytes) -> None:
-        frame, (rev, of) = unpack(packed), self._asked_levers
-        if frame.rev == rev and frame.kind != "failed" and not self.closed:
+        frame = unpack(packed)
+        of = self._asked_levers.pop(frame.rev, None)
+        if of is not None and frame.kind != "failed" and not self.closed:
             self._levers_of[of] = tuple(frame.head["levers"])
             if self.state is not None and _of_levers(self.state) == of:
                 self.levers = self._levers_of[of]

@@ -6,16 +6,17 @@ mesh forces of one stretch is that of the stretch before.
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...errors import ConvergenceError
+from ...errors import ConvergenceError, ModelError
 from ...machine_code import numba_available
 from ...statics.record import reference_tone
-from ...statics.transmission_error import error_waves, peaks_to_peaks
+from ...statics.transmission_error import error_waves
 from ...system.system import Array, System, faces
 from ...warning_codes import CodedText, coded
 from ..response.measures import Range, held_pairs, link_statistics
@@ -45,7 +46,8 @@ def followed_in_time(
     """
     from ...results.dataset import dataset
 
-    causes = "; ".join(cause for line in lines for cause in line.shaft.causes if ".ripple." in cause)
+    every = (cause for line in lines for cause in line.shaft.causes if ".ripple." in cause)
+    causes = "; ".join(dict.fromkeys(every))
     if not numba_available():
         raise ConvergenceError(
             f"{causes}: parts teeth, and the motion has to be followed in time, which takes minutes without numba: "
@@ -57,7 +59,12 @@ def followed_in_time(
     rms, change = np.zeros(0), math.inf
     run: Any = "equilibrium"  # each stretch begins where the one before ends
     for _ in range(_MOST):
-        run = transient(system, TransientOptions(cycles=cycles, mesh_frequency=tone, samples=_SAMPLES, initial=run))
+        options_of_run = TransientOptions(cycles=cycles, mesh_frequency=tone, samples=_SAMPLES, initial=run)
+        try:
+            run = transient(system, options_of_run)
+        except ModelError as error:  # a slow ripple takes more cycles than a run may have
+            text = f"{causes}: parts teeth, and {cycles} mesh cycles are too many to follow in time: {error}"
+            raise ConvergenceError(text) from error
         before, rms = rms, run.mesh_force.values[:, :-1].std(axis=1)
         change = float(np.abs(rms - before).max() / (rms.max() or 1.0)) if before.size else math.inf
         if change <= _SETTLED or not np.isfinite(rms).all():
@@ -72,6 +79,8 @@ def followed_in_time(
     open_share, far_share = run.open_share.values, run.far_share.values
     text = f"{causes}: parts teeth; followed in time over {cycles} mesh cycles, RMS settled to {change:.1g}"
     ends = run.mesh_force_minimum.values, run.mesh_force_peak.values
+    peaks = [str(name) for name in run.data_vars if str(name).endswith("peak_to_peak")]
+    said = [CodedText(text) for text in json.loads(str(run.attrs["warnings"]))]  # those of the system too
     notes = [coded("followed-in-time", text)]
     notes += rattle_warnings(names, force.mean(axis=1), ends, open_share, far_share)
     return dataset(
@@ -88,6 +97,7 @@ def followed_in_time(
             "amplitude": ("dof", np.ptp(run.displacement.values, axis=1) / 2),
             **_links(system, run),
             **_errors(system, run, cycles),
+            **{name: (run[name].dims, run[name].values) for name in peaks},
             **judged("followed in time", None, residual=change, dropped=np.nan),
         },
         {
@@ -101,7 +111,7 @@ def followed_in_time(
         verb="steady",
         options={**options, "cycles": cycles},
         provenance=system.provenance,
-        warnings=[*system.warnings, *notes],
+        warnings=[*said, *notes],
     )
 
 
@@ -133,11 +143,10 @@ def judged(status: str, stability: Stability | None, *, residual: float, dropped
 
 
 def _errors(system: System, run: xr.Dataset, cycles: int) -> dict[str, Any]:
-    """Transmission errors over the mesh phase, mean over the cycles of a run, and their ranges."""
+    """Transmission errors over the mesh phase, mean over the cycles of a run."""
     waves = system.error_rows.T @ (run.displacement.values / system.dofs.radius[:, None])
     folded = waves[:, :-1].reshape(len(waves), cycles, _SAMPLES).mean(axis=1)
-    ranges = peaks_to_peaks(system.errors, np.ptp(waves, axis=1))
-    return {**error_waves(system.errors, folded, "mesh_phase"), **ranges}
+    return error_waves(system.errors, folded, "mesh_phase")
 
 
 def _links(system: System, run: xr.Dataset) -> dict[str, Any]:

@@ -423,9 +423,7 @@ def _line(ready: Response, linear: LinearMotion, place: int, shaft: Shaft) -> Su
     F, orders = rows.count, ready.kernel(linear.block.truncation, shifted=True).lattice.points
     y: ComplexArray = solved.y[place, 0] + 1j * solved.y[place, 1]
     stretch = y @ rows.gaps[:F].T
-    gaps = links.B.T @ ready.modal.shapes
-    gaps[:, ready.modal.rigid] = 0.0
-    link_stretch = y @ gaps.T
+    link_stretch = y @ strained(ready, links.B).T
     turning = (
         ready.frame_factor(np.array([point.state.speed]))[0] * link_stretch @ links.skew.T if links.skew.size else 0
     )

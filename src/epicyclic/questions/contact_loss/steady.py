@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable, Iterable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -97,21 +97,22 @@ def contact_steady(system: System, options: SteadyOptions) -> xr.Dataset:
             "transient follows the motion, static slow shafts; or try a slightly different speed, or more damping"
         )
     recorded = {"contact_loss": True, "relative_speed": relative_speed, "shaft_orders": shaft_orders}
-    if shaft_tones is None and torus.mesh_tones == 1 and _rippled(system) and _pulls(torus, point, lines):
+    outputs, superposed = torus_outputs(torus, point, lines), (cause for line in lines for cause in line.shaft.causes)
+    if shaft_tones is None and torus.mesh_tones == 1 and _rippled(superposed) and _pulled(outputs).any():
         return followed_in_time(system, float(relative_speed), lines, recorded)
     stability, coarse = mesh_order_stability(torus, point), _coarse(torus, point, linear)
-    return _labelled(torus, point, lines, stability, recorded, rms=rms, coarse=coarse)
+    return _labelled(torus, point, lines, outputs, stability, recorded, rms=rms, coarse=coarse)
 
 
-def _rippled(system: System) -> bool:
-    """Whether the model states a ripple of torque or motion, `operation.ripple` or that of a case."""
-    return any(".ripple." in cause for line in system.lines for cause in line.causes)
+def _rippled(causes: Iterable[str]) -> bool:
+    """Whether one of the causes is a ripple of torque or motion, `operation.ripple` or that of a case."""
+    return any(".ripple." in cause for cause in causes)
 
 
-def _pulls(torus: Torus, point: TorusPoint, lines: Sequence[SuperposedLine]) -> bool:
-    """Whether superposed lines pull on teeth that touch without them."""
-    outputs = torus_outputs(torus, point, lines)
-    return bool(((outputs.force < outputs.reach) & (outputs.reach > 0)).any())
+def _pulled(outputs: TorusOutputs) -> NDArray[np.bool_]:
+    """Whether superposed lines pull on the teeth of a mesh (w,) that touch without them."""
+    pulled: NDArray[np.bool_] = (np.abs(outputs.force) < outputs.reach).any(axis=0)
+    return pulled
 
 
 def mesh_order_stability(torus: Torus, point: TorusPoint) -> Stability | None:
@@ -172,6 +173,7 @@ def _labelled(
     torus: Torus,
     point: TorusPoint,
     lines: Sequence[SuperposedLine],
+    outputs: TorusOutputs,
     stability: Stability | None,
     options: dict[str, Any],
     *,
@@ -185,19 +187,17 @@ def _labelled(
     from ...results.dataset import dataset
 
     ready, system, face = torus.ready, torus.ready.system, torus.face
-    outputs = torus_outputs(torus, point, lines)
     force, reach, counts = outputs.force, outputs.reach, point.problem.grid.counts
     axis = ready.lines.axis[face.first]
     opens = face.any(outputs.row_open > 0)
-    # a superposed line pulls where teeth would part
-    pulled = ((force < reach) & (reach > 0)).any(axis=0) & ~opens
+    pulled = _pulled(outputs) & ~opens  # where teeth would part
     past = past_the_end(system, point.problem.rows.flanks, outputs.measures.flank)
     if ready.lawful.groups:
         forces = gap_forces(point.problem, point.state)
         past += groups_past_the_end(ready.lawful, largest_link_forces(ready.lawful, point.problem.rows, forces))
     combined, label = _combinations(torus, point, force)
     at, rattle = outputs.measures, list[CodedText]()
-    if _rippled(ready.lawful):
+    if _rippled(cause for line in ready.lawful.lines for cause in line.causes):
         rattle = rattle_warnings(face.name, force.mean(axis=0), (at.lowest, at.highest), at.open, outputs.far)
     along, slices = _along_the_face(torus, outputs, counts)
     links, link_labels = _link_variables(torus, outputs, counts)

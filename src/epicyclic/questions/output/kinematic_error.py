@@ -70,8 +70,8 @@ def _record(system: System, body: str, most: int) -> Record:
 
 def _columns(system: System, shaft: str, record: Record, error: Array, rounding: float) -> Columns:
     """Error (T,) [rad] over a record, its range and orders; rounding : amplitude that is none."""
-    whole = record.count % record.period == 0
-    ranges = error_ranges(system, error[None], record.count / record.unit, whole=whole)
+    part = "" if record.count % record.period == 0 else "record"
+    ranges = error_ranges(system, error[None], record.count / record.unit, part)
     amplitude = np.abs(np.fft.rfft(error)) * (2 / error.size)
     listed = largest_lines(np.where(amplitude > rounding, amplitude, 0.0)[None])
     causes = [line_label(system, int(step) * record.unit / record.count) for step in listed]

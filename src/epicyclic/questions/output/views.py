@@ -9,22 +9,21 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...show.elements import Company, Drawing, Finding, KeyFigure, Section, Table, columns_of
-from ...show.series import engineering, texts
+from ...show.series import ARCMIN, engineering, texts
 from ...show.views import ResultView
 
 if TYPE_CHECKING:
     import xarray as xr
 
-_ARCMIN = 180 * 60 / np.pi
 _ORDERS = 6  # of the kinematic error, in the table
 _NONE = 1e-9  # arcmin, N m/arcmin or J that is rounding
 _ROWS = {
-    "shaft_secant_stiffness": ("torsional stiffness, secant 50 to 100 %", "N m/arcmin", 1 / _ARCMIN),
-    "shaft_fitted_stiffness": ("torsional stiffness, least squares 50 to 100 %", "N m/arcmin", 1 / _ARCMIN),
-    "lost_motion": ("lost motion", "arcmin", _ARCMIN),
-    "shaft_backlash": ("backlash", "arcmin", _ARCMIN),
-    "shaft_play": ("play", "arcmin", _ARCMIN),
-    "kinematic_error_peak_to_peak": ("kinematic error, peak to peak", "arcmin", _ARCMIN),
+    "shaft_secant_stiffness": ("torsional stiffness, secant 50 to 100 %", "N m/arcmin", 1 / ARCMIN),
+    "shaft_fitted_stiffness": ("torsional stiffness, least squares 50 to 100 %", "N m/arcmin", 1 / ARCMIN),
+    "lost_motion": ("lost motion", "arcmin", ARCMIN),
+    "shaft_backlash": ("backlash", "arcmin", ARCMIN),
+    "shaft_play": ("play", "arcmin", ARCMIN),
+    "kinematic_error_peak_to_peak": ("kinematic error, peak to peak", "arcmin", ARCMIN),
     "hysteresis_energy": ("energy of a cycle", "J", 1.0),
 }
 _OF_SHAFTS = {
@@ -63,7 +62,8 @@ def _distribution(result: xr.Dataset) -> list[Table]:
     for part in result.probability.values:
         quantiles = {name: float(result[f"{name}_quantile"].sel(probability=part)) for name in rows}
         columns[f"{100 * part:.3g} % at most"] = [row[2] * quantiles[name] for name, row in rows.items()]
-    words = "The tolerances take the place of the deviations of the file. Kinematic error: of 64 trains."
+    words = "The tolerances take the place of the deviations of the file."
+    words += " Kinematic error: of 64 trains." if "kinematic_error" in rows else ""
     return [Table(title="Over the trains that the tolerances allow", columns=columns, lead=words)] if rows else []
 
 
@@ -74,7 +74,7 @@ def _orders(result: xr.Dataset) -> list[Table]:
     largest = result.isel(shaft_order=np.argsort(-result.kinematic_error_order.values, kind="stable")[:_ORDERS])
     columns: dict[str, Any] = {
         "order of the shaft": list(largest.shaft_order.values),
-        "amplitude [arcmin]": list(_ARCMIN * largest.kinematic_error_order.values),
+        "amplitude [arcmin]": list(ARCMIN * largest.kinematic_error_order.values),
         "cause": texts(largest, "shaft_order_cause"),
     }
     return [Table(title="Kinematic error, largest orders", columns=columns)]
@@ -94,8 +94,8 @@ def _value(result: xr.Dataset, name: str, of: str) -> float:
 def key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
     """Torsional stiffness [N m/arcmin] and lost motion [arcmin]."""
     mean = result.sel(over_phases="mean")
-    lost = float(mean.lost_motion) * _ARCMIN
-    stiffness = f"{engineering(float(mean.shaft_secant_stiffness) / _ARCMIN)} N m/arcmin"
+    lost = float(mean.lost_motion) * ARCMIN
+    stiffness = f"{engineering(float(mean.shaft_secant_stiffness) / ARCMIN)} N m/arcmin"
     figures = [(stiffness, f"torsional stiffness at {result.attrs['shaft']}")]
     return figures if np.isnan(lost) else [*figures, (f"{engineering(lost)} arcmin", "lost motion")]
 

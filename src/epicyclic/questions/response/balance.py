@@ -64,7 +64,7 @@ def gmres(
     Parameters
     ----------
     apply : (P, N) -> (P, N), the operator of every system; it must not mix systems.
-    right : (P, N), in the precision to work in.  target : (P,) absolute residual wanted, in the unit of `right`.
+    right : (P, N).  target : (P,) absolute residual wanted, in the unit of `right`.
     basis : vectors before a restart.  restarts : largest number of cycles.
 
     Returns

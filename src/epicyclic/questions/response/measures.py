@@ -484,7 +484,7 @@ def periodic(
 
     Raises
     ------
-    ModelError : no damping, no mesh frequency, torques out of balance, or an option out of range.
+    ModelError : no damping, no mesh frequency, torques out of balance, or a speed not above zero.
     ConvergenceError : no solution; the speed lies on the edge of a parametric instability.
     """
     ready, block = solve_speed(system, relative_speed, tolerance)

@@ -299,7 +299,7 @@ ROWS: dict[str, tuple[str, ...]] = {
     },
     "residual": (),
 }
-_COMPLEX = ("displacement_harmonic",)
+_COMPLEX, _ERRORS = ("displacement_harmonic",), tuple(name for name in ROWS if name.startswith("transmission_error"))
 # Lines of a kind reported at most: a row of each for every mesh and speed has to stay a small array.
 _MAX_LINES = 32
 SpeedRange = Literal["operation", "modes"]
@@ -376,7 +376,8 @@ def empty_table(
         "link_row": system.links.name,
         "bearing": [system.links.link[x] for x in layout.pairs[:, 0]],
     }
-    kept = {name: dims for name, dims in ROWS.items() if harmonics or name not in _COMPLEX}
+    left_out = (*(() if harmonics else _COMPLEX), *(() if system.errors.mesh else _ERRORS))
+    kept = {name: dims for name, dims in ROWS.items() if name not in left_out}
     shapes = {name: [len(labels[dim]) for dim in dims] for name, dims in kept.items()}
     return SweepTable(
         labels=labels,

@@ -80,6 +80,8 @@ def sharing(system: System, options: SharingOptions, *, progress: Callable[[floa
     `superposed`), ``static`` the equilibrium at each instant with meshes that open and links that follow their laws.
     A mesh cycle is that of the mesh's own frequency.
 
+    Ranges and lines of transmission errors are those of ``static``, over at most 64 mesh cycles, or ``steady``.
+
     The worst case is over the hunting period; the attribute ``worst_case`` says how far it was searched.  Instants per
     mesh cycle or turn are those that `periodic` takes unless given, some 64 for ``static``, a multiple of the branches,
     32 with laws or turns, with tables a multiple of the branches.
@@ -110,9 +112,8 @@ def sharing(system: System, options: SharingOptions, *, progress: Callable[[floa
     if not system.errors.mesh:
         return result
     if method == "static":
-        moved = static(
-            system, StaticOptions(cycles=options.cycles and min(options.cycles, _STORED), turns=turns, of=of)
-        )
+        cycles = options.cycles and min(options.cycles, _STORED)  # the errors say of how many they are
+        moved = static(system, StaticOptions(cycles=cycles, turns=turns, of=of, samples=options.samples))
     else:
         how: Literal["exact", "superposition"] = "superposition" if method == "superposition" else "exact"
         moved = steady(solved, SteadyOptions(relative_speed=relative_speed, method=how))

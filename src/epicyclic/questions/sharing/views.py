@@ -32,7 +32,8 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
 
 def _forces(result: xr.Dataset) -> Table:
     """Mean, least and most of every mesh force over the whole record [N], where the result has them."""
-    table = force_table(result)
+    # least and most of the record stand in its own columns
+    table = force_table(result.drop_vars("mesh_force_minimum", errors="ignore"))
     over = {"mesh_force_mean": "mean [N]", "mesh_force_minimum": "least [N]", "mesh_force_peak": "most [N]"}
     if not all(name in result for name in over):
         return replace(table, title=f"{table.title}{_part(result)}")

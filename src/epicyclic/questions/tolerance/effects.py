@@ -154,6 +154,7 @@ def effects_of(
         _add_planets(effects, train, nominal, common)
     else:
         effects.left_out |= dict.fromkeys(("k_gamma_by_support", "k_gamma_by_planets"), "by default from 65536 samples")
+    step(points)  # a number of planets that is known or refused takes none
     return effects
 
 

@@ -437,7 +437,7 @@ class ToleranceMap:
     column : number of the size that each of the first columns of the map follows; behind them are torques.
     rows : (V,) rows of the map whose stiffness varies.  load_map : of the train with every torque and stiffness at its
         mean.  chosen : (g,) its groups that carry load.
-    laws, tables : of a train whose links have laws, and of one whose meshes have tables, which ``static`` asks too.
+    laws : of a train whose links have laws.  tables : of one whose meshes have tables, which ``static`` asks too.
     """
 
     entries: tuple[Tolerance, ...]
@@ -488,9 +488,13 @@ class ToleranceMap:
 
         Raises
         ------
-        ModelError : no such method.
+        ModelError : numbers of another shape or outside of (0, 1), a spread below zero, no such method.
         """
-        uniform, factors = np.asarray(u, float), self._scale(scale)
+        uniform, factors, d = np.asarray(u, float), self._scale(scale), len(self.dimension_entry)
+        if uniform.ndim != 2 or uniform.shape[1] != d:
+            raise ModelError("wrong shape", path="u", given=uniform.shape, allowed=f"(samples, {d})")
+        if not ((uniform > 0) & (uniform < 1)).all():
+            raise ModelError("no uniform numbers", path="u", allowed="above 0 and below 1")
         if not len(uniform):
             g, w, no = len(self.group), len(self.mesh), np.zeros(0, bool)
             return SampleLoads(np.zeros((0, 2, g)), np.zeros((0, 2, w)), np.zeros((0, w)), no, no)
@@ -525,7 +529,11 @@ class ToleranceMap:
 
     def _scale(self, scale: ArrayLike | None) -> list[float]:
         """Factors (E,) on the spreads."""
-        return [1.0] * len(self.entries) if scale is None else list(map(float, np.asarray(scale)))
+        E = len(self.entries)
+        values = np.ones(E) if scale is None else np.asarray(scale, float)
+        if values.shape != (E,) or not (values >= 0).all():
+            raise ModelError("no factors on spreads", path="scale", given=str(scale), allowed=f"{E} numbers >= 0")
+        return list(map(float, values))
 
     def _draws(self, u: Array, scale: Sequence[float]) -> list[NDArray[np.inexact]]:
         """Draws (S, count) of every entry [SI]."""
@@ -660,6 +668,7 @@ def tolerance_map(train: Train, *, laws: bool = False) -> ToleranceMap:
     sharing = np.zeros(len(base_map.face.name), bool)
     sharing[np.concatenate([base_map.group[i] for i in loaded])] = True
     torque_columns = iter(range(len(keys), len(columns)))
+    with_tables = law_map(exact, columns, tables=True) if laws or exact.meshes.laws else None
     return ToleranceMap(
         entries=entries,
         dimension_entry=_dimensions(entries),
@@ -688,8 +697,8 @@ def tolerance_map(train: Train, *, laws: bool = False) -> ToleranceMap:
         rows=np.concatenate([meshes, base_map.mesh_count + base_map.far.size + np.arange(links.size)]).astype(np.int64),
         load_map=base_map,
         chosen=loaded,
-        laws=law_map(exact, columns, tables=laws) if exact.groups or laws else None,
-        tables=law_map(exact, columns, tables=True) if exact.meshes.laws else None,
+        laws=with_tables if laws else law_map(exact, columns) if exact.groups else None,
+        tables=with_tables,
     )
 
 

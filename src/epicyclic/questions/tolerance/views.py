@@ -206,8 +206,9 @@ def _nearest(result: xr.Dataset) -> tuple[Any, ...]:
 
 def _with_bands(one: xr.Dataset, name: str) -> list[str]:
     """Quantiles [1] with their bands; nothing of one that is not known."""
-    rows = zip(*_ends(one, name), strict=True)
-    return [f"{v:.4f} [{a:.4f}, {b:.4f}]" if np.isfinite(v) else "" for v, a, b in rows]
+    rows = list(zip(*_ends(one, name), strict=True))
+    bands = [("" if np.isnan(a) else f" [{a:.4f}, {b:.4f}]") for _, a, b in rows]
+    return [f"{v:.4f}{band}" if np.isfinite(v) else "" for (v, *_), band in zip(rows, bands, strict=True)]
 
 
 def _exceedance(result: xr.Dataset) -> Table:
@@ -261,8 +262,9 @@ def _what_buys(result: xr.Dataset, names: Sequence[str]) -> Table:
 
 
 def _ends(one: xr.Dataset, name: str) -> list[Any]:
-    """An estimate and the ends of its band, of every entry; of one without a band itself."""
-    return [one[end if end in one else name].values.tolist() for end in (name, f"{name}_low", f"{name}_high")]
+    """An estimate and the ends of its band, of every entry; nan of a band that is not known."""
+    ends = [one.get(f"{name}_{end}", one[name] * np.nan) for end in ("low", "high")]
+    return [values.values.tolist() for values in (one[name], *ends)]
 
 
 def _worst(result: xr.Dataset) -> Table:

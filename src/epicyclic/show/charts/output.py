@@ -8,11 +8,10 @@ import numpy as np
 import plotly.graph_objects as go
 import xarray as xr
 
-from ..series import engineering
+from ..series import ARCMIN, engineering
 from .renderers import Curve, Mark, Panel, Stems, chart, points
 from .style import INK, PALETTE
 
-_ARCMIN = 180 * 60 / np.pi
 _SECANT = (0.5, 1.0)  # torques per rated torque
 
 
@@ -26,12 +25,12 @@ def torque_over_angle(result: xr.Dataset) -> go.Figure:
     """
     torque, share = result["shaft_torque"].values, float(json.loads(result.attrs["options"])["share"])
     rated = float(result["rated_torque"])
-    rising, falling = (_ARCMIN * result[f"angle_{way}"].mean("mesh_phase").values for way in ("rising", "falling"))
+    rising, falling = (ARCMIN * result[f"angle_{way}"].mean("mesh_phase").values for way in ("rising", "falling"))
     middle, one = (rising + falling) / 2, np.allclose(rising, falling, rtol=1e-9)
     ends = np.array([-share, share]) * rated
     lost = np.interp(ends, torque, middle)
     secant = np.array(_SECANT) * (-rated if result.attrs["rated_sense"] == "negative" else rated)
-    size = _ARCMIN * float(result["lost_motion"].sel(over_phases="mean"))
+    size = ARCMIN * float(result["lost_motion"].sel(over_phases="mean"))
     known = [] if np.isnan(size) else [f"lost motion {engineering(size)} arcmin"]
     layers = [
         *([] if one else [Curve(falling, torque, name="falling", colour=PALETTE[1])]),
@@ -50,8 +49,8 @@ def kinematic_error(result: xr.Dataset) -> go.Figure:
 
     result : Dataset of `output`: kinematic_error (shaft_turn), kinematic_error_order (shaft_order).
     """
-    wave = Curve(result["shaft_turn"].values, _ARCMIN * result["kinematic_error"].values, colour=PALETTE[0])
-    order, size = result["shaft_order"].values, _ARCMIN * result["kinematic_error_order"].values
+    wave = Curve(result["shaft_turn"].values, ARCMIN * result["kinematic_error"].values, colour=PALETTE[0])
+    order, size = result["shaft_order"].values, ARCMIN * result["kinematic_error_order"].values
     words = [f"order {engineering(one)}: {engineering(part)} arcmin" for one, part in zip(order, size, strict=True)]
     over = Panel([wave], x="turns of the shaft [1]", y="error [arcmin]")
     orders = Panel([Stems(order, size, text=words, points=6, colour=PALETTE[0])], x="order [1]", y="amplitude [arcmin]")

@@ -126,7 +126,8 @@ def operating_mark(sweep: xr.Dataset, x: Array) -> list[Mark]:
     """The operating speed, where it lies within x (speed,) [Hz], as a line."""
     speed = numbers(sweep, "speed", "speed")
     rank = np.argsort(speed)
-    at = float(np.interp(1.0, speed[rank], x[rank], np.nan, np.nan)) if len(speed) else np.nan
+    within = len(speed) and speed.min() <= 1 <= speed.max()
+    at = float(np.interp(1.0, speed[rank], x[rank])) if within else np.nan
     return [Mark(x=at, width=1.5, name="operating point", group="marks")] if np.isfinite(at) else []
 
 
