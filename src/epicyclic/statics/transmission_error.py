@@ -187,6 +187,22 @@ def largest_lines(amplitude: Array) -> NDArray[np.int64]:
     return np.asarray(most[part[most] >= _SMALL])
 
 
+def near_lines(system: System, frequency: Fraction, within: Fraction) -> list[Fraction]:
+    """Mesh orders and lines near a frequency, those of the lowest mesh order; the frequency itself where there is none.
+
+    frequency, within : exact [Hz at the operating speed].
+    """
+    shifts = [Fraction(0), *(sense * line.frequency for line in system.lines for sense in (1, -1))]
+    near = dict[Fraction, int]()
+    for tone in _stage_tones(system).values():
+        for shift in shifts:
+            order = round((frequency - shift) / tone)
+            if abs(order * tone + shift - frequency) <= within:
+                near.setdefault(order * tone + shift, abs(order))
+    lowest = min(near.values(), default=0)
+    return [one for one, order in near.items() if order == lowest] or [frequency]
+
+
 def line_label(system: System, frequency: Fraction) -> str:
     """Mesh order, or what of the file makes a shaft line and the mesh orders that shift it."""
     tones = _stage_tones(system)

@@ -368,6 +368,9 @@ _STUDY_POINTS = (7, 4)
 _CONTACT = 0.05
 # Samples of tolerances in a report: quantiles to some thousandths, with what buys what in a second.
 _SAMPLES = 2**13
+# Places in the mesh cycle and trains drawn of the gearbox at its output, in a second and a half: quantiles to some
+# hundredths.
+_OUTPUT = {"phases": 4, "samples": 2**8}
 
 
 def report_verbs() -> tuple[str, ...]:
@@ -511,6 +514,7 @@ def _steps(train: Train, folder: Path | None) -> dict[str, Callable[[], xr.Datas
         name: partial(_run, verbs()[name], train, system, folder) for name in names
     }
     steps["contact"] = lambda: verbs()["contact"].run(train, mesh=first_mesh(train), tolerance=_CONTACT)
+    steps["output"] = partial(verbs()["output"].run, train, **_OUTPUT)
     steps["tolerance"] = partial(verbs()["tolerance"].run, train, samples=_SAMPLES, effects="shares")
     if not train.document.get("tolerance"):  # nothing is missing in a model without tolerances
         del steps["tolerance"]

@@ -97,7 +97,8 @@ def contact_steady(system: System, options: SteadyOptions) -> xr.Dataset:
             "transient follows the motion, static slow shafts; or try a slightly different speed, or more damping"
         )
     recorded = {"contact_loss": True, "relative_speed": relative_speed, "shaft_orders": shaft_orders}
-    outputs, superposed = torus_outputs(torus, point, lines), (cause for line in lines for cause in line.shaft.causes)
+    outputs = torus_outputs(torus, point, lines)
+    superposed = (cause for line in lines for cause in line.shaft.causes)
     if shaft_tones is None and torus.mesh_tones == 1 and _rippled(superposed) and _pulled(outputs).any():
         return followed_in_time(system, float(relative_speed), lines, recorded)
     stability, coarse = mesh_order_stability(torus, point), _coarse(torus, point, linear)
@@ -111,8 +112,7 @@ def _rippled(causes: Iterable[str]) -> bool:
 
 def _pulled(outputs: TorusOutputs) -> NDArray[np.bool_]:
     """Whether superposed lines pull on the teeth of a mesh (w,) that touch without them."""
-    pulled: NDArray[np.bool_] = (np.abs(outputs.force) < outputs.reach).any(axis=0)
-    return pulled
+    return np.asarray((np.abs(outputs.force) < outputs.reach).any(axis=0))
 
 
 def mesh_order_stability(torus: Torus, point: TorusPoint) -> Stability | None:

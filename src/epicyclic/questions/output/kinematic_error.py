@@ -1,26 +1,27 @@
 """Kinematic error of a shaft: its rotation less that which the ratio makes of the driving shaft, over its turns.
 
 The train turns slowly under a share of the rated torque, all torques of the operation in that proportion: flanks open
-and close where the deviations are larger than what yields.  The record is the common period of all lines where that is
-not too long, so that orders are exact.  The row of rotations is that of `system.transmission_rows`, whose lag is
-positive; the error is its negative.
+and close where the deviations are larger than what yields.  The record is the common period of all lines, as far as it
+goes; amplitudes at the exact orders of the shaft are those of least squares.  The row of rotations is that of
+`system.transmission_rows`, whose lag is positive; the error is its negative.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import replace
+from fractions import Fraction
 
 import numpy as np
 
 from ...errors import ModelError
-from ...statics.record import Record, record_of
+from ...statics.record import Record, record_of, turn_fraction
 from ...statics.static import held_train, quasi_static
-from ...statics.transmission_error import Columns, error_ranges, largest_lines, line_label
+from ...statics.transmission_error import Columns, error_ranges, largest_lines, line_label, near_lines
 from ...system.assembly import assemble
 from ...system.system import Array, System
 from ...train.train import Train, bodies_named
-from ...warning_codes import CodedText
+from ...warning_codes import CodedText, coded
 from .locked_train import OutputShaft
 
 # Instants per cycle of the fastest mesh or line, the most of a record, and part of the displacements that is rounding.
@@ -54,7 +55,10 @@ def kinematic_error(
     displacement = np.concatenate([piece.state.displacement for piece in quasi_static(held_train(system), record)])
     rounding = _ROUNDING * float(np.abs(displacement).max(axis=0) @ np.abs(column))
     error = -(displacement - displacement.mean(axis=0)) @ column
-    said = record.warnings(error.min(keepdims=True), error.max(keepdims=True))
+    said = list[CodedText]()
+    if record.count < record.period and np.ptp(error) > rounding:
+        text = f"kinematic error over {record.count} {record.name}, the {record.period_name} has {record.period}"
+        said.append(coded("short-record", f"{text}: phases that are not met may add to its range"))
     return _columns(system, shaft.name, record, error, rounding), said
 
 
@@ -72,14 +76,34 @@ def _columns(system: System, shaft: str, record: Record, error: Array, rounding:
     """Error (T,) [rad] over a record, its range and orders; rounding : amplitude that is none."""
     part = "" if record.count % record.period == 0 else "record"
     ranges = error_ranges(system, error[None], record.count / record.unit, part)
-    amplitude = np.abs(np.fft.rfft(error)) * (2 / error.size)
-    listed = largest_lines(np.where(amplitude > rounding, amplitude, 0.0)[None])
-    causes = [line_label(system, int(step) * record.unit / record.count) for step in listed]
+    frequency, amplitude = _lines(system, record, error, rounding)
     return {
         "kinematic_error": ("shaft_turn", error),
         "kinematic_error_peak_to_peak": ((), ranges[f"turn of {shaft}"][0]),
-        "kinematic_error_order": ("shaft_order", amplitude[listed]),
+        "kinematic_error_order": ("shaft_order", amplitude),
         "shaft_turn": ("shaft_turn", np.arange(error.size) / record.samples),
-        "shaft_order": ("shaft_order", listed / record.count),
-        "shaft_order_cause": ("shaft_order", np.array(causes, dtype=object)),
+        "shaft_order": ("shaft_order", np.array([float(one / record.unit) for one in frequency])),
+        "shaft_order_cause": ("shaft_order", np.array([line_label(system, one) for one in frequency], dtype=object)),
     }
+
+
+def _lines(system: System, record: Record, error: Array, rounding: float) -> tuple[list[Fraction], Array]:
+    """Exact frequencies (F,) of the lines of an error (T,) [rad] over a record, and amplitudes by least squares.
+
+    Of a record that is cut short the lines lie between the steps of its spectrum; what no line explains stays at them.
+    """
+    length, frequencies, rest = record.count / record.unit, list[Fraction](), error
+    coefficients = np.zeros(0, complex)
+    for _ in range(2):  # lines that the leakage of larger ones hides are seen in what these leave
+        size = np.abs(np.fft.rfft(rest)) * (2 / error.size)
+        steps = largest_lines(np.where(size > rounding, size, 0.0)[None]).tolist()
+        found = [one for step in steps for one in near_lines(system, step / length, 1 / (2 * length))]
+        frequencies = sorted({*frequencies, *found})
+        turns = [turn_fraction(one / record.unit / record.samples, record.index) for one in frequencies]
+        waves = np.exp(2j * np.pi * np.array(turns).reshape(len(turns), error.size).T)
+        fitted = np.linalg.lstsq(np.hstack([waves.real, -waves.imag]), error, rcond=None)[0]
+        coefficients = fitted[: len(turns)] + 1j * fitted[len(turns) :]
+        rest = error - (waves @ coefficients).real
+    amplitude = np.abs(coefficients) * (np.array(frequencies) > 0)  # the mean of a part of the period is no order
+    kept = largest_lines(np.where(amplitude > rounding, amplitude, 0.0)[None])
+    return [frequencies[place] for place in kept], amplitude[kept]

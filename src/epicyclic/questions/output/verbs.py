@@ -33,4 +33,4 @@ def output(drive: "Drive", options: OutputOptions, progress: "Callable[[float], 
     return run(drive.train, options, progress=progress)
 
 
-VERBS = (Verb(run=output, gives=("output",), drawing=True, examples=({"points": 8, "phases": 2},)),)
+VERBS = (Verb(run=output, gives=("output",), drawing=True, examples=({"points": 8, "phases": 2},), in_report=66),)

@@ -417,23 +417,44 @@ def test_an_eccentric_sun_that_floats_or_is_well_loaded_turns_the_carrier_evenly
         assert not result.shaft_order.size
 
 
-def test_an_eccentric_pair_is_a_sine() -> None:
-    """One mesh: E / r_b of the wheel at the order of the pinion, the ratio of the teeth."""
-    model = {
+def pair(pinion: int, wheel: int) -> dict[str, Any]:
+    """A pinion that is eccentric by 12 um, and its wheel."""
+    return {
         "format": 2,
         "title": "a pair",
         "stages": {
             "main": {
                 "module": "2 mm",
                 "face_width": "20 mm",
-                "pinion": {"teeth": 20, "inertia": "1 kg", "mass": "1 kg"},
-                "wheel": {"teeth": 50, "inertia": "1 kg", "mass": "1 kg"},
+                "pinion": {"teeth": pinion, "inertia": "1 kg", "mass": "1 kg"},
+                "wheel": {"teeth": wheel, "inertia": "1 kg", "mass": "1 kg"},
                 "meshes": {"pinion-wheel": {"stiffness": "2e8 N/m", "backlash": "50 um"}},
             }
         },
         "operation": {"speed": {"pinion": "900 rpm"}, "torque": {"pinion": "10 N m"}},
         "deviations": {"pinion": {"run_out": "12 um"}},
     }
+
+
+def test_orders_that_a_record_does_not_part_are_exact() -> None:
+    """199 turns are a common period, 6 are solved: between the steps of their spectrum 1 and 211/199 are one."""
+    model = pair(199, 211)
+    model["deviations"]["wheel"] = {"run_out": "7 um"}
+    result = epicyclic.output(model, phases=1, points=4)
+    assert result.sizes["shaft_turn"] < 7 * 12 * 211
+    np.testing.assert_allclose(result.shaft_order, [1, 211 / 199], rtol=1e-12)
+    base = 0.211 * np.cos(np.radians(20))
+    np.testing.assert_allclose(result.kinematic_error_order, np.array([7e-6, 12e-6]) / base, rtol=1e-7)
+    assert result.shaft_order_cause.values.tolist() == [
+        "deviations.main.wheel.run_out",
+        "deviations.main.pinion.run_out",
+    ]
+    assert any("the common period has 199" in one for one in json.loads(result.attrs["warnings"]))
+
+
+def test_an_eccentric_pair_is_a_sine() -> None:
+    """One mesh: E / r_b of the wheel at the order of the pinion, the ratio of the teeth."""
+    model = pair(20, 50)
     result = epicyclic.output(model, phases=1, points=4)
     base = 0.05 * np.cos(np.radians(20))
     assert float(result.kinematic_error_peak_to_peak) == pytest.approx(2 * 12e-6 / base, rel=1e-3)
