@@ -22,6 +22,7 @@ from ...errors import ModelError
 from ...options import ALL_CASES, Option
 from ...results.dataset import ranked
 from ...show.elements import Finding, Table
+from ...show.errors_shown import KINDS, error_tables
 from ...show.series import (
     ARCMIN,
     judged_quantile,
@@ -31,6 +32,7 @@ from ...show.series import (
     scattering_pair,
     system_quantiles,
     tenth_less,
+    texts,
 )
 from ...show.views import cases_tables, findings_of, tables_of
 from ...system.tooth_pairs import first_mesh
@@ -288,6 +290,7 @@ def transient_frame(result: xr.Dataset, train: Train) -> PageFrame:
 
 
 _VIEWS = ("transmission error", "load along the face")
+_ERRORS = ("by rotation", "by approach", "shaft to shaft")  # kinds of transmission error, as KINDS has them
 
 
 def contact_frame(result: xr.Dataset, train: Train, options: Mapping[str, Any]) -> PageFrame:
@@ -311,6 +314,30 @@ def stiffness_frame(result: xr.Dataset, train: Train) -> PageFrame:
     curves = _of_meshes(result, train, history)
     drawn = lines("mesh cycle [1]", "mesh stiffness [N/nm]", result["mesh_phase"].values, curves)
     return job_frame("stiffness", "Mesh stiffness and phases", _said(result), drawn)
+
+
+def steady_frame(result: xr.Dataset, train: Train, options: Mapping[str, Any]) -> PageFrame:
+    """Transmission errors of one kind over a mesh cycle, or over the time of a motion that was followed; all in tables.
+
+    Raises
+    ------
+    ModelError : errors of shafts where only one turns.
+    """
+    shown = options.get("show", _ERRORS[0])
+    kind = list(KINDS)[_ERRORS.index(shown)]
+    dim, unit, scale, _ = KINDS[kind]
+    if (name := f"transmission_error_{kind}") not in result.variables:
+        allowed = " or ".join(view for view, key in zip(_ERRORS, KINDS, strict=True) if key != kind)
+        raise ModelError("no two shafts turn by a ratio", path="show", given=shown, allowed=allowed)
+    along = next(str(one) for one in result[name].dims if one != dim)
+    values = scale * result[name].transpose(dim, along).values
+    curves = _of_meshes(result, train, values) if dim == "mesh" else dict(zip(texts(result, dim), values, strict=True))
+    words = "mesh cycle [1]" if along == "mesh_phase" else f"{along.replace('_', ' ')} [s]"
+    drawn = lines(words, f"lag of what is driven [{unit}]", result[along].values, curves)
+    chosen = json.loads(result.attrs["options"])
+    said = f"Lag of what is driven at {per_cent(chosen['relative_speed'])} of the operating speed"
+    said += ", teeth part and touch again." if chosen.get("contact_loss") else ", teeth in contact."
+    return job_frame("steady", f"Transmission error, {shown}", said, drawn, tables=error_tables(result))
 
 
 def output_frame(result: xr.Dataset) -> PageFrame:
@@ -602,6 +629,18 @@ _KINDS = (
         options=("samples",),
         verb="stiffness",
         frame=lambda result, train, options: stiffness_frame(result, train),
+    ),
+    JobKind(
+        name="steady",
+        label="Transmission error",
+        purpose="Transmission error of meshes and shafts in steady vibration",
+        about="Transmission error of every mesh over a mesh cycle at the operating speed, with its largest lines.",
+        quick=True,
+        effort=(1, 4),
+        options=("relative_speed", "contact_loss"),
+        views=_ERRORS,
+        verb="steady",
+        frame=steady_frame,
     ),
     JobKind(
         name="output",

@@ -32,9 +32,11 @@ def torque_over_angle(result: xr.Dataset) -> go.Figure:
     secant = np.array(_SECANT) * (-rated if result.attrs["rated_sense"] == "negative" else rated)
     size = ARCMIN * float(result["lost_motion"].sel(over_phases="mean"))
     known = [] if np.isnan(size) else [f"lost motion {engineering(size)} arcmin"]
+    apart = [] if known else [np.searchsorted(torque, 0)]  # without backlash no play joins the two senses
+    drawn, rise, fall = (np.insert(values, apart, np.nan) for values in (torque, rising, falling))
     layers = [
-        *([] if one else [Curve(falling, torque, name="falling", colour=PALETTE[1])]),
-        Curve(rising, torque, name="both branches" if one else "rising", colour=PALETTE[0]),
+        *([] if one else [Curve(fall, drawn, name="falling", colour=PALETTE[1])]),
+        Curve(rise, drawn, name="both branches" if one else "rising", colour=PALETTE[0]),
         Curve(np.interp(secant, torque, middle), secant, name="secant, 50 to 100 %", colour=INK, dash="dash"),
         *(points(lost, ends, 8, name=words, colour=PALETTE[3]) for words in known),
         *(Mark(y=end, dash="dot", name=f"{100 * share:.3g} % of the rated torque") for end in ends),

@@ -38,6 +38,7 @@ SMALL: dict[str, dict[str, Any]] = {
     "relief": {"population": 4, "generations": 2},
     "stiffness": {"samples": 32},
     "output": {"samples": 256},
+    "steady": {},
     "tolerance": {"samples": 1024},
     "contact_loss": {"points": 6},
     "transient": {"cycles": 2.0},
@@ -87,7 +88,7 @@ def test_a_job_gives_a_frame_a_dataset_and_its_progress(name: str) -> None:
     assert job["text"].endswith(".")
     assert "nan" not in job["text"]
     assert dataset.attrs["verb"] in (name, "contact_sweep")
-    assert ("tables" in job) == (name in ("cases", "output"))
+    assert ("tables" in job) == (name in ("cases", "output", "steady"))
     assert told
     assert all(0 <= share < 1 for share in told)  # what is left is packed and sent
     assert told[-1] > 0.9
@@ -271,6 +272,20 @@ def test_own_and_common_parts_are_halved_alone() -> None:
     load("ren2021", {path: value})
 
 
+def test_transmission_errors_are_drawn_by_their_kinds() -> None:
+    frame, result, _ = done("steady")
+    train, error = load("ren2021"), result["transmission_error_shaft"]
+    shafts = JOBS["steady"].shown(result, train, {"show": "shaft to shaft"})
+    (curve,) = shafts.arrays["job/y"]
+    np.testing.assert_allclose(curve, error[0].values * 180 / np.pi * 3600, rtol=1e-5)
+    assert shafts.head["job"]["lines"]["curves"][0]["label"] == "main.carrier by main.sun"
+    assert "[arcsec]" in shafts.head["job"]["lines"]["y_label"]
+    assert len(frame.arrays["job/y"]) == result.sizes["mesh"]
+    alone = result.drop_vars([name for name in result.variables if "transmission_error_shaft" in str(name)])
+    with pytest.raises(ModelError, match=r"no two shafts turn by a ratio.*by rotation or by approach"):
+        JOBS["steady"].shown(alone, train, {"show": "shaft to shaft"})
+
+
 def test_every_job_says_what_it_does_by_default() -> None:
     assert set(JOBS) == {
         "cases",
@@ -278,6 +293,7 @@ def test_every_job_says_what_it_does_by_default() -> None:
         "relief",
         "stiffness",
         "output",
+        "steady",
         "tolerance",
         "contact_loss",
         "transient",

@@ -198,6 +198,8 @@ def test_a_train_without_backlash_has_stiffness_and_no_lost_motion() -> None:
     np.testing.assert_allclose(result.angle_rising, np.tile(angle, (2, 1)), rtol=1e-8)
     assert np.isnan([result.lost_motion.values, result.shaft_backlash.values]).all()
     assert "no-backlash" in result.attrs["warnings"]
+    curve = epicyclic.plot("torque-angle", result).data[0]
+    assert [one is None for one in curve.x].index(True) == np.searchsorted(result.shaft_torque, 0)  # no line joins them
     assert len(key_figures(result)) == 1
     model["stages"]["first"]["planet"]["bearing"] = {
         "radial": f"{BEARING} N/m",
