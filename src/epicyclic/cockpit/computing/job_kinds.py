@@ -317,7 +317,7 @@ def output_frame(result: xr.Dataset) -> PageFrame:
     """Angle over torque of both branches, mean over the places of the mesh cycle, and the tables."""
     branches = {way: result[f"angle_{way}"].mean("mesh_phase").values for way in ("rising", "falling")}
     curves = {way: ARCMIN * angle for way, angle in branches.items()}
-    if np.allclose(*curves.values(), rtol=1e-9):
+    if np.allclose(curves["rising"], curves["falling"], rtol=1e-9):
         curves = {"both branches": curves["rising"]}
     drawn = lines("torque [N m]", "angle [arcmin]", result["shaft_torque"].values, curves, zero=True)
     return job_frame("output", f"Angle of {result.attrs['shaft']}", _said(result), drawn, tables=tables_of(result))

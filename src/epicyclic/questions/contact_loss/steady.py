@@ -111,8 +111,7 @@ def _rippled(causes: Iterable[str]) -> bool:
 
 def _pulled(outputs: TorusOutputs) -> NDArray[np.bool_]:
     """Whether superposed lines pull on the teeth of a mesh (w,) that touch without them."""
-    pulled: NDArray[np.bool_] = (np.abs(outputs.force) < outputs.reach).any(axis=0)
-    return pulled
+    return np.asarray((np.abs(outputs.force) < outputs.reach).any(axis=0))
 
 
 def mesh_order_stability(torus: Torus, point: TorusPoint) -> Stability | None:
