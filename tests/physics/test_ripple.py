@@ -162,6 +162,18 @@ def test_an_imposed_speed_is_its_angle() -> None:
         assert one.force == pytest.approx(other.force, rel=1e-12, abs=1e-12)
 
 
+def test_a_deviation_at_the_frequency_of_a_ripple_stays_at_other_speeds() -> None:
+    """Without the ripple, whose frequency stays where it is, the lines are those of a train that has none."""
+    model = pair({"pinion": [{"frequency": f"{ENGINE} Hz", "torque": "20 N m"}]})
+    model["deviations"] = {"s": {"pinion": {"run_out": "10 um"}}}
+    (one,), (other,) = assemble(load(model)).scaling.lines, assemble(load(model, {"operation.ripple": None})).lines
+    assert one.frequency == other.frequency == ENGINE
+    assert one.causes == other.causes == ("deviations.s.pinion.run_out",)
+    assert one.gap == pytest.approx(other.gap, rel=1e-12)
+    assert np.abs(one.gap).max() > 1e-6
+    assert one.force == pytest.approx(other.force, abs=1e-12)
+
+
 def test_a_table_is_the_sum_of_its_components() -> None:
     """Torques over two turns, of orders 1/2, 2 and 11, become their exact orders, amplitudes and phases."""
     parts = {Fraction(1, 2): (7.0, 0.3), Fraction(2): (30.0, -1.1), Fraction(11): (4.0, 2.0)}
@@ -271,6 +283,7 @@ def test_rattle_is_that_of_an_independent_integration(of_natural: float, torus: 
     assert result.open_share.item() == pytest.approx(np.mean(force == 0), abs=0.03)
     assert result.far_share.item() == pytest.approx(np.mean(force < 0), abs=0.03)
     assert "[teeth-rattle]" in result.attrs["warnings"]
+    assert torus or "[contact-lost]" in result.attrs["warnings"]  # of the run in time
     run = transient(model, duration=0.2, samples=64)
     late = run.mesh_force.values[0, run.time.values > 0.15]
     assert late.max() == pytest.approx(force.max(), rel=0.02)

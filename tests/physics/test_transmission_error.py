@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import epicyclic
-from epicyclic.statics.transmission_error import error_ranges, ranges_of_lines
+from epicyclic.statics.transmission_error import error_ranges, error_waves, ranges_of_lines
 
 KINDS = ("rotation", "approach", "shaft")
 MESH = 4e8  # [N/m]
@@ -192,6 +192,33 @@ def test_turns_do_not_wrap_in_a_part_of_the_period() -> None:
     np.testing.assert_allclose(ranges["turn of main.sun"], 1.0, rtol=2e-3)
     np.testing.assert_allclose(ranges["record"], 4.0)
     assert "turn of main.carrier" not in ranges  # longer than the record
+
+
+@pytest.mark.parametrize(
+    ("record", "periods"),
+    [
+        ({"cycles": 64, "samples": 8}, ["turn of main.sun", "64 mesh cycles"]),
+        ({"cycles": 3, "samples": 8}, ["3 mesh cycles"]),
+        ({"turns": 2, "of": "main.sun"}, ["turn of main.sun", "2 turns of main.sun"]),
+        ({"samples": 2}, ["turn of main.sun", "turn of main.carrier", "common period"]),
+        ({"samples": 8}, ["mesh cycle", "turn of main.sun", "turn of main.carrier", "common period"]),
+    ],
+)
+def test_ranges_of_a_record_are_named_after_it(record: dict[str, Any], periods: list[str]) -> None:
+    """Of 24 mesh cycles, which are common to all; two samples of a cycle do not show its range."""
+    result = epicyclic.static(planetary("2e8 N/m", sun={"run_out": "9 um"}), **record)
+    assert result["period"].values.tolist() == periods
+    for kind in KINDS:
+        whole = np.ptp(result[f"transmission_error_{kind}"].values, axis=1)
+        np.testing.assert_allclose(result[f"transmission_error_{kind}_range"].isel(period=-1), whole, atol=1e-15)
+
+
+def test_the_mean_wind_up_of_a_motion_that_is_lost_is_that_before() -> None:
+    system = epicyclic.assemble(epicyclic.load(planetary()))
+    wave = np.tile([1.0, 3.0, np.nan, np.nan], (system.errors.B.shape[1], 1))
+    columns = error_waves(system.errors, wave, "time")
+    assert columns["wind_up"][1] == pytest.approx(2.0)
+    np.testing.assert_allclose(columns["transmission_error_shaft"][1][0], [-1, 1, np.nan, np.nan])
 
 
 @pytest.mark.parametrize("model", [pair(VARYING), planetary("2e8 N/m", planet={"run_out": "6 um"})])

@@ -378,3 +378,10 @@ def test_errors_name_flags(command: Command) -> None:
     # a flag without a value, as it was typed
     assert command("steady", "ren2021", "--no-shaft-orders").err == "error: --no-shaft-orders: goes with contact loss\n"
     assert "error: --resume: needs" in command("sweep", "ren2021", "--resume").err
+
+
+@pytest.mark.parametrize("value", ["true", "false"])
+def test_a_case_that_is_no_text_is_told_with_its_value(command: Command, value: str) -> None:
+    told = command("modes", "ren2021", "--set", f"case={value}").err
+    assert told.startswith(f"error: --case = {value.capitalize()}: ")
+    assert "--no-case" not in told

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import asyncio
+
 import pytest
 
 pytest.importorskip("nicegui")
@@ -11,6 +13,7 @@ from nicegui.testing.user import User
 from tests.unit.cockpit.dialog_session import FakeSession
 from tests.unit.cockpit.visit import seen, until, visit
 
+from epicyclic.cockpit.page.controls import Later
 from epicyclic.cockpit.page.file_panels import TextPanel, line_of, line_of_error
 from epicyclic.cockpit.state.state import from_text, opened
 from epicyclic.document.document import drive_text
@@ -77,6 +80,39 @@ def test_it_follows_the_state_and_applies() -> None:
         await user.should_see("ren2021")
 
     visit(TextPanel, talk)
+
+
+def test_the_text_follows_while_changes_go_on() -> None:
+    async def talk(user: User, session: FakeSession) -> None:
+        await until(lambda: editor(user).value)
+        for mass in range(700, 1000):
+            session.set("stages.main.sun.mass", f"{mass} kg", released=False)
+            if editor(user).value != drive_text("ren2021"):
+                break
+            await asyncio.sleep(0.02)
+        assert editor(user).value != drive_text("ren2021")
+
+    visit(TextPanel, talk)
+
+
+def test_what_was_asked_for_can_be_dropped() -> None:
+    places: list[ui.column] = []
+    done: list[str] = []
+
+    async def work() -> None:
+        done.append("once")
+
+    async def talk(user: User, session: FakeSession) -> None:
+        later = Later(places[0], work)
+        later.ask(0.05)
+        later.drop()
+        await asyncio.sleep(0.2)
+        assert not done
+        later.ask(0)
+        await until(lambda: done)
+        assert done == ["once"]
+
+    visit(lambda _: places.append(ui.column()), talk)
 
 
 def test_a_wrong_text_stays_with_its_line_told() -> None:

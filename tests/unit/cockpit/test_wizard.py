@@ -11,7 +11,7 @@ from nicegui.testing.user import User
 from tests.unit.cockpit.dialog_session import FakeSession
 from tests.unit.cockpit.visit import put, seen, until, visit
 
-from epicyclic.cockpit.page.wizard import BESIDE, needed, new_button, preview_of, sets_in
+from epicyclic.cockpit.page.wizard import BESIDE, drivers_of, needed, new_button, preview_of, sets_in
 from epicyclic.cockpit.state.state import request_of, tables_of
 from epicyclic.errors import ModelError
 from epicyclic.train.new_train import new_train
@@ -80,6 +80,7 @@ def test_what_a_rule_chose_gives_way_to_what_is_said() -> None:
         ({"module": "10 kg"}, "module"),
         ({"power": "-750"}, "power"),
         ({"speed": ""}, "speed"),
+        ({"kind": "odd", "driver": "sun"}, "kind"),
         ({"damping.modal": "5"}, "damping.modal"),
         ({"stages.main.carrier.mass": "heavy"}, "stages.main.carrier.mass"),
         ({"kind": "star", "held": "ring", "driver": "carrier", "teeth": "9/9/27"}, "teeth"),
@@ -114,6 +115,11 @@ def test_every_kind_ends_in_a_model_that_loads(fields: dict[str, str]) -> None:
     found = preview_of({"planets": "3", **fields})
     assert load(tables_of(found.text)).meshes
     assert set(BESIDE) <= set(found.by_rule)
+
+
+def test_members_that_may_drive() -> None:
+    assert drivers_of("planetary", "ring") == drivers_of("planetary", "") == ("sun", "carrier")
+    assert drivers_of("differential", "") == drivers_of("compound", "ring") == ()  # stated by member
 
 
 def test_sets_of_teeth_are_found_in_words() -> None:

@@ -165,13 +165,15 @@ def test_pitch_from_a_file(tmp_path: Path) -> None:
 
 
 def test_sources_that_are_none(tmp_path: Path) -> None:
+    (tmp_path / "loop.toml").symlink_to(tmp_path / "loop.toml")
     cases: list[tuple[object, str]] = [
         (tmp_path / "none.toml", "no such file"),
         ("ren2012", "did you mean 'ren2021'"),
         (tmp_path, "is a folder"),
         ("/dev/zero", "no regular file"),
-        ("a\0b", "no such file|cannot be read"),
-        ("x" * 5000, "cannot be read|no such file"),
+        (tmp_path / "loop.toml", "cannot be read"),
+        ("a\0b", "cannot be read"),
+        ("x" * 5000, "cannot be read"),
         (3, "not a model"),
         (None, "not a model"),
     ]

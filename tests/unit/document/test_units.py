@@ -179,6 +179,16 @@ def test_common_units_need_no_pint() -> None:
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
+@pytest.mark.parametrize("text", ["5 kg", "5 kg m^2", "5 kg mm^2", "5 t"])
+def test_common_units_of_a_second_kind_need_no_pint(text: str) -> None:
+    code = (
+        "import sys; from epicyclic.document.units import Bounds, read_quantity; "
+        f"[read_quantity({text!r}, kinds, Bounds()) for kinds in (('inertia', 'mass'), ('mass', 'inertia'))]; "
+        "assert 'pint' not in sys.modules"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
 @pytest.mark.parametrize("path", ["planet.bearing.radial", "sun.support.radial", "face_width"])
 def test_a_number_too_small_for_double_precision_is_refused(path: str) -> None:
     with pytest.raises(ModelError, match="out of range, 0 is written as 0"):

@@ -9,6 +9,7 @@ import tomllib
 from fractions import Fraction
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -225,6 +226,13 @@ def test_shifts_against_undercut_keep_the_centre_distance() -> None:
         held="ring",
     )
     assert shifts_of(blank) == {"sun": 0.19, "planet": -0.19, "ring": 0.19}  # 1 - 14 sin^2 20 deg / 2 = 0.181
+
+
+@pytest.mark.parametrize("shift", [np.float32(0.25), np.int64(0), np.array([0.25, 0.5], np.float32)[1]])
+def test_a_profile_shift_may_be_a_number_of_numpy(shift: Any) -> None:
+    one, other = (new_train(**BOX, **LOAD, profile_shift={"sun": value}) for value in (shift, float(shift)))
+    assert one.document == other.document
+    assert one.document["stages"]["main"]["sun"]["profile_shift"] == float(shift)
 
 
 def test_signatures_are_typed_and_documented() -> None:

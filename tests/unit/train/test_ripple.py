@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 import tomllib
 from collections.abc import Callable
 from fractions import Fraction
@@ -43,6 +44,7 @@ def frequencies(overrides: dict[str, Any]) -> list[Fraction]:
         ([torque(order=0)], "engine.1.order", "out of range"),
         ([torque(order="1/0")], "engine.1.order", "not an order"),
         ([torque(order="two")], "engine.1.order", "not an order"),
+        ([torque(order="0." + "0" * 60 + "1")], "engine.1.order", "not an order"),
         ([torque(order=float("nan"))], "engine", "not a number"),
         ([{"order": 2, "phase": "20 deg"}], "engine.1", "without an amplitude"),
         ([{"torque": "5 N m"}], "engine.1", "without an order"),
@@ -78,8 +80,29 @@ def test_a_shaft_that_takes_no_ripple_is_refused(member: str, words: str) -> Non
 def test_orders_are_exact_and_follow_the_shaft_they_count() -> None:
     """25 turns a second of the engine; the machine turns 26 times in 102 of them."""
     assert frequencies(ripple(torque(order="1/2"), torque(order=1.5))) == [Fraction(25, 2), Fraction(75, 2)]
+    assert frequencies(ripple(torque(order=" 1 / 3"))) == [Fraction(25, 3)]
     assert frequencies(ripple(torque(order=1, of="machine"))) == [Fraction(25 * 26, 102)]
     assert frequencies(ripple({"frequency": "33.3 Hz", "torque": "1 N m"})) == [Fraction(333, 10)]
+
+
+def test_an_order_of_many_digits_is_refused_in_time(slowness: float) -> None:
+    """A number of ten million digits is not made."""
+    load(EXAMPLE)
+    start = time.process_time()
+    with pytest.raises(ModelError, match="not an order"):
+        load(EXAMPLE, ripple(torque(order="1e10000000")))
+    assert time.process_time() - start < 0.2 * slowness
+
+
+def test_a_member_may_be_named_file() -> None:
+    """Its torque and speed are numbers, and name no file of a ripple."""
+    gears = {"file": {"kind": "gear", "teeth": 20}, "wheel": {"kind": "gear", "teeth": 40}}
+    stage = {"module": "3 mm", "face_width": "20 mm", **gears, "meshes": {"file-wheel": {}}}
+    loads = {"speed": {"file": "12 rev/s"}, "torque": {"file": "10 N m"}}
+    part = {"order": 2, "torque": "1 N m"}
+    model = {"format": 2, "title": "a pair", "stages": {"s": stage}, "operation": {**loads, "ripple": {"file": [part]}}}
+    assert [line.frequency for line in load(model).ripples] == [24]
+    assert load(model, {"cases.low.torque.file": "5 N m", "case": "low"}).ripples == load(model).ripples
 
 
 def test_a_file_is_its_table(tmp_path: Path) -> None:

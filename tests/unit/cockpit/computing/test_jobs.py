@@ -243,6 +243,8 @@ def test_page_and_terminal_judge_one_gain_of_a_relief(left: float, level: str) -
         ("uniform(-5 um, 5 um)", "uniform(-2.5 um, 2.5 um)"),
         ("uniform(10 um, 20 um)", "uniform(12.5 um, 17.5 um)"),
         ("grade(IT2, 3 sigma)", None),
+        ("normal(3 um, 0 um)", None),  # no spread to halve
+        ("uniform(5 um, 5 um)", None),
         ("nonsense", None),
     ],
 )

@@ -359,6 +359,14 @@ def test_small_studies_leave_out_curves_with_maps_of_their_own() -> None:
 
 
 @pytest.mark.usefixtures("few_rows")
+def test_the_progress_ends_at_one() -> None:
+    """Also where some numbers of planets are refused."""
+    told: list[float] = []
+    epicyclic.tolerance(gaussian(0.2), samples=2**10, effects="all", progress=told.append)
+    assert told == sorted(told)
+    assert told[-1] == 1.0
+
+
 def test_references_are_carried() -> None:
     found = epicyclic.tolerance(gaussian(0.1), samples=256, effects="none", reference=["table = 4=1.25", "ours=1.1"])
     assert found.reference.values.tolist() == ["table = 4", "ours"]

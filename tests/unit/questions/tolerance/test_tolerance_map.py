@@ -383,6 +383,26 @@ def test_scale_and_torque_and_other_entries() -> None:
 
 
 @pytest.mark.parametrize(
+    ("u", "scale", "path"),
+    [
+        (np.full(4, 0.4), None, "u"),
+        (np.full((3, 3), 0.4), None, "u"),
+        (np.full((3, 5), 0.4), None, "u"),
+        (np.zeros((0, 5)), None, "u"),
+        (np.array([[0.4, 0.4, 0.4, 0.0]]), None, "u"),
+        (np.array([[0.4, 0.4, 0.4, 1.0]]), None, "u"),
+        (np.array([[0.4, 0.4, 0.4, math.nan]]), None, "u"),
+        (np.full((3, 4), 0.4), [-1.0], "scale"),
+        (np.full((3, 4), 0.4), [1.0, 1.0], "scale"),
+    ],
+)
+def test_numbers_that_no_map_takes_are_refused(u: Array, scale: list[float] | None, path: str) -> None:
+    with pytest.raises(ModelError) as raised:
+        tolerance_map(load(spur(4))).evaluate(u, scale=scale)
+    assert raised.value.path == path
+
+
+@pytest.mark.parametrize(
     ("path", "text", "problem"),
     [
         ("stages.main.planet.mass", "normal(5 kg, 1 kg)", "more than torques and stiffnesses"),

@@ -301,6 +301,7 @@ def test_an_unstable_run_is_said_to_be(drive: Drive) -> None:
     assert np.isfinite(found.mesh_force.values[:, 0]).all()
     assert "grows without bound" in found.attrs["warnings"]
     assert np.isfinite(found.end_displacement).all()
+    assert np.isfinite(found.wind_up).all()
 
 
 def test_a_jump_falls_on_a_step(drive: Drive) -> None:
