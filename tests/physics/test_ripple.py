@@ -162,16 +162,19 @@ def test_an_imposed_speed_is_its_angle() -> None:
         assert one.force == pytest.approx(other.force, rel=1e-12, abs=1e-12)
 
 
-def test_a_deviation_at_the_frequency_of_a_ripple_stays_at_other_speeds() -> None:
-    """Without the ripple, whose frequency stays where it is, the lines are those of a train that has none."""
-    model = pair({"pinion": [{"frequency": f"{ENGINE} Hz", "torque": "20 N m"}]})
+@pytest.mark.parametrize("fixed", [{"torque": "20 N m"}, {"angle": "1 mrad"}])
+def test_what_follows_the_speed_stays_at_other_speeds_beside_a_fixed_frequency(fixed: dict[str, str]) -> None:
+    """Without the ripple whose frequency stays where it is, the lines are those beside one of another frequency."""
+    model = pair({"pinion": [{"frequency": f"{ENGINE} Hz", **fixed}], "wheel": [{"order": 1, "torque": "2 N m"}]})
     model["deviations"] = {"s": {"pinion": {"run_out": "10 um"}}}
-    (one,), (other,) = assemble(load(model)).scaling.lines, assemble(load(model, {"operation.ripple": None})).lines
-    assert one.frequency == other.frequency == ENGINE
-    assert one.causes == other.causes == ("deviations.s.pinion.run_out",)
-    assert one.gap == pytest.approx(other.gap, rel=1e-12)
-    assert np.abs(one.gap).max() > 1e-6
-    assert one.force == pytest.approx(other.force, abs=1e-12)
+    whole = assemble(load(model))
+    apart = assemble(load(model, {"operation.ripple.pinion": [{"frequency": "99 Hz", **fixed}]}))
+    assert (len(whole.lines), len(apart.lines), len(whole.scaling.lines)) == (2, 3, 2)
+    for one, other in zip(whole.scaling.lines, apart.scaling.lines, strict=True):
+        assert (one.frequency, one.causes) == (other.frequency, other.causes)
+        for part in ("gap", "force", "ripple"):
+            values = getattr(other, part)
+            assert getattr(one, part) == pytest.approx(values, rel=1e-12, abs=1e-15 * np.abs(values).max(initial=0))
 
 
 def test_a_table_is_the_sum_of_its_components() -> None:

@@ -97,6 +97,7 @@ def _without_link_laws(system: System, *, memory_alone: bool, floating: bool) ->
         links=_linearised_links(system, laws),
         force=system.force - rows @ laws.offset,
         lines=tuple(_linearised_line(system, laws, line) for line in system.lines),
+        scaled=tuple(_linearised_line(system, laws, line) for line in system.scaled),
         warnings=(*system.warnings, *_law_warnings(system, laws, memory_alone)),
         groups=(),
     )

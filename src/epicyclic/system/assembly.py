@@ -89,6 +89,8 @@ def assemble(train: Train) -> System:
     torques = np.zeros(6 * len(train.bodies))
     torques[[6 * structure.index[body] + 5 for body in train.torques]] = list(train.torques.values())
     turns = None if train.kinematics.speed is None else train.kinematics.frame_speed or {}
+    following = tuple(ripple for ripple in train.ripples if ripple.follows)
+    unscaled = frozenset(ripple.path for ripple in train.ripples if not ripple.follows)
     return System(
         dofs=_dofs(train, T, kept),
         M=M,
@@ -116,7 +118,8 @@ def assemble(train: Train) -> System:
         spin_up=spin_up_load(mass[:, 0], mass[:, 5], structure.frame_speed, structure.spin, own_centres(train)) @ T,
         stage_turns={} if turns is None else {s: Fraction(turns.get(s, 0)) / 60 for s in train.planets},
         far=_far_flanks(structure, T, meshes) if structure.far_of.size else None,
-        unscaled=frozenset(ripple.path for ripple in train.ripples if not ripple.follows),
+        unscaled=unscaled,
+        scaled=excitation_lines(replace(train, ripples=following), structure, model) if unscaled else (),
         locked=dict(train.torques) if train.kinematics.locked else None,
         errors=error_rows(train, structure, T),
     )

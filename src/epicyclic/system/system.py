@@ -251,6 +251,7 @@ class System:
     spin_up : (n,) inertial load of the nominal motion per s', on the right side [N s]; empty: none is known.
     errors : rows of the transmission errors.
     unscaled : paths of ripple at frequencies that do not follow the speed: see `require_scaling`.
+    scaled : the lines without these, where there are any.
     locked : of a train that what is held locks the torque on every body that carries one [N m]; None: the train turns.
     """
 
@@ -279,13 +280,14 @@ class System:
     euler: Array = field(default_factory=lambda: np.zeros((0, 0)))
     spin_up: Array = field(default_factory=lambda: np.zeros(0))
     unscaled: frozenset[str] = frozenset()
+    scaled: tuple[Line, ...] = ()
     locked: Mapping[str, float] | None = None
     errors: ErrorRows = field(default_factory=ErrorRows)
 
     def __post_init__(self) -> None:
         """Make the arrays read-only: what follows from a System is kept by its identity."""
-        parts = (self, self.dofs, self.meshes, self.links, self.far, self.errors, *self.lines, *self.groups)
-        for part in (one for one in parts if one is not None):
+        parts = (self, self.dofs, self.meshes, self.links, self.far, self.errors, *self.groups)
+        for part in (one for one in (*parts, *self.lines, *self.scaled) if one is not None):
             for name in part.__dataclass_fields__:
                 values = getattr(part, name)
                 while isinstance(values, np.ndarray):  # and what it is a view of
@@ -371,18 +373,7 @@ class System:
     @property
     def scaling(self) -> System:
         """The System without the lines whose frequencies do not follow the speed; itself where all do."""
-        if not self.unscaled:
-            return self
-        lines = []
-        for line in self.lines:
-            own = tuple(cause for cause in line.causes if cause not in self.unscaled)
-            if own == line.causes:
-                lines.append(line)
-            elif own:  # at the same frequency, less the torque of the ripple
-                force = line.force.copy()
-                force[0] -= line.ripple if line.ripple.size else 0.0
-                lines.append(replace(line, force=force, causes=own, ripple=np.zeros(0, complex)))
-        return replace(self, lines=tuple(lines), unscaled=frozenset())
+        return replace(self, lines=self.scaled, unscaled=frozenset()) if self.unscaled else self
 
     def require_scaling(self, speed: Array) -> None:
         """Raise ModelError for lines whose frequency does not follow the speed, at relative speeds other than 1."""

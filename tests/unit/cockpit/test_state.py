@@ -7,6 +7,7 @@ import json
 import re
 import runpy
 import shlex
+import tomllib
 import zlib
 from pathlib import Path
 
@@ -236,6 +237,35 @@ def test_models_of_others_name_no_files() -> None:
         from_text("x", "format = 2\n[stages.main]\n" + FORCE)
     with pytest.raises(ModelError, match="names a file"):
         with_text(opened("ren2021"), base)
+
+
+RIPPLES = {
+    "operation.ripple.sun": '[operation.ripple]\nsun = [{ file = "/etc/passwd" }]\n',
+    "operation.ripple.sun.a": '[operation.ripple.sun.a]\nfile = "/etc/passwd"\n',
+    "cases.c.ripple.sun": '[[cases.c.ripple.sun]]\nfile = "/etc/passwd"\n',
+}
+
+
+@pytest.mark.parametrize("path", RIPPLES)
+def test_models_of_others_name_no_files_of_ripple(path: str) -> None:
+    base = opened("ren2021").base + RIPPLES[path]
+    with pytest.raises(ModelError, match=rf"{re.escape(path)}.*names a file"):
+        uploaded("x.toml", base.encode())
+    value = tomllib.loads(RIPPLES[path])
+    for key in path.split("."):
+        value = value[key]
+    with pytest.raises(ModelError, match="names a file"):
+        from_fragment(link_of({"drive": "ren2021", "overrides": [[path, value]]}))
+
+
+def test_a_file_of_this_machine_may_name_a_file_of_ripple(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "torque.csv").write_text("angle [deg], torque [N m]\n0, 5\n120, -5\n240, 0\n", encoding="utf-8")
+    text = opened("ren2021").base + '[[operation.ripple.sun]]\nfile = "torque.csv"\n'
+    (tmp_path / "own.toml").write_text(text, encoding="utf-8")
+    monkeypatch.chdir("/")
+    made = epicyclic.load(*request_of(opened(tmp_path / "own.toml")))
+    assert made.ripples
+    assert made.ripples == epicyclic.load(tmp_path / "own.toml").ripples
 
 
 def test_a_file_of_this_machine_may_name_files(tmp_path: Path) -> None:

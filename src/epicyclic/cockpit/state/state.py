@@ -90,7 +90,8 @@ _MOST_OVERRIDES = 2000
 # Speeds per operating speed that a page shows: no sweep of the package goes beyond.
 _SPEEDS = (1e-3, 100.0)
 _REASON = "assumed."
-# Tables whose entries may name a file: of force over deflection, of pitch deviations (`document.document`).
+# Tables whose entries may name a file beside those of ripple: of force over deflection, of pitch deviations
+# (`document.document`).
 _NAMING = ("stages", "bodies", "couplings", "deviations")
 
 
@@ -295,10 +296,29 @@ def _placed(tables: PlainTable, folder: Path | None) -> PlainTable:
     ------
     ModelError : a file is named and there is no folder, or it lies outside of it.
     """
-    return {key: _with_files(value, key, folder) if key in _NAMING else value for key, value in tables.items()}
+    placed: PlainTable = {}
+    for key, value in tables.items():
+        if key in _NAMING:
+            value = _with_files(value, key, folder)
+        elif key == "operation":
+            value = _with_ripple(value, key, folder)
+        elif key == "cases" and isinstance(value, Mapping):
+            value = {case: _with_ripple(entry, f"{key}.{case}", folder) for case, entry in value.items()}
+        placed[key] = value
+    return placed
+
+
+def _with_ripple(operation: Any, path: str, folder: Path | None) -> Any:
+    """An operation; a member of it may be called ``file``."""
+    if not isinstance(operation, Mapping):
+        return operation
+    of_ripple = (key for key in operation if key.partition(".")[0] == "ripple")
+    return {**operation, **{key: _with_files(operation[key], f"{path}.{key}", folder) for key in of_ripple}}
 
 
 def _with_files(value: Any, path: str, folder: Path | None) -> Any:
+    if isinstance(value, list):
+        return [_with_files(entry, f"{path}.{number}", folder) for number, entry in enumerate(value, start=1)]
     if not isinstance(value, Mapping):
         return value
     placed: PlainTable = {}

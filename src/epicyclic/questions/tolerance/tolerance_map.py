@@ -531,7 +531,7 @@ class ToleranceMap:
         """Factors (E,) on the spreads."""
         E = len(self.entries)
         values = np.ones(E) if scale is None else np.asarray(scale, float)
-        if values.shape != (E,) or not (values >= 0).all():
+        if values.shape != (E,) or not (np.isfinite(values) & (values >= 0)).all():
             raise ModelError("no factors on spreads", path="scale", given=str(scale), allowed=f"{E} numbers >= 0")
         return list(map(float, values))
 
