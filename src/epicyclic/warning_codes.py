@@ -270,10 +270,6 @@ torque-undetermined cases.md
 Couplings close a path of their own, as two clutches between the same members do: their stiffnesses share the load.
 Open one of them, or take the torques of `static`.
 
-rated-of-operation output.md
-No rated torque is stated: stiffness and lost motion are those of the torque of operation.
-State operation.rated of the shaft, or the option rated.
-
 no-backlash transient.md
 No backlash is given where teeth part, or where a train is locked: the far flanks are taken as never touching.
 State backlash of the mesh.

@@ -287,6 +287,13 @@ def test_rattle_is_that_of_an_independent_integration(of_natural: float, torus: 
     assert result.far_share.item() == pytest.approx(np.mean(force < 0), abs=0.03)
     assert "[teeth-rattle]" in result.attrs["warnings"]
     assert torus or "[contact-lost]" in result.attrs["warnings"]  # of the run in time
+    tone = float(system.tones[0])
+    swept = sweep(model, contact_loss=True, mesh_frequency=[0.5 * tone, tone]).isel(direction=0, mesh=0, speed=1)
+    assert swept.status == ("ok" if torus else "teeth rattle, followed in time")
+    assert torus or "teeth rattle at 4 points" in swept.attrs["warnings"]
+    assert swept.mesh_force_peak.item() == pytest.approx(force.max(), rel=0.015)
+    assert swept.mesh_force_minimum.item() == pytest.approx(force.min(), rel=0.015)
+    assert swept.mesh_force_rms.item() == pytest.approx(force.std(), rel=0.015)
     run = transient(model, duration=0.2, samples=64)
     late = run.mesh_force.values[0, run.time.values > 0.15]
     assert late.max() == pytest.approx(force.max(), rel=0.02)

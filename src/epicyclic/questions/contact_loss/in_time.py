@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -24,30 +24,64 @@ from ..response.spectra import lateral_pairs, link_labels
 from ..response.sweep_table import ROWS
 from ..transient import TransientOptions
 from ..transient.transient import transient
-from .shaft_orders import SuperposedLine
+from .branch_set import Measures
+from .rows import gap_rows_of, reported_links
+from .shaft_orders import ShaftResponse
 from .solutions import Stability
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from ..response.response import Response
+
+FOLLOWED, RATTLE = "followed in time", "teeth rattle, followed in time"
+"""Status of a motion that a run in time has found."""
 _CYCLES, _MOST, _SAMPLES = 24, 16, 64
 # Change of the RMS of mesh forces per the largest from one stretch to the next that is none, and that is refused.
 _SETTLED, _REFUSED = 0.005, 0.05
 
 
-def followed_in_time(
-    system: System, speed: float, lines: Sequence[SuperposedLine], options: dict[str, Any]
-) -> xr.Dataset:
-    """The Dataset of `contact_steady`, of the last stretch of the run; ``residual`` is the change of its RMS.
+class SettledRun(NamedTuple):
+    """The last stretch of a run.
+
+    run : Dataset of `transient`.  cycles : of the mesh.  rms : (w,) of mesh forces [N].  change : of the RMS, from the
+    stretch before, per the largest.  text : what parts teeth, and how far the run has settled.
+    """
+
+    run: Any
+    cycles: int
+    rms: Array
+    change: float
+    text: str
+
+    def rattles(self, names: Sequence[str]) -> list[CodedText]:
+        """`rattle_warnings` of whole meshes by their names."""
+        run = self.run
+        mean, ends = (
+            run.mesh_force.values[:, :-1].mean(axis=1),
+            (run.mesh_force_minimum.values, run.mesh_force_peak.values),
+        )
+        return rattle_warnings(names, mean, ends, run.open_share.values, run.far_share.values)
+
+    def ranges(self) -> dict[str, Any]:
+        """Dimensions and values of the transmission errors' ranges, by the names of their variables."""
+        peaks = [str(name) for name in self.run.data_vars if str(name).endswith("peak_to_peak")]
+        return {name: (self.run[name].dims, self.run[name].values) for name in peaks}
+
+
+def ripple_causes(causes: Iterable[Sequence[str]]) -> list[str]:
+    """Ripples of torque or motion among the causes of every line, `operation.ripple` or that of a case."""
+    return list(dict.fromkeys(cause for one in causes for cause in one if ".ripple." in cause))
+
+
+def settled_run(system: System, speed: float, ripples: Sequence[str]) -> SettledRun:
+    """The run at a relative speed until it has settled.
 
     Raises
     ------
     ConvergenceError : the motion does not settle, or there are no compiled steps.
     """
-    from ...results.dataset import dataset
-
-    every = (cause for line in lines for cause in line.shaft.causes if ".ripple." in cause)
-    causes = "; ".join(dict.fromkeys(every))
+    causes = "; ".join(ripples)
     if not numba_available():
         raise ConvergenceError(
             f"{causes}: parts teeth, and the motion has to be followed in time, which takes minutes without numba: "
@@ -74,31 +108,65 @@ def followed_in_time(
             f"{causes}: parts teeth, and the motion followed in time does not settle: its RMS still changes by "
             f"{change:.2g} from one stretch of {cycles} mesh cycles to the next; transient shows it"
         )
+    text = f"{causes}: parts teeth; followed in time over {cycles} mesh cycles, RMS settled to {change:.1g}"
+    return SettledRun(run, cycles, rms, change, text)
+
+
+def response_in_time(ready: Response, speed: float, ripples: Sequence[str]) -> ShaftResponse:
+    """The motion at a relative speed with shaft orders, as a run in time has it; where there is none, why."""
+    system = ready.system
+    try:
+        found = settled_run(system, speed, ripples)
+    except ConvergenceError as error:
+        return ShaftResponse(status=str(error))
+    run, names = found.run, faces(system.meshes).name
+    linear = reported_links(ready)[0].links.name == system.links.name  # rows of laws are not in a run
+    links = {**(_links(system, run) if linear else {}), **found.ranges()}
+    measures = Measures(
+        rms=found.rms,
+        highest=run.mesh_force_peak.values,
+        lowest=run.mesh_force_minimum.values,
+        open=run.open_share.values,
+        amplitude=np.ptp(run.displacement.values, axis=1) / 2,
+        flank=np.full(gap_rows_of(ready).count, np.nan),
+        links={name: values for name, (_, values) in links.items()},
+    )
+    status = RATTLE if found.rattles(names) else FOLLOWED
+    return ShaftResponse(status=status, measures=measures, residual=found.change)
+
+
+def followed_in_time(system: System, speed: float, ripples: Sequence[str], options: dict[str, Any]) -> xr.Dataset:
+    """The Dataset of `contact_steady`, of the last stretch of the run; ``residual`` is the change of its RMS.
+
+    Raises
+    ------
+    ConvergenceError : as of `settled_run`.
+    """
+    from ...results.dataset import dataset
+
+    found = settled_run(system, speed, ripples)
+    run, cycles, _, change, text = found
     names, force = faces(system.meshes).name, run.mesh_force.values[:, :-1]
     folded, along = force.reshape(len(force), cycles, _SAMPLES), ("mesh", "mesh_phase")
     open_share, far_share = run.open_share.values, run.far_share.values
-    text = f"{causes}: parts teeth; followed in time over {cycles} mesh cycles, RMS settled to {change:.1g}"
-    ends = run.mesh_force_minimum.values, run.mesh_force_peak.values
-    peaks = [str(name) for name in run.data_vars if str(name).endswith("peak_to_peak")]
-    said = [CodedText(text) for text in json.loads(str(run.attrs["warnings"]))]  # those of the system too
-    notes = [coded("followed-in-time", text)]
-    notes += rattle_warnings(names, force.mean(axis=1), ends, open_share, far_share)
+    said: list[CodedText] = json.loads(str(run.attrs["warnings"]))  # those of the system too
+    notes = [coded("followed-in-time", text), *found.rattles(names)]
     return dataset(
         {
             "mesh_force": (along, folded.mean(axis=1)),
             "mesh_force_least": (along, folded.min(axis=1)),
             "mesh_force_most": (along, folded.max(axis=1)),
-            "mesh_force_rms": ("mesh", rms),
-            "mesh_force_bound": ("mesh", ends[1]),
-            "mesh_force_minimum": ("mesh", ends[0]),
+            "mesh_force_rms": ("mesh", found.rms),
+            "mesh_force_bound": ("mesh", run.mesh_force_peak.values),
+            "mesh_force_minimum": ("mesh", run.mesh_force_minimum.values),
             "open_share": ("mesh", open_share),
             "far_share": ("mesh", far_share),
             "contact_lost": ("mesh", open_share + far_share > 0),
             "amplitude": ("dof", np.ptp(run.displacement.values, axis=1) / 2),
             **_links(system, run),
             **_errors(system, run, cycles),
-            **{name: (run[name].dims, run[name].values) for name in peaks},
-            **judged("followed in time", None, residual=change, dropped=np.nan),
+            **found.ranges(),
+            **judged(FOLLOWED, None, residual=change, dropped=np.nan),
         },
         {
             "mesh": list(names),
@@ -106,7 +174,7 @@ def followed_in_time(
             "dof": list(system.dofs.names),
             **({"shaft": list(system.errors.shaft)} if system.errors.shaft else {}),
             "mesh_phase": np.arange(_SAMPLES) / _SAMPLES,
-            "mesh_frequency": tone,
+            "mesh_frequency": float(reference_tone(system)) * speed,
         },
         verb="steady",
         options={**options, "cycles": cycles},

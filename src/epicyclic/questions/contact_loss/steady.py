@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Hashable, Iterable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +20,7 @@ from ..response.response import require_stable_mean, response
 from ..response.spectra import combinations, link_labels
 from ..response.sweep_table import ROWS
 from .branch_set import branch_set
-from .in_time import followed_in_time, judged, rattle_warnings
+from .in_time import followed_in_time, judged, rattle_warnings, ripple_causes
 from .problem import embedded, gap_forces
 from .rows import NO_TORQUE, gap_rows_of, largest_link_forces, law_warnings, reported_links
 from .shaft_orders import (
@@ -98,16 +98,11 @@ def contact_steady(system: System, options: SteadyOptions) -> xr.Dataset:
         )
     recorded = {"contact_loss": True, "relative_speed": relative_speed, "shaft_orders": shaft_orders}
     outputs = torus_outputs(torus, point, lines)
-    superposed = (cause for line in lines for cause in line.shaft.causes)
-    if shaft_tones is None and torus.mesh_tones == 1 and _rippled(superposed) and _pulled(outputs).any():
-        return followed_in_time(system, float(relative_speed), lines, recorded)
+    ripples = ripple_causes(line.shaft.causes for line in lines)
+    if shaft_tones is None and torus.mesh_tones == 1 and ripples and _pulled(outputs).any():
+        return followed_in_time(system, float(relative_speed), ripples, recorded)
     stability, coarse = mesh_order_stability(torus, point), _coarse(torus, point, linear)
     return _labelled(torus, point, lines, outputs, stability, recorded, rms=rms, coarse=coarse)
-
-
-def _rippled(causes: Iterable[str]) -> bool:
-    """Whether one of the causes is a ripple of torque or motion, `operation.ripple` or that of a case."""
-    return any(".ripple." in cause for cause in causes)
 
 
 def _pulled(outputs: TorusOutputs) -> NDArray[np.bool_]:
@@ -197,7 +192,7 @@ def _labelled(
         past += groups_past_the_end(ready.lawful, largest_link_forces(ready.lawful, point.problem.rows, forces))
     combined, label = _combinations(torus, point, force)
     at, rattle = outputs.measures, list[CodedText]()
-    if _rippled(cause for line in ready.lawful.lines for cause in line.causes):
+    if ripple_causes(line.causes for line in ready.lawful.lines):
         rattle = rattle_warnings(face.name, force.mean(axis=0), (at.lowest, at.highest), at.open, outputs.far)
     along, slices = _along_the_face(torus, outputs, counts)
     links, link_labels = _link_variables(torus, outputs, counts)

@@ -24,6 +24,7 @@ from ..response.spectra import link_labels
 from ..response.sweep_table import ROWS, speeds_of
 from .branch_set import BranchSet, Crossing, Measures, branch_set, force_level, periodic_measures
 from .continuation import folds_of_speed
+from .in_time import FOLLOWED, RATTLE, response_in_time, ripple_causes
 from .rows import gap_rows_of, law_warnings, reported_links
 from .shaft_orders import MeshOrders, ShaftResponse, link_outputs, mesh_orders, shaft_response
 from .solutions import Refinement, Solution, Stability, distinct, require_fast_enough, with_stability
@@ -42,7 +43,7 @@ if TYPE_CHECKING:
 
 _DIRECTIONS = ("up", "down")
 # States of a point that holds numbers, or had lost them before shaft orders came.
-_KNOWN = ("ok", "coarse", "not converged", NO_SPEED)
+_KNOWN = ("ok", "coarse", "not converged", FOLLOWED, RATTLE, NO_SPEED)
 
 _Values = dict[str, Any]
 """Values at one speed of a direction by the names of their variables: arrays (w,) or (n,), numbers, texts."""
@@ -260,8 +261,17 @@ def _fill_directions(
     motions, reached = [motion for motion, _ in waiting.values()], [indices for _, indices in waiting.values()]
     if shaft is not None:
         part = kept.part("shaft orders", list(waiting))
-        each(partial(shaft_response, shaft), motions, arrived=enter_shaft_orders, kept=part)
+        each(partial(_shaft_response, shaft), motions, arrived=enter_shaft_orders, kept=part)
     return largest
+
+
+def _shaft_response(shaft: Torus, motion: MeshOrders) -> ShaftResponse:
+    """A motion with shaft orders; as a run in time has it where a ripple parts teeth and no torus is solved."""
+    solved = shaft_response(shaft, motion)
+    ripples = ripple_causes(line.causes for line in shaft.ready.system.lines)
+    if solved.measures is not None or not ripples or motion.cycles > 1 or not motion.stable:
+        return solved
+    return response_in_time(shaft.ready, motion.speed, ripples)
 
 
 class _Left(NamedTuple):
@@ -478,6 +488,12 @@ def _of_shaft_orders(curves: _Curves) -> list[CodedText]:
     lost = sum(str(text) not in _KNOWN for text in curves["status"].ravel())
     if lost:
         notes.append(coded("shaft-orders-failed", f"with shaft orders nothing is known at {lost} points: see status"))
+    status = curves["status"].astype(str)
+    if count := int(np.isin(status, (FOLLOWED, RATTLE)).sum()):
+        text = f"ripple parts teeth, and the motion is followed in time at {count} points"
+        notes.append(coded("followed-in-time", text))
+    if count := int((status == RATTLE).sum()):
+        notes.append(coded("teeth-rattle", f"the mean load is below the ripple, teeth rattle at {count} points"))
     dropped = np.nan_to_num(curves["residual_dropped"])
     many = np.count_nonzero(dropped > TRUNCATION_NOTED)
     if many:

@@ -74,9 +74,6 @@ def output(train: Train, options: OutputOptions, *, progress: Callable[[float], 
     loop = hysteresis(system, reverse, options.phases, relative_torques(options.points, shares))
     columns = _loop_columns(loop, options, np.sign(shaft.torque))
     warnings = [*system.warnings, *zero_warnings(system)]
-    if shaft.rated_by == "operation":
-        text = f"no rated torque of {shaft.name}: that of operation, {abs(shaft.torque):.4g} N m"
-        warnings.append(coded("rated-of-operation", text))
     tell(0.3)
     turning = attempt(lambda share: kinematic_error(train, shaft, share), options.share)
     turned, cut_short = turning.value or ({}, [])

@@ -42,6 +42,7 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
     lead = f"Stiffness in the sense of the rated torque, {attrs['rated_sense']}. "
     lead += f"Lost motion at {lost:.3g} %, backlash at {play:.3g} % of the rated torque, in both senses. "
     lead += "Friction of the teeth is not in it."
+    lead += " No rated torque is given: it is the torque of operation." if attrs["rated_by"] == "operation" else ""
     reasons = {what: attrs[f"{what.replace(' ', '_')}_reason"] for what in ("starting torque", "kinematic error")}
     missing = " ".join(f"No {what}: {reason}." for what, reason in reasons.items() if reason)
     title = f"At {attrs['shaft']}, locked {attrs['locked_shafts']}; {rated}"
