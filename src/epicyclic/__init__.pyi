@@ -127,6 +127,15 @@ def efficiency(  # .questions.flanks.verbs
 ) -> xr.Dataset:
     """Power lost in the meshes, and efficiency of the train at its operating point."""
 
+def life(  # .questions.life.verbs
+    source: Source,
+    *,
+    overrides: Overrides | None = None,
+    instants: int = 256,
+    progress: Callable[[float], None] | None = None,
+) -> xr.Dataset:
+    """Life of the rolling bearings that the drawing states by their parts, under static forces, over load cases."""
+
 def matrices(  # .questions.check.verbs
     source: Source,
     *,

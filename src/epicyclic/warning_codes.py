@@ -226,6 +226,10 @@ teeth-rattle ripple.md
 The mean load of a mesh is below the ripple of its force: the teeth part and hammer, on both flanks where they reach.
 More mean load (a drag torque), less ripple (a softer coupling, more flywheel), or less backlash.
 
+races-stand life.md
+A bearing is loaded while its races do not turn against each other: a rating life is not defined.
+Look at false brinelling: small motions, lubrication, or a bearing that turns.
+
 contact-lost contact-loss.md
 Teeth lose contact for a part of the time: the mesh force is zero there, and the next impact is harder.
 More mean load, less deviation or relief nearer to the load; see run-up and coast-down with sweep --contact-loss.

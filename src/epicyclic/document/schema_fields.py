@@ -368,6 +368,14 @@ BoltStiffness = Annotated[
 ]
 Damper = Annotated[float, Unit("damping", low=0)]
 TurnDamper = Annotated[float, Unit("torsional_damping", low=0)]
+RollingType = Literal[
+    "deep groove ball", "angular contact ball", "cylindrical roller", "tapered roller", "spherical roller"
+]
+# Keys of a rolling bearing that stand beside its type.
+PARTS = (
+    *("rows", "elements", "element_diameter", "element_length", "pitch_diameter", "contact_angle", "row_distance"),
+    *("internal_clearance", "preload", "rating", "static_rating", "viscosity_ratio", "contamination"),
+)
 Clearance = Annotated[PerPlanet, Unit("length", low=0, many=True, likely=SMALL)]
 
 
@@ -455,17 +463,67 @@ class LinkTable(SchemaTable):
             raise ModelError(problem, allowed="one of the two: play is a table that begins with forces of 0")
         return self
 
-    def directions(self) -> dict[str, PerPlanet | Quantity | ForceTableOf]:
-        """Return the stiffnesses that are named, by direction."""
-        pairs = {d: getattr(self, d) for d in ("x", "y", "z", "rx", "ry", "rz")}
-        return {d: v for d, v in pairs.items() if v is not None}
+    def directions(self) -> set[str]:
+        """Return the directions that are named."""
+        return {d for d in ("x", "y", "z", "rx", "ry", "rz") if getattr(self, d) is not None}
 
 
-class SupportTable(LinkTable):
+class BearingTable(LinkTable):
+    """A support or a bearing: directions, or a rolling bearing by its parts, which make its radial force."""
+
+    type: RollingType | None = key(None, "a rolling bearing, by its parts")
+    rows: Annotated[int, Field(ge=1, le=8)] | None = key(None, "rows of elements; default 1")
+    elements: Annotated[int, Field(ge=3, le=1000)] | None = key(None, "rolling elements of a row")
+    element_diameter: Length | None = key(None, "diameter of an element, of a tapered roller at its middle")
+    element_length: Length | None = key(None, "effective length of a roller, without its chamfers")
+    pitch_diameter: Length | None = key(None, "diameter of the circle through the centres of the elements")
+    contact_angle: Annotated[float, Unit("angle", low=0)] | None = key(None, "nominal contact angle; default 0")
+    row_distance: Length | None = key(None, "distance of the rows; default those of their elements side by side")
+    internal_clearance: Annotated[PerPlanet, Unit("length", many=True, likely=SMALL)] | None = key(
+        None, "radial internal clearance when running, the whole movement, below 0 of a preloaded one; default 0"
+    )
+    preload: Annotated[float, Unit("length", low=0, likely=SMALL)] | None = key(
+        None, "axial approach of the races when mounted; default 0"
+    )
+    rating: Annotated[float, Unit("force", low=0, above=True)] | None = key(
+        None, "dynamic rating C of the catalogue; default that of the parts"
+    )
+    static_rating: Annotated[float, Unit("force", low=0, above=True)] | None = key(
+        None, "static rating C_0 of the catalogue; default that of the parts"
+    )
+    viscosity_ratio: Annotated[float, Unit("ratio", low=0.1, high=10)] | None = key(
+        None, "viscosity ratio kappa of the oil, for the modified life"
+    )
+    contamination: Annotated[float, Unit("ratio", low=0, high=1)] | None = key(
+        None, "contamination factor e_C, 1 of clean oil, for the modified life"
+    )
+
+    def directions(self) -> set[str]:
+        """Return the directions that are named, or that the parts of a rolling bearing hold."""
+        return super().directions() | ({"x", "y"} if self.type is not None else set())
+
+    @model_validator(mode="after")
+    def _parts(self) -> Self:
+        """Refuse half a rolling bearing, parts without a type, and a law by hand beside them."""
+        stated = [name for name in PARTS if getattr(self, name) is not None]
+        if self.type is None and stated:
+            raise ModelError(f"{stated[0]} without type", allowed=f"type: one of {', '.join(get_args(RollingType))}")
+        needed = ["elements", "element_diameter", "pitch_diameter"]
+        needed += ["element_length"] if self.type is not None and self.type.endswith("roller") else []
+        if self.type is not None and (missing := [name for name in needed if getattr(self, name) is None]):
+            raise ModelError(f"a {self.type} bearing without {missing[0]}", allowed=f"all of {', '.join(needed)}")
+        beside = [name for name in ("clearance", "exponent", "friction") if getattr(self, name) is not None]
+        if self.type is not None and beside:
+            allowed = "internal_clearance, twice the radial play; the force over deflection follows from the parts"
+            raise ModelError(f"{beside[0]} beside a rolling bearing", allowed=allowed)
+        return self
+
+
+class SupportTable(BearingTable):
     """A support or a planet bearing: a link, or several named ones."""
 
     to: str | None = key(None, "who carries it (a member or body); default the housing, of a planet its carrier")
-    bearings: dict[str, LinkTable] = Field(default_factory=dict, description="several bearings, by name")
+    bearings: dict[str, BearingTable] = Field(default_factory=dict, description="several bearings, by name")
 
     @model_validator(mode="before")
     @classmethod
@@ -514,4 +572,4 @@ class CouplingTable(SolidTable):
     )
 
 
-LINK_KEYS = frozenset(CouplingTable.model_fields) | {"to", "bearings", "radial", "tilt"}
+LINK_KEYS = frozenset({**CouplingTable.model_fields, **SupportTable.model_fields}) | {"radial", "tilt"}

@@ -285,7 +285,7 @@ def _join(path: str, name: str) -> str:
 Schema = dict[str, Any]
 _NAME = "^[A-Za-z0-9_]{1,60}$"
 _LINK_NAME = "^[A-Za-z0-9_-]{1,60}$"
-_LINKS = ("Link", "Support", "Solid", "Coupling", "LinkDamping")
+_LINKS = ("Bearing", "Support", "Solid", "Coupling", "LinkDamping")
 _FORCES = {
     table.__name__.removesuffix("Table")
     for table in (DisplacementForceTable, MeshForceTable, TiltMomentTable, TurnMomentTable)
@@ -395,7 +395,7 @@ def _links(defs: Schema) -> None:
             }
     support = defs["Support"]
     support["properties"].pop("bearings")
-    support["additionalProperties"] = {"$ref": "#/$defs/Link", "description": "one of several bearings"}
+    support["additionalProperties"] = {"$ref": "#/$defs/Bearing", "description": "one of several bearings"}
 
 
 def _both(one: Schema) -> str:

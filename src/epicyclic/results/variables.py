@@ -218,6 +218,33 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "starting_torque": ("N m", "torque at the shaft that overcomes the friction of the teeth under the load"),
     "over_phases": ("", "over the places of the mesh cycle"),
     "port": ("", "member at which torque enters or leaves"),
+    # life of bearings
+    **{
+        f"bearing_{of}life_{name}": ("s", f"{words} life of a bearing {whole}")
+        for of, whole in (("", "in a load case"), ("duty_", "over all load cases, by Miner"))
+        for name, words in (
+            ("basic", "basic rating"),
+            ("reference", "basic reference rating, by the loads of its elements,"),
+            ("modified", "modified reference rating"),
+        )
+    },
+    "damage_share": ("1", "share of a load case in the damage of a bearing"),
+    "bearing_load": ("N", "equivalent radial load of a bearing"),
+    "bearing_rating": ("N", "dynamic rating of a bearing"),
+    "bearing_static_rating": ("N", "static rating of a bearing"),
+    "bearing_stiffness": ("N/m", "radial stiffness of a bearing at its mean load"),
+    "race_speed": ("rad/s", "speed of one race against the other"),
+    "turning_race": ("", "race that turns against the load"),
+    "element_load": ("N", "load of an element under the largest force, of the row that bears most"),
+    "element_angle": ("rad", "place of the element in the frame of the link, from x to y"),
+    "element_pressure": ("Pa", "largest pressure of an element, at the inner race"),
+    "load_zone_extent": ("1", "share of the diameter that is loaded; above 1 all elements bear"),
+    "static_safety": ("1", "static rating over the equivalent static load"),
+    "cage_frequency": ("Hz", "frequency of the cage"),
+    "outer_race_frequency": ("Hz", "frequency at which elements pass a place of the outer race"),
+    "inner_race_frequency": ("Hz", "frequency at which elements pass a place of the inner race"),
+    "element_frequency": ("Hz", "turns of an element against the cage"),
+    "element": ("", "rolling element of a row"),
     # modulation
     "exact_frequency": ("Hz", "exact frequency of the line at the operating speed"),
     "mesh_order": ("1", "frequency of the line per mesh frequency of the stage"),

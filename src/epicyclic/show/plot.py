@@ -35,6 +35,7 @@ FIGURES: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "contact": ("faces", "factors", "flanks", "contact", "roots"),
         "contact_sweep": ("contact-sweep",),
         "efficiency": ("losses", "sliding"),
+        "life": ("load-zones",),
         "modes": ("frequencies", "shapes", "energy", "campbell", "operating-range"),
         "modulation": ("modulation",),
         "output": ("torque-angle", "kinematic-error"),

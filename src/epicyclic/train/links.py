@@ -11,8 +11,20 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from ..bearings.checks import checked
+from ..bearings.element_loads import radial_curve
+from ..bearings.rating_life import dynamic_rating, static_rating
+from ..bearings.rolling_bearing import RollingBearing
 from ..document.schema import ModelFile
-from ..document.schema_fields import BoltsTable, ForceTableOf, LinkTable, SolidTable, SupportTable
+from ..document.schema_fields import (
+    PARTS,
+    BearingTable,
+    BoltsTable,
+    ForceTableOf,
+    LinkTable,
+    SolidTable,
+    SupportTable,
+)
 from ..document.units import PerPlanet, Quantity
 from ..errors import ModelError
 from ..teeth.mesh_stiffness import ForceCurve, force_curve
@@ -133,6 +145,20 @@ def link_at(site: LinkSite, name: str, table: LinkTable, rest: Mapping[str, floa
     if site.kind == "bearing" and second is not None:
         first, second = second, first  # of a bearing the carrier stands first
     stiffness, curves = _stiffnesses(site, path, table, rest, log)
+    rolling, lubrication = None, None
+    if isinstance(table, BearingTable) and table.type is not None:
+        rolling = _rolling(site, path, table, log)
+        if table.viscosity_ratio is not None and table.contamination is not None:
+            lubrication = table.viscosity_ratio, table.contamination
+    if rolling is not None and table.x is None and table.y is None:
+        # up to the static rating, beyond which the races are dented
+        deflection, force, slope = (tuple(v.tolist()) for v in radial_curve(rolling, static_rating(rolling) / 4))
+        touch = sum(value == 0 for value in force) - 1
+        curve = ForceCurve(deflection=deflection[touch:], force=force[touch:], slope=slope[touch:])
+        curve = curve.scaled(force=site.share)
+        curves = ((0, curve), (1, curve), *curves)
+        stiffness = (curve.stiffness, curve.stiffness, *stiffness[2:])
+        log.note(f"{path}.radial", curve.stiffness / site.share, "N/m", "the parts, at half of the static rating")
     friction = {} if table.friction is None else table.friction.model_dump(exclude_none=True)
     return Link(
         name=f"{site.name}/{name}" if name else site.name,
@@ -150,7 +176,29 @@ def link_at(site: LinkSite, name: str, table: LinkTable, rest: Mapping[str, floa
         load=(table.load or 0.0) * site.share,
         friction=tuple((key, value * site.share if key == "force" else value) for key, value in friction.items()),
         curves=curves,
+        rolling=rolling,
+        lubrication=lubrication,
     )
+
+
+def _rolling(site: LinkSite, path: str, table: BearingTable, log: ResolutionLog) -> RollingBearing:
+    """The rolling bearing of a table that states its parts; missing ratings follow from them.
+
+    Raises
+    ------
+    ModelError : parts that do not fit, a site in two halves of a carrier.
+    """
+    stated = {name: getattr(table, name) for name in ("type", *PARTS) if getattr(table, name) is not None}
+    clearance = of_branch(stated.pop("internal_clearance", 0.0), site.first.branch)
+    for name in ("viscosity_ratio", "contamination"):
+        stated.pop(name, None)
+    if site.share != 1:
+        allowed = "named bearings, each at its place `at`"
+        raise ModelError("one rolling bearing in two halves of a carrier", path=path, given=table.type, allowed=allowed)
+    bearing = checked(RollingBearing(clearance=clearance, **stated), path)
+    for name, value in (("rating", dynamic_rating(bearing)), ("static_rating", static_rating(bearing))):
+        log.note(f"{path}.{name}", value, "N", *([] if name in stated else ["the parts"]))
+    return bearing
 
 
 def _stiffnesses(

@@ -17,6 +17,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ..bearings.rolling_bearing import RollingBearing
 from ..teeth import geometry
 from ..teeth.mesh_stiffness import ContactTable, ForceCurve, ToothPair
 from ..warning_codes import CodedText, coded
@@ -241,6 +242,8 @@ class Link:
     clearance [m], exponent [1], friction (coefficient or force) : laws, see docs/reference/model-file.md.
     load : force at which `stiffness` is the tangent, where the exponent is not 1 [N].
     curves : (direction 0 .. 5, force over deflection) of those that follow a table; `stiffness` is its nominal one.
+    rolling : the parts of a rolling bearing, None where none are stated.
+    lubrication : its viscosity ratio kappa and contamination factor e_C, where both are [1].
     """
 
     name: str
@@ -258,6 +261,8 @@ class Link:
     load: float = 0.0
     friction: tuple[tuple[str, float | str], ...] = ()
     curves: tuple[tuple[int, ForceCurve], ...] = ()
+    rolling: RollingBearing | None = None
+    lubrication: tuple[float, float] | None = None
 
     def __repr__(self) -> str:
         """One line: name, kind, bodies and the six stiffnesses."""

@@ -1,0 +1,260 @@
+"""Life of rolling bearings: loads of their elements under the forces of statics, rating life, Miner's sum over cases.
+
+Forces are those along x and y of the link of a bearing, over a turn of the slowest body: with the weight as the carrier
+turns, and run-outs at their own orders.  The life of a case is Miner's sum over its instants, 1/L = mean 1/L(t), by the
+loads of elements and laminae [iso16281]; beside it L = (C/P)^p with P = (mean F^p)^(1/p) [iso281].  Forces along the
+axis and moments do not count.
+
+Which race turns against the load follows from the motion: of the force as each race sees it, the one with the larger
+mean over its sizes stands.  On a planet's pin the load goes round with the carrier, and the outer race turns.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import asdict
+from operator import attrgetter
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from ...bearings.element_loads import LoadZone, contact_set, displacement, load_zone
+from ...bearings.rating_life import (
+    basic_life,
+    distributed_life,
+    dynamic_rating,
+    equivalent_load,
+    life_exponent,
+    life_modification,
+    static_rating,
+    static_safety,
+)
+from ...bearings.rolling_bearing import RollingBearing, passing_frequencies
+from ...engine.source import Duty
+from ...errors import ModelError
+from ...results.dataset import dataset
+from ...statics.record import Record, record_of
+from ...statics.static import held_train, quasi_static
+from ...system.assembly import assemble, train_provenance
+from ...system.system import Array, System
+from ...train.train import Link, Train
+from ...warning_codes import CodedText, coded
+from . import LifeOptions
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+# Places of a row and laminae of a roller, and loads at which a life is computed; between them log L is linear in log F.
+_PLACES, _LAMINAE, _LOADS = 72, 16, 16
+# Speed of a race against the other per the fastest body that is none, and a load per the static rating that is none.
+_STANDS, _NO_LOAD = 1e-9, 1e-9
+
+
+class BearingCase(NamedTuple):
+    """A bearing in one load case.
+
+    basic, reference, modified : lives [10^6 revolutions].  load : P [N].  speed : of one race against the other
+    [rev/s].  turning : the race that turns against the load.  zone : under the largest force.  stiffness : radial, at
+    the mean force [N/m].  frequencies : cage, outer, inner, element [Hz].
+    """
+
+    basic: float
+    reference: float
+    modified: float
+    load: float
+    speed: float
+    turning: str
+    zone: LoadZone
+    stiffness: float
+    safety: float
+    frequencies: tuple[float, ...]
+
+
+def life(source: Train | Duty, options: LifeOptions, *, progress: Callable[[float], None] | None = None) -> xr.Dataset:
+    """Lives of all bearings that are stated by their parts.
+
+    Parameters
+    ----------
+    source : one train, or the load cases of one drawing with their shares of the time.
+    progress : called with the share done, 0..1.
+
+    Returns
+    -------
+    Dataset : of each case (bearing, case) bearing_load [N], bearing_life_basic, bearing_life_reference,
+        bearing_life_modified [s], race_speed [rad/s], turning_race, element_load (.., element) [N], element_pressure
+        [Pa], load_zone_extent [1], bearing_stiffness [N/m], static_safety [1], cage_frequency, outer_race_frequency,
+        inner_race_frequency, element_frequency [Hz], damage_share [1]; of all (bearing) bearing_duty_life_basic,
+        bearing_duty_life_reference, bearing_duty_life_modified [s], bearing_rating, bearing_static_rating [N].
+
+    Raises
+    ------
+    ModelError : no such bearing, a train that does not turn.
+    ConvergenceError : no equilibrium.
+    """
+    cases = {"operation": (source, 1.0)} if isinstance(source, Train) else _trains(source)
+    first, tell = next(iter(cases.values()))[0], progress or (lambda _: None)
+    bearings = {link.name: link for link in first.links if link.rolling is not None}
+    if not bearings:
+        allowed = 'parts of a bearing, { type = "cylindrical roller", elements = .., ... }'
+        raise ModelError("no bearing is stated by its parts", path="stages.*.planet.bearing.type", allowed=allowed)
+    found, warnings = dict[tuple[str, str], BearingCase](), list[CodedText]()
+    for number, (case, (train, _)) in enumerate(cases.items()):
+        system = assemble(train)
+        system.require_turning()
+        record = _record(system, options)
+        forces, time = _row_forces(system, record), np.arange(record.instants) / record.samples / float(record.unit)
+        for link in (link for link in train.links if link.name in bearings):
+            force = np.stack([forces[f"{link.name}/{axis}"] for axis in "xy"], axis=1)
+            found[link.name, case] = _in_case(link, force, system, time)
+        warnings += list(system.warnings)
+        tell((number + 1) / len(cases))
+    shares = np.array([share for _, share in cases.values()])
+    warnings += _standing(found)
+    return dataset(
+        _columns(found, list(bearings.values()), list(cases), shares),
+        {
+            "bearing": list(bearings),
+            "case": list(cases),
+            "element": np.arange(1, 1 + max(one.zone.load.shape[1] for one in found.values())),
+        },
+        verb="life",
+        options=asdict(options),
+        provenance=train_provenance(first),
+        warnings=list(dict.fromkeys(warnings)),
+    )
+
+
+def _trains(duty: Duty) -> dict[str, tuple[Train, float]]:
+    """Trains of the load cases and their shares of the time."""
+    return {name: (drive.train, share) for name, (drive, share) in duty.cases.items()}
+
+
+def _record(system: System, options: LifeOptions) -> Record:
+    """A turn of the slowest body that turns."""
+    turns = {name: abs(turn) for name, turn in zip(system.dofs.bodies, system.body_turns, strict=True) if turn}
+    of = min(turns, key=lambda name: turns[name])
+    return record_of(system, cycles=None, turns=1, of=of, samples=options.instants, most=options.instants)
+
+
+def _row_forces(system: System, record: Record) -> dict[str, Array]:
+    """Force (T,) [N] of every row of the links, those of laws too, by its name."""
+    names = [*system.links.name, *(row for group in system.groups for row in group.rows)]
+    pieces = [
+        np.hstack([system.links.stiffness * piece.link_deflection, piece.state.group_force])
+        for piece in quasi_static(held_train(system), record)
+    ]
+    return dict(zip(names, np.concatenate(pieces).T, strict=True))
+
+
+def _in_case(link: Link, force: Array, system: System, time: Array) -> BearingCase:
+    """A bearing under forces (T, 2) [N] along its own axes at times (T,) [s]."""
+    bearing = link.rolling
+    assert bearing is not None
+    turns = dict(zip(system.dofs.bodies, map(float, system.body_turns), strict=True))
+    first, second = turns[link.first], turns[link.second] if link.second is not None else 0.0
+    axes = first if link.kind == "bearing" and link.second is not None else _frame(link, system)
+    size, wave = np.hypot(*force.T), force @ [1, 1j]
+    steady = [abs(np.mean(wave * np.exp(-2j * np.pi * (race - axes) * time))) for race in (first, second)]
+    inner = "second" if link.kind == "bearing" and link.second is None else "first"
+    stands = "first" if steady[0] >= steady[1] else "second"
+    turning = "outer" if stands == inner else "inner"
+    p, quiet = life_exponent(bearing), _NO_LOAD * static_rating(bearing)
+    load = float(np.mean(size**p) ** (1 / p))
+    reference = _life(bearing, size, turning) if load > quiet else np.inf
+    basic = float(basic_life(bearing, load)) if load > quiet else np.inf
+    modified = np.nan
+    if link.lubrication and np.isfinite(reference):
+        kappa, contamination = link.lubrication
+        stands_for = equivalent_load(bearing, reference)
+        modified = reference * float(life_modification(bearing, stands_for, kappa=kappa, contamination=contamination))
+    zone = load_zone(bearing, displacement(bearing, [*force[size.argmax()], 0.0]), laminae=_LAMINAE)
+    return BearingCase(
+        basic=basic,
+        reference=float(reference),
+        modified=modified,
+        load=load,
+        speed=abs(second - first),
+        turning=turning,
+        zone=zone,
+        stiffness=_stiffness(bearing, float(size.mean())),
+        safety=static_safety(bearing, zone),
+        frequencies=tuple(map(abs, passing_frequencies(bearing, *((first, second)[:: 1 if inner == "first" else -1])))),
+    )
+
+
+def _frame(link: Link, system: System) -> float:
+    """Speed of the frame in which a link has its axes [rev/s]."""
+    return float(system.stage_turns.get(link.first.partition("/")[0], 0))
+
+
+def _life(bearing: RollingBearing, size: Array, turning: Any) -> float:
+    """Life [10^6 revolutions] by Miner's sum over radial forces (T,) [N]."""
+    low, high = max(size.min(), 1e-3 * size.max()), size.max()
+    loads = np.geomspace(low, high, _LOADS) if high > (1 + 1e-6) * low else np.array([high])
+    options: dict[str, Any] = {"places": _PLACES, "laminae": _LAMINAE}
+    lives = distributed_life(bearing, displacement(bearing, loads[:, None], **options), turning=turning, **options)
+    each = np.exp(np.interp(np.log(np.maximum(size, low)), np.log(loads), np.log(lives)))
+    return float(1 / np.mean(1 / each))
+
+
+def _stiffness(bearing: RollingBearing, load: float) -> float:
+    """Radial stiffness at a load [N/m], nan without."""
+    if not load > _NO_LOAD * static_rating(bearing):
+        return np.nan
+    return float(contact_set(bearing).tangent(displacement(bearing, [load]))[0, 0])
+
+
+def _standing(found: Mapping[tuple[str, str], BearingCase]) -> list[CodedText]:
+    """Warnings of loaded bearings whose races stand against each other."""
+    names = dict.fromkeys(name for (name, _), one in found.items() if one.speed <= _STANDS and one.zone.pressure > 0)
+    text = "the races of {} do not turn against each other under load: false brinelling, no life"
+    return [coded("races-stand", text.format(name)) for name in names]
+
+
+def _columns(
+    found: Mapping[tuple[str, str], BearingCase], links: list[Link], cases: list[str], shares: Array
+) -> dict[str, tuple[Any, Any]]:
+    """Variables of all bearings in all cases; shares : of the time (c,)."""
+    each = ("bearing", "case")
+
+    def table(value: Callable[[BearingCase], Any]) -> Any:
+        return np.array([[value(found[link.name, case]) for case in cases] for link in links])
+
+    speed = table(lambda one: one.speed)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        lives = {
+            name: np.where(speed > _STANDS, table(attrgetter(name)) * 1e6 / speed, np.inf)
+            for name in ("basic", "reference", "modified")
+        }
+        damage = {name: shares / one for name, one in lives.items()}
+        share = damage["reference"] / damage["reference"].sum(axis=1, keepdims=True)
+        duty = {name: 1 / one.sum(axis=1) for name, one in damage.items()}
+    most = max(one.zone.angle.size for one in found.values())
+
+    def elements(values: Callable[[LoadZone], Array]) -> Any:
+        """Values of the elements, nan behind those of a bearing that has less."""
+        return table(lambda one: np.append(values(one.zone), np.full(most - one.zone.angle.size, np.nan)))
+
+    frequencies = ("cage_frequency", "outer_race_frequency", "inner_race_frequency", "element_frequency")
+    rolling = [link.rolling for link in links if link.rolling is not None]
+    return {
+        **{f"bearing_life_{name}": (each, one) for name, one in lives.items()},
+        **{f"bearing_duty_life_{name}": ("bearing", one) for name, one in duty.items()},
+        "damage_share": (each, np.nan_to_num(share)),
+        "bearing_load": (each, table(lambda one: one.load)),
+        "race_speed": (each, 2 * np.pi * speed),
+        "turning_race": (each, table(lambda one: one.turning).astype(object)),
+        "element_load": ((*each, "element"), elements(lambda zone: zone.load[zone.most[0]])),
+        "element_angle": ((*each, "element"), elements(lambda zone: zone.angle)),
+        "element_pressure": (each, table(lambda one: one.zone.pressure)),
+        "load_zone_extent": (each, table(lambda one: one.zone.extent)),
+        "bearing_stiffness": (each, table(lambda one: one.stiffness)),
+        "static_safety": (each, table(lambda one: one.safety)),
+        **{
+            name: (each, values)
+            for name, values in zip(frequencies, np.moveaxis(table(attrgetter("frequencies")), -1, 0), strict=True)
+        },
+        "bearing_rating": ("bearing", [dynamic_rating(one) for one in rolling]),
+        "bearing_static_rating": ("bearing", [static_rating(one) for one in rolling]),
+        "case_share": ("case", shares),
+    }
