@@ -23,7 +23,7 @@ def contact_sweep(opened: list[list[bool]], failed: int = 0) -> xr.Dataset:
     peak = np.array(np.broadcast_to(1000 * (1 + speed), apart.shape))
     status = np.array(["ok"] * apart[:, 0].size, dtype=object)
     status[:failed] = "no motion"
-    peak.reshape(-1)[:failed] = np.nan
+    peak.flat[:failed] = np.nan
     return xr.Dataset(
         {
             "mesh_force_peak": (dims, peak),
