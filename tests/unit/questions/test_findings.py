@@ -20,9 +20,10 @@ def contact_sweep(opened: list[list[bool]], failed: int = 0) -> xr.Dataset:
     apart = np.array(opened, dtype=float)[:, None, :]
     speed = np.linspace(0.5, 1.5, apart.shape[2])
     dims = ("direction", "mesh", "speed")
-    peak = np.broadcast_to(1000 * (1 + speed), apart.shape)
+    peak = np.array(np.broadcast_to(1000 * (1 + speed), apart.shape))
     status = np.array(["ok"] * apart[:, 0].size, dtype=object)
     status[:failed] = "no motion"
+    peak.flat[:failed] = np.nan
     return xr.Dataset(
         {
             "mesh_force_peak": (dims, peak),

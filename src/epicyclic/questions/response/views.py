@@ -281,7 +281,7 @@ def contact_sweep_findings(result: xr.Dataset, company: Company) -> Sequence[Fin
     most = f"largest force {largest_shown} kN at {engineering(float(speed[at]))} %, {_mesh(result, mesh)}"
     parted = np.asarray((result["contact_open"] > 0).any("mesh").transpose("direction", "speed").values)
     ranges = _ranges(speed, np.asarray(parted.any(axis=0)))
-    failed = int(result["mesh_force_rms"].isnull().all("mesh").sum())
+    failed = int(result["mesh_force_peak"].isnull().all("mesh").sum())
     left = f" {failed} {'points have' if failed > 1 else 'point has'} no motion." if failed else ""
     if not ranges:
         text = f"No tooth loses contact {_extent_words(speed)}; {most}.{left}"
