@@ -1,1 +1,0 @@
-"""Rolling bearings: geometry, loads of their elements, rating life.  Numbers alone; no train."""
