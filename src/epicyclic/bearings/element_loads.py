@@ -12,8 +12,10 @@ move against each other, and the contact line turns with them [iso16281]:
     s = sqrt((A + n.q)^2 + (t.q)^2) - A
 
 with t across n in the plane of the axis.  The distance of two points is convex in their motion, so V is convex too
-(derived here).  Elements of a deep groove ball bearing stand at n radial with A less half the clearance and g half the
-clearance; under axial load they find the free contact angle, cos alpha_0 = 1 - clearance/(2 A), by themselves.
+(derived here).  A race with a contact angle has one shoulder: a contact line turns no further than across the axis, s
+is there the radial distance less A, which keeps V convex and smooth.  Elements of a deep groove ball bearing stand at n
+radial with A less half the clearance and g half the clearance; under axial load they find the free contact angle,
+cos alpha_0 = 1 - clearance/(2 A), by themselves.
 
 A point contact follows Hertz with complete elliptic integrals, Q = K d^(3/2) with inner and outer contact in series
 [harris2001, ch. 6].  A line contact follows the law of ISO/TS 16281 for steel, Q = 35 948 l^(8/9) d^(10/9) [N, mm], of
@@ -42,8 +44,8 @@ _LINE, _LINE_MODULUS = 35_948e6, 2.07e11 / (1 - 0.3**2)
 _LOGARITHMIC = {"cylindrical roller": 0.00035, "tapered roller": 0.00045}
 _LONG, _LONG_PROFILE = 2.5, 0.0005
 _OSCULATION = 0.98
-_STEPS, _HALVINGS, _TOLERANCE, _DAMPING = 200, 60, 1e-11, 1e-3
-_CURVE = 41
+_STEPS, _HALVINGS, _TOLERANCE, _ROUNDING, _FAR = 200, 40, 1e-11, 1e-14, 1e3
+_CURVE, _CURVE_PLACES = 41, 720
 
 
 # the law of one contact ----------------------------------------------------------------------------------------------
@@ -77,12 +79,13 @@ def point_contact(curvature_sum: float, difference: float, reduced_modulus: floa
     from scipy.optimize import brentq
     from scipy.special import ellipe, ellipkm1
 
-    def excess(log_k: float) -> float:
+    def beyond(log_k: float) -> float:
         square = math.exp(2 * log_k)
         second = ellipe(1 - 1 / square)
-        return float((square + 1) * second - 2 * ellipkm1(1 / square) - difference * (square - 1) * second)
+        return float(((square + 1) * second - 2 * ellipkm1(1 / square)) / ((square - 1) * second) - difference)
 
-    k = 1.0 if difference < 1e-9 else math.exp(brentq(lambda log_k: excess(log_k) / math.expm1(2 * log_k), 1e-4, 12.0))
+    # near spheres F is a difference of two nearly equal numbers; there k = 1 + 4/3 F
+    k = 1 + 4 / 3 * difference if difference < 1e-4 else math.exp(brentq(beyond, 5e-5, 12.0, xtol=1e-14))
     first, second = float(ellipkm1(1 / k**2)), float(ellipe(1 - 1 / k**2))
     short = math.cbrt(6 * second / (math.pi * curvature_sum * reduced_modulus * k))
     stiffness = math.pi * k * reduced_modulus * math.sqrt(2 * second / (9 * curvature_sum * first**3))
@@ -184,9 +187,15 @@ class ContactSet:
         x = q @ self.normals.T
         if not self.bend:
             return x, np.ones_like(x), np.zeros_like(x), np.zeros_like(x)
-        along, aside = 1 + self.bend * x, self.bend * (q @ self.across.T)
-        distance = np.hypot(along, aside)
-        return (distance - 1) / self.bend, along / distance, aside / distance, self.bend / distance
+        along, aside = 1 + self.bend * x, self.bend * (q @ self.across.T)  # distance of the groove centres over A
+        sin, cos = self.normals[:, 2], self.across[:, 2]
+        beyond = (along * sin + aside * cos) * sin < 0
+        radial = along * cos - aside * sin
+        along, aside = np.where(beyond, radial * cos, along), np.where(beyond, -radial * sin, aside)
+        distance = np.maximum(np.hypot(along, aside), 1e-6)
+        x = np.where(beyond, (along - 1) / self.bend, x)
+        stretch = (x * (1 + along) + aside**2 / self.bend) / (1 + distance)  # (distance - 1) A, without cancellation
+        return stretch, along / distance, aside / distance, np.where(beyond, 0.0, self.bend / distance)
 
 
 def contact_set(
@@ -205,12 +214,13 @@ def contact_set(
     angle = first + 2 * math.pi * np.arange(places) / places
     x = bearing.element_length * ((np.arange(laminae) + 0.5) / laminae - 0.5)
     beyond = (bearing.groove[0] - 0.5) * bearing.element_diameter if bearing.is_ball else 0.0
+    along = 0 * x if bearing.type == "spherical roller" else x  # its rollers tilt with the inner race
     normals, across = [], []
     for place, alpha in bearing.row_places:
         c, s = math.cos(alpha), math.sin(alpha)
-        radius = bearing.pitch_diameter / 2 + beyond * c - x * s
-        normals.append(_rows(angle, radius, place + beyond * s + x * c, c, s))
-        across.append(_rows(angle, radius, place + beyond * s + x * c, -s, c))
+        radius = bearing.pitch_diameter / 2 + beyond * c - along * s
+        normals.append(_rows(angle, radius, place + beyond * s + along * c, c, s))
+        across.append(_rows(angle, radius, place + beyond * s + along * c, -s, c))
     gap = slack * c - bearing.preload * abs(s) + 2 * roller_profile(bearing, x)
     rest = bearing.groove_distance - (slack if bearing.type == "deep groove ball" else 0.0)
     return ContactSet(
@@ -254,22 +264,24 @@ def displacement(
     k = force.shape[-1]
     size = np.array([1.0, 1.0, 1.0, *[2 / bearing.pitch_diameter] * 2])[:k]  # rotations as motions of the pitch circle
     target = (force * size).reshape(-1, k)
-    level = np.maximum(np.abs(target).max(axis=1, keepdims=True), 1e-300)
     whole = contacts.weight * contacts.coefficient * len(contacts.gap)
-    softest = _DAMPING * contacts.exponent * whole * (level / whole) ** (1 - 1 / contacts.exponent)
     q = np.zeros((len(target), 5))
 
     def residual(q: Array) -> Array:
         return np.asarray(target - contacts.force(q)[:, :k] * size)
 
     left = residual(q)
+    level = np.maximum(np.abs([target, left]).max(axis=(0, 2)), 1e-300)[:, None]
+    # a first step reaches over any play and far beyond the deflection: the search along it brings it back
+    softest = level / (_FAR * (level / whole) ** (1 / contacts.exponent) + bearing.element_diameter / 10)
     for _ in range(_STEPS):
-        off = np.abs(left).max(axis=1, keepdims=True) / level
-        if (off <= _TOLERANCE).all():
-            return q.reshape(*force.shape[:-1], 5)
         tangent = contacts.tangent(q)[:, :k, :k] * size[:, None] * size
+        off = np.abs(left).max(axis=1, keepdims=True) / level
+        rounding = _ROUNDING * np.abs(tangent).max(axis=(1, 2))[:, None] * np.abs(q[:, :k] / size).max(axis=1)[:, None]
+        if (off <= _TOLERANCE + rounding / level).all():
+            return q.reshape(*force.shape[:-1], 5)
         # damping that goes with the residual: rows without stiffness stay solvable, the last steps stay quadratic
-        tangent += (softest * np.minimum(off, 1.0))[..., None] * np.eye(k) + 1e-12 * softest[..., None] * np.eye(k)
+        tangent += (softest * np.clip(off, 1e-12, 1.0))[..., None] * np.eye(k)
         step = np.linalg.solve(tangent, left[..., None])[..., 0]
         q, left = _searched(q, step, size, residual, left)
     raise ConvergenceError("the bearing does not carry this force; give a force within its rows and contact angle")
@@ -290,7 +302,7 @@ def _searched(
         beyond = (left * step).sum(axis=1) < -slope / 2
         if not beyond.any():
             break
-        share[beyond] /= 2
+        share[beyond] /= 4
     return moved, left
 
 
@@ -301,11 +313,11 @@ def radial_curve(bearing: RollingBearing, load: float) -> tuple[Array, Array, Ar
 
     load : radial, above 0 [N].
     """
-    contacts = contact_set(bearing)
+    contacts = contact_set(bearing, places=_CURVE_PLACES)
     gap, cos, bend = float(contacts.gap.min()), math.cos(bearing.contact_angle), contacts.bend
     # of point contact: where the distance of the groove centres, sqrt((A + d cos)^2 + (d sin)^2), is A + g
     play = max((math.sqrt(cos**2 + bend * gap * (2 + bend * gap)) - cos) / bend if bend else gap / cos, 0.0)
-    most = displacement(bearing, [4 * load])[0]
+    most = displacement(bearing, [4 * load], places=_CURVE_PLACES)[0]
     deflection = play + (most - play) * np.linspace(0, 1, _CURVE) ** 2
     deflection = np.concatenate([[0.0], deflection]) if play > 0 else deflection
     q = deflection[:, None] * np.eye(5)[0]
@@ -342,12 +354,11 @@ def load_zone(bearing: RollingBearing, q: ArrayLike, *, laminae: int = LAMINAE) 
     row, element = map(int, np.unravel_index(load.argmax(), load.shape))
     ends = contact_set(bearing, places=2, laminae=1, first=first)
     pressed, opposite = ends.approach(q).reshape(bearing.rows, 2)[row]
-    apart = pressed - opposite
     return LoadZone(
         angle=first + 2 * math.pi * np.arange(bearing.elements) / bearing.elements,
         load=load,
         lamina_load=lamina_load,
-        extent=float(pressed / apart) if abs(apart) > 1e-9 * abs(pressed) else math.inf,
+        extent=float(pressed / (pressed - opposite)) if pressed - opposite > 1e-9 * abs(pressed) else math.inf,
         most=(row, element),
         pressure=largest_pressure(bearing, lamina_load[row, element]),
     )

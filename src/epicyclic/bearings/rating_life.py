@@ -126,19 +126,17 @@ def basic_life(bearing: RollingBearing, load: ArrayLike) -> Array:
 def contact_ratings(bearing: RollingBearing) -> tuple[float, float]:
     """Q_ci, Q_ce: dynamic rating of one contact at inner and outer race [N] [iso16281]."""
     ball, roller = _race_ratio(bearing.gamma)
-    spread = dynamic_rating(bearing) / (bearing.elements * math.cos(bearing.contact_angle))
+    whole = dynamic_rating(bearing) / (bearing.elements * math.cos(bearing.contact_angle))
     if bearing.is_ball:
         inner, outer = bearing.groove
         ratio = 1.044 * ball * (inner / outer * (2 * outer - 1) / (2 * inner - 1)) ** 0.41
-        constants, exponent, rows = (0.407, 0.389), 10 / 3, bearing.rows**0.7
+        constants, exponent, of_rows = (0.407, 0.389), 10 / 3, 0.7
     else:
-        ratio, constants, exponent = 1.038 * roller, (0.83 * 0.378, 0.83 * 0.364), 9 / 2
-        rows = bearing.rows ** (7 / 9)
-    whole = spread / rows
-    return (
-        whole / constants[0] * (1 + ratio**exponent) ** (1 / exponent),
-        whole / constants[1] * (1 + ratio**-exponent) ** (1 / exponent),
-    )
+        ratio = 1.038 * roller
+        constants, exponent, of_rows = (0.83 * 0.378, 0.83 * 0.364), 9 / 2, 7 / 9
+    whole /= bearing.rows**of_rows
+    inner, outer = ((1 + ratio**power) ** (1 / exponent) for power in (exponent, -exponent))
+    return whole / constants[0] * inner, whole / constants[1] * outer
 
 
 def edge_factors(bearing: RollingBearing, laminae: int) -> Array:

@@ -9,9 +9,9 @@ from typing import Literal
 import numpy as np
 import pytest
 from scipy.integrate import quad
+from tests.unit.bearings.bearing_examples import ANGULAR, CYLINDRICAL, DEEP_GROOVE, SPHERICAL, TAPERED
 
 from epicyclic.bearings.element_loads import element_law, point_contact, race_contact, roller_profile
-from tests.unit.bearings.bearing_examples import ANGULAR, CYLINDRICAL, DEEP_GROOVE, SPHERICAL, TAPERED
 
 MODULUS = 2.07e11 / (1 - 0.3**2)
 
@@ -31,6 +31,8 @@ def test_spheres_are_the_limit_of_ellipses() -> None:
     """Up to the second order in F."""
     near, limit = point_contact(300.0, 1e-3, MODULUS), point_contact(300.0, 0.0, MODULUS)
     assert near.stiffness == pytest.approx(limit.stiffness, rel=1e-5)
+    below, above = (point_contact(300.0, 1e-4 + side, MODULUS) for side in (-1e-9, 1e-9))
+    assert below.long / below.short == pytest.approx(above.long / above.short, rel=1e-7)
     assert near.long / near.short == pytest.approx(1 + 4 / 3 * 1e-3, abs=1e-5)  # k = 1 + 4/3 F, from F(k) about 1
 
 
@@ -46,7 +48,7 @@ def test_ellipse_is_that_of_integrals_over_its_pressure(k: float) -> None:
         def inside(t: float) -> float:  # w = t^2
             return 2 / math.sqrt((a**2 + t**2) * (b**2 + t**2)) / math.prod(one**2 + t**2 for one in powers)
 
-        return quad(inside, 0, math.inf, epsabs=0, epsrel=1e-12)[0]
+        return float(quad(inside, 0, math.inf, epsabs=0, epsrel=1e-12)[0])
 
     load = 4 * math.pi * star / 3  # the factor before the integral is 1
     along, across, approach = 2 * integral(a), 2 * integral(b), integral()  # curvatures: twice the coefficients

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.optimize import minimize
+from tests.unit.bearings.bearing_examples import ALL, ANGULAR, CYLINDRICAL, DEEP_GROOVE, DOUBLE, SPHERICAL, TAPERED
 
 from epicyclic.bearings.element_loads import (
     contact_set,
@@ -22,7 +23,6 @@ from epicyclic.bearings.element_loads import (
 )
 from epicyclic.bearings.rolling_bearing import RollingBearing
 from epicyclic.errors import ConvergenceError
-from tests.unit.bearings.bearing_examples import ALL, ANGULAR, CYLINDRICAL, DEEP_GROOVE, DOUBLE, SPHERICAL, TAPERED
 
 Array = NDArray[np.float64]
 EACH = pytest.mark.parametrize("bearing", ALL.values(), ids=ALL.keys())
@@ -66,11 +66,12 @@ def test_load_zone_integrals_are_those_of_the_table(
 
 @pytest.mark.parametrize(("bearing", "share"), [(DEEP_GROOVE, 4.37), (CYLINDRICAL, 4.08)], ids=["ball", "roller"])
 def test_most_loaded_element_without_clearance(bearing: RollingBearing, share: float) -> None:
-    """Q = 4.37 F/Z of balls, 4.08 F/Z of rollers: 1/J_r at half the circumference; rollers nearly, for their profile."""
-    zone = load_zone(bearing, displacement(bearing, [0.0, 5e3, 0.0]))
+    """Q = 4.37 F/Z of balls, 4.08 F/Z of rollers, for their profile nearly: 1/J_r at half the circumference."""
+    load = 5e3 if bearing.is_ball else 9e4
+    zone = load_zone(bearing, displacement(bearing, [0.0, load, 0.0]))
     assert zone.angle[0] == pytest.approx(math.pi / 2)
     assert zone.most == (0, 0)
-    assert zone.load[zone.most] * bearing.elements / 5e3 == pytest.approx(share, rel=2e-3 if bearing.is_ball else 0.03)
+    assert zone.load[zone.most] * bearing.elements / load == pytest.approx(share, rel=2e-3 if bearing.is_ball else 0.03)
     assert zone.extent == pytest.approx(0.5, abs=2e-3)
     assert zone.lamina_load.sum(axis=2) == pytest.approx(zone.load)
 
@@ -113,7 +114,7 @@ def test_force_is_the_gradient_and_tangent_the_second_derivative(bearing: Rollin
         assert slope == pytest.approx(contacts.force(q)[:, i], rel=1e-5, abs=1e-4)
         turn = (contacts.force(q + e) - contacts.force(q - e)) / (2 * step)
         tangent = contacts.tangent(q)
-        assert np.abs(turn - tangent[:, :, i]).max() < 2e-4 * np.abs(tangent[:, :, i]).max()
+        assert np.abs(turn - tangent[:, :, i]).max() <= 2e-4 * np.abs(tangent[:, :, i]).max()
 
 
 @EACH
@@ -133,13 +134,13 @@ def test_a_spherical_roller_bearing_does_not_resist_tilt() -> None:
     force = contacts.force(q)
     assert force[0] > 1e4
     assert np.abs(force[3:]).max() < 1e-9 * force[0]
-    assert contacts.force(q + [0, 0, 0, 1e-3, -2e-3]) == pytest.approx(force, rel=1e-9, abs=1e-6)
+    assert contacts.force([*q[:3], 1e-3, -2e-3]) == pytest.approx(force, rel=1e-9, abs=1e-6)
 
 
 def test_rows_that_meet_outside_resist_tilt_more() -> None:
     stiff = [contact_set(replace(DOUBLE, arrangement=one, preload=10e-6)).tangent(np.zeros(5)) for one in ("O", "X")]
     assert stiff[0][3, 3] > 3 * stiff[1][3, 3]
-    assert stiff[0][:3, :3] == pytest.approx(stiff[1][:3, :3], rel=0.02)
+    assert stiff[0][:3, :3] == pytest.approx(stiff[1][:3, :3], rel=0.02, abs=1.0)
 
 
 def test_bearing_is_alike_in_all_directions_of_its_plane() -> None:
@@ -159,6 +160,10 @@ def test_one_row_carries_the_side_that_its_contact_angle_says() -> None:
         assert displacement(bearing, [0, 0, sign * 1e3])[2] * sign > 0
         with pytest.raises(ConvergenceError, match="does not carry"):
             displacement(bearing, [0, 0, -sign * 1e3])
+        # without axial force the balls run down their groove, to a contact angle of 0
+        low = displacement(bearing, [1e3, 0, 0])
+        depth = bearing.groove_distance * math.sin(ANGULAR.contact_angle)
+        assert low[2] == pytest.approx(-sign * depth, rel=0.01)
 
 
 # radial law ----------------------------------------------------------------------------------------------------------
@@ -169,7 +174,7 @@ def test_one_row_carries_the_side_that_its_contact_angle_says() -> None:
 def test_radial_curve_is_the_law_without_tilt_and_axial_motion(bearing: RollingBearing, clearance: float) -> None:
     bearing = replace(bearing, clearance=clearance)
     deflection, force, slope = radial_curve(bearing, 4e3)
-    fine = contact_set(bearing, places=1440)
+    fine = contact_set(bearing, places=5760)
     q = deflection[:, None] * np.eye(5)[0]
     assert force == pytest.approx(fine.force(q)[:, 0], rel=1e-4, abs=1e-4 * 4e3)
     assert force[-1] == pytest.approx(4 * 4e3, rel=1e-9)
@@ -179,7 +184,7 @@ def test_radial_curve_is_the_law_without_tilt_and_axial_motion(bearing: RollingB
     # slopes fit the forces: the trapezoidal rule over the fine half of the table
     half = slice(20, None)
     whole = np.cumsum(np.diff(deflection[half]) * (slope[half][1:] + slope[half][:-1]) / 2)
-    assert whole == pytest.approx(np.diff(force[half]).cumsum(), rel=2e-3)
+    assert whole == pytest.approx(np.diff(force[half]).cumsum(), rel=1e-2)
 
 
 def test_play_is_half_the_clearance_and_has_no_force() -> None:
@@ -207,7 +212,7 @@ def roller_energy(bearing: RollingBearing, q: Array, count: int, laminae: int) -
         for k in range(laminae):
             x = -length / 2 + (k + 0.5) * length / laminae
             moved = q[:3] + np.cross([q[3], q[4], 0.0], point(bearing, angle, bearing.pitch_diameter / 2, x))
-            pressed = moved @ outward - bearing.clearance / 2
+            pressed = float(moved @ outward) - bearing.clearance / 2
             pressed -= 2 * 0.00035 * bearing.element_diameter * math.log(1 / (1 - (2 * x / length) ** 2))
             total += 35_948e6 * length ** (8 / 9) / laminae * max(pressed, 0.0) ** (19 / 9) * 9 / 19
     return total
@@ -217,10 +222,8 @@ def ball_energy(bearing: RollingBearing, q: Array, count: int) -> float:
     """Of angular contact ball bearings: distance of the centres of the two grooves of every ball."""
     total, size = 0.0, bearing.element_diameter
     stiffness = sum(race_contact(bearing, race).stiffness ** (-2 / 3) for race in ("inner", "outer")) ** -1.5
-    for z, alpha in (
-        (-bearing.row_distance / 2, bearing.contact_angle),
-        (bearing.row_distance / 2, -bearing.contact_angle),
-    ):
+    for side in (-1, 1):
+        z, alpha = side * bearing.row_distance / 2, -side * bearing.contact_angle
         for j in range(count):
             angle = 2 * math.pi * j / count
             outward = point(bearing, angle, math.cos(alpha), math.sin(alpha))
@@ -300,7 +303,9 @@ def test_deep_groove_balls_find_the_free_contact_angle() -> None:
 def test_forces_of_the_displacement_are_the_load_for_many_cases_at_once(bearing: RollingBearing) -> None:
     bearing = replace(bearing, clearance=12e-6)
     axial = 0.0 if bearing.type == "cylindrical roller" else 1.0
-    force = np.array([[[8e3, 0, 2e3 * axial], [3e3, 4e3, 3e3 * axial]], [[1.0, 0, axial], [0, -2e4, 5e3 * axial]]])
+    force = np.array(
+        [[[8e3, 0, 8e3 * axial], [3e3, 4e3, 5e3 * axial]], [[1e-5, 0, 1e-5 * axial], [0, -2e4, 3e4 * axial]]]
+    )
     q = displacement(bearing, force)
     assert q.shape == (2, 2, 5)
     assert (q[..., 3:] == 0).all()

@@ -8,6 +8,8 @@ from typing import Any, Literal
 
 import numpy as np
 import pytest
+from tests.unit.bearings.bearing_examples import ALL, ANGULAR, CYLINDRICAL, DEEP_GROOVE, DOUBLE, SPHERICAL, TAPERED
+from tests.unit.bearings.test_element_loads import OF_THE_PROGRAM
 
 from epicyclic.bearings import element_loads, rating_life
 from epicyclic.bearings.element_loads import displacement, load_zone
@@ -27,8 +29,6 @@ from epicyclic.bearings.rating_life import (
 )
 from epicyclic.bearings.rolling_bearing import RollingBearing
 from epicyclic.errors import ModelError
-from tests.unit.bearings.bearing_examples import ALL, ANGULAR, CYLINDRICAL, DEEP_GROOVE, DOUBLE, SPHERICAL, TAPERED
-from tests.unit.bearings.test_element_loads import OF_THE_PROGRAM
 
 LARGE = RollingBearing(type="deep groove ball", elements=8, element_diameter=15.081e-3, pitch_diameter=65e-3)  # 6308
 
@@ -208,7 +208,7 @@ def test_a_iso_has_no_steps_and_rises_with_the_film(bearing: RollingBearing) -> 
 
     for joint in (0.4, 1.0):
         assert at(joint - 1e-9) == pytest.approx(at(joint), rel=2e-3)
-    assert at(7.0) == at(4.0) > at(1.0) > at(0.4) > at(0.1) > 0.1
+    assert at(7.0) == at(4.0) > at(1.0) > at(0.4) > at(0.1) > 0.099
     wrong: list[dict[str, Any]] = [
         {"kappa": 0.05, "contamination": 0.5},
         {"kappa": 1.0, "contamination": 0.0},

@@ -7,13 +7,13 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
+from tests.unit.bearings.bearing_examples import ALL, ANGULAR, CYLINDRICAL, DEEP_GROOVE, DOUBLE, SPHERICAL, TAPERED
 
 from epicyclic.bearings.checks import checked
 from epicyclic.bearings.element_loads import element_law
 from epicyclic.bearings.rating_life import rated_element_load
 from epicyclic.bearings.rolling_bearing import RollingBearing, passing_frequencies
 from epicyclic.errors import ModelError
-from tests.unit.bearings.bearing_examples import ALL, ANGULAR, CYLINDRICAL, DEEP_GROOVE, DOUBLE, SPHERICAL, TAPERED
 
 
 def test_frequencies_of_a_6205_are_those_of_catalogues() -> None:
