@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 # Places of a row and laminae of a roller, and loads at which a life is computed; between them log L is linear in log F.
-_PLACES, _LAMINAE, _LOADS = 72, 16, 16
+_PLACES, _LAMINAE, _LOADS = 72, 30, 12
 # Speed of a race against the other per the fastest body that is none, and a load per the static rating that is none.
 _STANDS, _NO_LOAD = 1e-9, 1e-9
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...results.dataset import largest
-from ...show.elements import Company, Drawing, Finding, KeyFigure, Section, Table
+from ...show.elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table
 from ...show.series import engineering, numbers, texts
 from ...show.views import ResultView
 
@@ -108,7 +108,7 @@ def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """Load zones, and the tables."""
     from ...show.charts.bearings import load_zones
 
-    parts = [Drawing(anchor="load-zones", figure=load_zones(result)), *tables(result)]
+    parts: list[Part] = [Drawing(anchor="load-zones", figure=load_zones(result)), *tables(result)]
     return [Section(anchor="life", title="Life of bearings", parts=parts)]
 
 

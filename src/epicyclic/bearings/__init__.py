@@ -1,0 +1,1 @@
+"""Rolling bearings: geometry, loads of their elements, rating life.  Numbers alone; no train."""

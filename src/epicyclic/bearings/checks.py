@@ -1,0 +1,99 @@
+"""Whether the numbers of a bearing fit together."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from ..errors import ModelError
+from .element_loads import element_law
+from .rating_life import geometric_rating, geometric_static_rating, rated_element_load
+from .rolling_bearing import ANGLES, RollingBearing
+
+_ROUNDING = 1e-3  # of dimensions as catalogues print them
+_GROOVE = (0.505, 0.6)
+_LENGTH = (0.2, 12.0)  # of a roller, in diameters
+_OFF = 3.0  # a rating of the catalogue over that of the geometry
+_LOOSE = 0.02  # clearance of rollers, in diameters
+
+Problem = tuple[bool, str, str, str]  # whether it is wrong, key, problem, allowed
+
+
+def checked(bearing: RollingBearing, path: str) -> RollingBearing:
+    """Return a bearing whose numbers fit together.
+
+    Elements may not be pressed, by preload and negative clearance, harder than the most loaded one at the static
+    rating: that is the limit of the preload.
+
+    Raises
+    ------
+    ModelError : at `path`.key, of the first number that does not fit.
+    """
+    for problems in (_sizes, _shapes, _fits, _ratings):
+        for wrong, key, problem, allowed in problems(bearing):
+            if wrong:
+                raise ModelError(problem, path=f"{path}.{key}", given=getattr(bearing, key), allowed=allowed)
+    return bearing
+
+
+def _sizes(bearing: RollingBearing) -> Iterator[Problem]:
+    """Each number by itself."""
+    yield bearing.type not in ANGLES, "type", "no such bearing", ", ".join(ANGLES)
+    positive = ["element_diameter", "pitch_diameter", "youngs_modulus"]
+    positive += [] if bearing.is_ball else ["element_length"]
+    positive += [key for key in ("rating", "static_rating", "fatigue_limit") if getattr(bearing, key) is not None]
+    for key in positive:
+        yield not 0 < getattr(bearing, key) < math.inf, key, "no size", "above 0"
+    for key in ("contact_angle", "clearance", "preload", "row_distance"):
+        yield not math.isfinite(getattr(bearing, key)), key, "not finite", "a finite number"
+    for key in ("preload", "row_distance"):
+        yield getattr(bearing, key) < 0, key, "is negative", "0 or more"
+    yield bearing.rows < 1, "rows", "no row", "1 or more"
+    yield bearing.elements < 4, "elements", "too few elements in a row", "4 or more"
+    yield not 0 <= bearing.poisson < 0.5, "poisson", "no Poisson's ratio", "0 to 0.5"
+    yield bearing.arrangement not in ("O", "X"), "arrangement", "no such arrangement", "O, X"
+
+
+def _shapes(bearing: RollingBearing) -> Iterator[Problem]:
+    """Elements in their rows."""
+    low, high = ANGLES[bearing.type]
+    degrees, size = abs(math.degrees(bearing.contact_angle)), bearing.element_diameter
+    outside = not low - 1e-9 <= degrees <= high + 1e-9
+    yield outside, "contact_angle", f"does not go with the type {bearing.type}", f"{low:g} to {high:g} deg"
+    room = bearing.pitch_diameter * math.sin(math.pi / bearing.elements)
+    yield size > room * (1 + _ROUNDING), "element_diameter", "elements overlap on the pitch circle", f"up to {room:g} m"
+    if bearing.is_ball:
+        grooves_fit = all(_GROOVE[0] <= one <= _GROOVE[1] for one in bearing.groove)
+        yield not grooves_fit, "groove", "no groove of a ball", "{} to {}".format(*_GROOVE)
+    else:
+        least, most = (share * size for share in _LENGTH)
+        fits = least <= bearing.element_length <= most
+        yield not fits, "element_length", "does not fit the diameter of the roller", f"{least:g} to {most:g} m"
+    yield bearing.rows > 2 and degrees > 0, "rows", "more than two rows with a contact angle", "1 or 2"
+    if bearing.rows == 1 or (bearing.type == "spherical roller" and degrees > 0):
+        yield bearing.row_distance != 0, "row_distance", "given though it follows", "0"
+    else:
+        wide = size if bearing.is_ball else bearing.element_length * math.cos(bearing.contact_angle)
+        yield bearing.row_distance < wide, "row_distance", "rows overlap", f"{wide:g} m or more"
+
+
+def _fits(bearing: RollingBearing) -> Iterator[Problem]:
+    """Play and preload."""
+    slope = abs(math.sin(bearing.contact_angle))
+    yield bearing.preload > 0 and slope == 0, "preload", "needs a contact angle", "0"
+    # a free contact angle of 60 deg, and what no roller bearing has
+    most = bearing.groove_distance if bearing.is_ball else _LOOSE * bearing.element_diameter
+    yield bearing.clearance > most, "clearance", "too large for the elements", f"up to {most:g} m"
+    stiffness, exponent = element_law(bearing)
+    limit = (rated_element_load(bearing) / stiffness) ** (1 / exponent)
+    tight = -bearing.clearance / 2 * math.cos(bearing.contact_angle)
+    allowed = "less: elements would bear more than the most loaded one at the static rating"
+    yield tight > limit, "clearance", "presses the elements too hard", f"{-2 * limit:g} m or more"
+    yield tight + bearing.preload * slope > limit, "preload", "larger than the limit", allowed
+
+
+def _ratings(bearing: RollingBearing) -> Iterator[Problem]:
+    """Ratings of the catalogue against those of the geometry."""
+    for key, own in (("rating", geometric_rating(bearing)), ("static_rating", geometric_static_rating(bearing))):
+        off = (getattr(bearing, key) or own) / own
+        yield not 1 / _OFF <= off <= _OFF, key, "rating of the wrong size", f"near {own:.3g} N of the geometry"

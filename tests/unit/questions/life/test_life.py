@@ -1,0 +1,200 @@
+"""Life of rolling bearings: forces, speeds and races of a planetary set by hand, Miner's sum, laws by their parts."""
+
+from __future__ import annotations
+
+import json
+from math import pi
+from typing import Any
+
+import numpy as np
+import pytest
+
+import epicyclic
+from epicyclic.bearings.element_loads import displacement
+from epicyclic.bearings.rating_life import basic_life, distributed_life, equivalent_load, life_modification
+from epicyclic.bearings.rolling_bearing import RollingBearing
+from epicyclic.errors import ModelError
+from epicyclic.questions.life.views import findings, key_figures, tables
+from epicyclic.train.resolution import load
+
+TEETH, MODULE, TORQUE, RPM = (24, 30, 84), 4e-3, 3000.0, 60.0
+ARM = MODULE * (TEETH[0] + TEETH[1]) / 2
+PARTS = {
+    "type": "cylindrical roller",
+    "elements": 14,
+    "element_diameter": "12 mm",
+    "element_length": "16 mm",
+    "pitch_diameter": "70 mm",
+    "internal_clearance": "30 um",
+}
+BEARING = RollingBearing(
+    type="cylindrical roller",
+    elements=14,
+    element_diameter=12e-3,
+    element_length=16e-3,
+    pitch_diameter=70e-3,
+    clearance=30e-6,
+)
+
+
+def train(**bearing: Any) -> dict[str, Any]:
+    """Three equal planets on rollers, the carrier turns; no errors and no weight."""
+    members = {
+        name: {"teeth": z, "mass": "1 kg", "inertia": "1 kg"}
+        for name, z in zip(("sun", "ring"), TEETH[::2], strict=True)
+    }
+    return {
+        "format": 2,
+        "title": "three planets on rollers",
+        "damping": {"modal": 0.03},
+        "stages": {
+            "main": {
+                "planets": 3,
+                "module": f"{MODULE} m",
+                "face_width": "30 mm",
+                **members,
+                "planet": {"teeth": TEETH[1], "mass": "1 kg", "inertia": "1 kg", "bearing": {**PARTS, **bearing}},
+                "carrier": {"mass": "5 kg", "inertia": "5 kg"},
+                "meshes": {name: {"stiffness": "4e8 N/m"} for name in ("sun-planet", "planet-ring")},
+            }
+        },
+        "operation": {"held": ["ring"], "speed": {"carrier": f"{RPM} rpm"}, "torque": {"carrier": f"{TORQUE} N m"}},
+    }
+
+
+def test_the_life_of_planet_bearings_by_hand() -> None:
+    """F = T/(3 a) at the pin; the planet turns at z_r/z_p times the carrier against it, and so does its outer race."""
+    result = epicyclic.life(train(), instants=16)
+    force, speed = TORQUE / 3 / ARM, RPM / 60 * TEETH[2] / TEETH[1]
+    assert result.bearing.values.tolist() == [f"main/planet/{i}/bearing" for i in (1, 2, 3)]
+    np.testing.assert_allclose(result.bearing_load, force, rtol=1e-6)
+    np.testing.assert_allclose(result.race_speed, 2 * pi * speed, rtol=1e-12)
+    assert set(result.turning_race.values.ravel()) == {"outer"}
+    basic = float(basic_life(BEARING, force))
+    np.testing.assert_allclose(result.bearing_life_basic, basic * 1e6 / speed, rtol=1e-5)
+    exact = float(distributed_life(BEARING, displacement(BEARING, [force]), turning="outer"))
+    np.testing.assert_allclose(result.bearing_life_reference, exact * 1e6 / speed, rtol=5e-3)
+    np.testing.assert_allclose(result.bearing_duty_life_reference, result.bearing_life_reference[:, 0], rtol=1e-12)
+    assert np.isnan(result.bearing_life_modified).all()
+    Z, gamma = 14, 12 / 70
+    np.testing.assert_allclose(result.outer_race_frequency, Z * speed * (1 - gamma) / 2, rtol=1e-12)
+    np.testing.assert_allclose(result.inner_race_frequency, Z * speed * (1 + gamma) / 2, rtol=1e-12)
+    loads = result.element_load.values[0, 0]
+    assert loads @ np.cos(result.element_angle.values[0, 0] - result.element_angle.values[0, 0, 0]) == pytest.approx(
+        force, rel=0.03
+    )  # of 14 true elements
+
+
+def test_the_law_of_the_link_is_that_of_its_elements() -> None:
+    """Static displacement of a pin under its force, by the table of the link and by the elements themselves."""
+    made = load(train())
+    (link,) = [one for one in made.links if one.name == "main/planet/1/bearing"]
+    curve = dict(link.curves)[0]
+    assert curve.deflection[0] == pytest.approx(15e-6, rel=1e-3)  # half of the internal clearance
+    for force in (200.0, 3000.0, 12000.0):
+        exact = displacement(BEARING, [force])[0]
+        assert float(curve.inverse([force])[0][0]) == pytest.approx(exact, rel=2e-3)
+    result = epicyclic.static(made, cycles=1)
+    force = TORQUE / 3 / ARM
+    np.testing.assert_allclose(result.group_force.sel(group="main/planet/1/bearing"), force, rtol=1e-6)
+    stretch = result.group_stretch.sel(group="main/planet/1/bearing").values
+    np.testing.assert_allclose(stretch, displacement(BEARING, [force])[0], rtol=2e-3)
+
+
+def test_a_stiffness_by_hand_stays_and_the_parts_are_for_the_life() -> None:
+    made = load(train(radial="2e8 N/m"))
+    (link,) = [one for one in made.links if one.name == "main/planet/1/bearing"]
+    assert (link.stiffness[:2], link.curves) == ((2e8, 2e8), ())
+    by_hand, by_parts = (epicyclic.life(train(**one), instants=16) for one in ({"radial": "2e8 N/m"}, {}))
+    np.testing.assert_allclose(by_hand.bearing_life_reference, by_parts.bearing_life_reference, rtol=1e-4)
+
+
+def test_ratings_of_the_catalogue_and_the_oil() -> None:
+    plain = epicyclic.life(train(), instants=16)
+    rating = 1.2 * float(plain.bearing_rating[0])
+    oiled = {"viscosity_ratio": 0.8, "contamination": 0.4}
+    stated = epicyclic.life(train(rating=f"{rating} N", **oiled), instants=16)
+    np.testing.assert_allclose(stated.bearing_rating, rating, rtol=1e-12)
+    np.testing.assert_allclose(stated.bearing_life_basic, 1.2 ** (10 / 3) * plain.bearing_life_basic, rtol=1e-9)
+    (factor,) = set((stated.bearing_life_modified / stated.bearing_life_reference).values.ravel().round(12))
+    one = RollingBearing(**{**{name: getattr(BEARING, name) for name in BEARING.__slots__}, "rating": rating})
+    speed = float(stated.race_speed[0, 0]) / 2 / pi
+    load_of_life = equivalent_load(one, float(stated.bearing_life_reference[0, 0]) * speed / 1e6)
+    assert factor == pytest.approx(float(life_modification(one, load_of_life, kappa=0.8, contamination=0.4)), rel=1e-9)
+
+
+def test_cases_are_summed_by_miner() -> None:
+    model = train()
+    model["cases"] = {
+        "low": {"share": 0.7, "torque": {"carrier": "2000 N m"}},
+        "high": {"share": 0.3, "torque": {"carrier": "5000 N m"}, "speed": {"carrier": "30 rpm"}},
+    }
+    result = epicyclic.life(model, overrides={"case": "all"}, instants=16)
+    each = result.bearing_life_reference.sel(case=["low", "high"]).values
+    damage = np.array([0.7, 0.3]) / each
+    np.testing.assert_allclose(result.bearing_duty_life_reference, 1 / damage.sum(axis=1), rtol=1e-12)
+    np.testing.assert_allclose(result.damage_share, damage / damage.sum(axis=1, keepdims=True), rtol=1e-12)
+    high = epicyclic.life(model, overrides={"case": "high"}, instants=16)
+    np.testing.assert_allclose(high.bearing_life_reference[:, 0], each[:, 1], rtol=1e-12)
+    (finding,) = findings(result, {})
+    assert "most of its damage in high" in finding.text
+    (figure,) = key_figures(result)
+    assert figure[0] in finding.text
+    assert tables(result)[1].columns["case"] == ["low", "high"] * 3
+
+
+def drum(held: bool = False, **more: Any) -> dict[str, Any]:
+    """A drum of 50 kg in a bearing of its own, driven by the carrier or held."""
+    model = {**train(), **more}
+    model["bodies"] = {"drum": {"mass": "50 kg", "inertia": "1 kg m^2", "support": {**PARTS, "internal_clearance": 0}}}
+    if held:
+        model["operation"]["held"] = ["ring", "drum"]
+    else:
+        model["couplings"] = {"shaft": {"between": ["main.carrier", "drum"], "rz": "1e6 N m/rad"}}
+    return model
+
+
+def test_a_weight_stands_in_the_housing_and_an_unbalance_turns_with_the_shaft() -> None:
+    """Under the weight the outer race stands and the inner one turns, under a load that goes round the outer one."""
+    model = drum()
+    model["operation"]["gravity"] = True
+    hung = epicyclic.life(model, instants=64).sel(bearing="drum/support")
+    assert hung.bearing_load.item() == pytest.approx(50 * 9.81, rel=1e-4)
+    assert hung.turning_race.item() == "inner"
+    swung = drum(loads={"pull": {"on": "drum", "force": {"x": "500 N"}, "frame": "member"}})
+    swung = epicyclic.life(swung, instants=64).sel(bearing="drum/support")
+    assert swung.bearing_load.item() == pytest.approx(500, rel=1e-4)
+    assert swung.turning_race.item() == "outer"
+
+
+def test_races_that_stand_are_told() -> None:
+    result = epicyclic.life(drum(held=True, loads={"pull": {"on": "drum", "force": {"x": "500 N"}}}), instants=64)
+    assert np.isinf(result.bearing_life_reference.sel(bearing="drum/support")).all()
+    assert "races of drum/support do not turn" in " ".join(json.loads(result.attrs["warnings"]))
+
+
+BAD = {
+    "no parts": ({"elements": None}, r"planet\.bearing.*a cylindrical roller bearing without elements"),
+    "no length": ({"element_length": None}, r"without element_length"),
+    "clearance": ({"clearance": "15 um"}, r"clearance beside a rolling bearing; allowed: internal_clearance"),
+    "overlap": ({"elements": 30}, r"planet\.bearing\.element_diameter.*overlap"),
+    "rating": ({"rating": "1 MN"}, r"planet\.bearing\.rating"),
+    "no type": ({"type": None}, r"elements without type"),
+    "other type": ({"type": "plain"}, r"planet\.bearing\.type"),
+    "angle": ({"contact_angle": "15 deg"}, r"planet\.bearing\.contact_angle"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_parts_that_do_not_fit_are_named(name: str) -> None:
+    changes, words = BAD[name]
+    parts = {key: value for key, value in {**PARTS, **changes}.items() if value is not None}
+    model = train()
+    model["stages"]["main"]["planet"]["bearing"] = parts
+    with pytest.raises(ModelError, match=words):
+        load(model)
+
+
+def test_a_drawing_without_parts_says_what_is_missing() -> None:
+    with pytest.raises(ModelError, match=r"no bearing is stated by its parts; allowed: parts of a bearing"):
+        epicyclic.life("ren2021")
