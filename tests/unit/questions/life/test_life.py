@@ -161,8 +161,8 @@ def test_a_weight_stands_in_the_housing_and_an_unbalance_turns_with_the_shaft() 
     hung = epicyclic.life(model, instants=64).sel(bearing="drum/support")
     assert hung.bearing_load.item() == pytest.approx(50 * 9.81, rel=1e-4)
     assert hung.turning_race.item() == "inner"
-    swung = drum(loads={"pull": {"on": "drum", "force": {"x": "500 N"}, "frame": "member"}})
-    swung = epicyclic.life(swung, instants=64).sel(bearing="drum/support")
+    model = drum(loads={"pull": {"on": "drum", "force": {"x": "500 N"}, "frame": "member"}})
+    swung = epicyclic.life(model, instants=64).sel(bearing="drum/support")
     assert swung.bearing_load.item() == pytest.approx(500, rel=1e-4)
     assert swung.turning_race.item() == "outer"
 
@@ -173,7 +173,7 @@ def test_races_that_stand_are_told() -> None:
     assert "races of drum/support do not turn" in " ".join(json.loads(result.attrs["warnings"]))
 
 
-BAD = {
+BAD: dict[str, tuple[dict[str, Any], str]] = {
     "no parts": ({"elements": None}, r"planet\.bearing.*a cylindrical roller bearing without elements"),
     "no length": ({"element_length": None}, r"without element_length"),
     "clearance": ({"clearance": "15 um"}, r"clearance beside a rolling bearing; allowed: internal_clearance"),
