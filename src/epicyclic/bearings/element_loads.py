@@ -257,8 +257,8 @@ def displacement(
 
     Raises
     ------
-    ConvergenceError : the bearing cannot carry such a force; the contact lines of one row with a contact angle meet in a
-        point on the axis, about which it resists tilt hardly.
+    ConvergenceError : the bearing cannot carry such a force.  The contact lines of one row with a contact angle meet
+        in a point of the axis, about which the row hardly resists tilt.
     """
     contacts = contact_set(bearing, places=places, laminae=laminae, first=first)
     force = np.asarray(force, dtype=float)
