@@ -257,7 +257,8 @@ def displacement(
 
     Raises
     ------
-    ConvergenceError : the bearing cannot carry such a force.
+    ConvergenceError : the bearing cannot carry such a force.  The contact lines of one row with a contact angle meet
+        in a point of the axis, about which the row hardly resists tilt.
     """
     contacts = contact_set(bearing, places=places, laminae=laminae, first=first)
     force = np.asarray(force, dtype=float)
@@ -277,7 +278,8 @@ def displacement(
     for _ in range(_STEPS):
         tangent = contacts.tangent(q)[:, :k, :k] * size[:, None] * size
         off = np.abs(left).max(axis=1, keepdims=True) / level
-        rounding = _ROUNDING * np.abs(tangent).max(axis=(1, 2))[:, None] * np.abs(q[:, :k] / size).max(axis=1)[:, None]
+        motion = np.abs(q[:, :k] / size).max(axis=1) + np.abs(contacts.gap).max()
+        rounding = _ROUNDING * (np.abs(tangent).max(axis=(1, 2)) * motion)[:, None]
         if (off <= _TOLERANCE + rounding / level).all():
             return q.reshape(*force.shape[:-1], 5)
         # damping that goes with the residual: rows without stiffness stay solvable, the last steps stay quadratic
