@@ -343,6 +343,6 @@ def test_a_rotor_on_two_preloaded_bearings() -> None:
     tilt = E * k * lever**2 / inertia
     expected = np.sqrt([lateral, lateral, axial, tilt, tilt]) / (2 * np.pi)
     modes = epicyclic.modes(epicyclic.assemble(train))
-    moving = np.abs(modes.mode_shape.sel(dof=[f"{name}/{d}" for d in ("x", "y", "z", "rx", "ry")])).max("dof") > 1e-6
+    moving = np.abs(modes.shape.sel(dof=[f"{name}/{d}" for d in ("x", "y", "z", "rx", "ry")])).max("dof") > 1e-6
     found = modes.frequency.values[moving.values]
     np.testing.assert_allclose(np.sort(found), np.sort(expected), rtol=1e-9)
