@@ -188,7 +188,7 @@ def _link_rows(train: Train, index: dict[str, int], frame_turn: tuple[Fraction, 
 def _law_directions(link: Link) -> tuple[int, ...]:
     """Directions that follow a law: those of tables; x and y, or z where it alone is stiff; none of a linear link.
 
-    Of a contact set those that are not rigid and in which a contact acts.  Friction without a clearance cannot slide,
+    Of a contact set those in which a contact acts.  Friction without a clearance cannot slide,
     so that the link stays linear.
 
     Raises
@@ -222,10 +222,7 @@ def _contact_directions(link: Link, contacts: ContactSet) -> tuple[int, ...]:
         raise ModelError(
             "its contacts are not evenly spread about the axis", path=link.path, given=f"{len(contacts.gap)} contacts"
         )
-    acting = np.any(contacts.normals, axis=0)
-    return tuple(i for i in range(5) if acting[i] and not math.isinf(link.stiffness[i])) + tuple(
-        direction for direction, _ in link.curves
-    )
+    return (*np.flatnonzero(np.any(contacts.normals, axis=0)).tolist(), *(direction for direction, _ in link.curves))
 
 
 def _contact_law(contacts: ContactSet, directions: Sequence[int]) -> ContactSetLaw:
