@@ -477,7 +477,10 @@ class BearingTable(LinkTable):
     element_diameter: Length | None = key(None, "diameter of an element, of a tapered roller at its middle")
     element_length: Length | None = key(None, "effective length of a roller, without its chamfers")
     pitch_diameter: Length | None = key(None, "diameter of the circle through the centres of the elements")
-    contact_angle: Annotated[float, Unit("angle", low=0)] | None = key(None, "nominal contact angle; default 0")
+    contact_angle: Annotated[float, Unit("angle")] | None = key(
+        None,
+        "nominal contact angle, of one row above 0 where it carries an inner race that is pushed along z; default 0",
+    )
     row_distance: Length | None = key(None, "distance of the rows; default those of their elements side by side")
     internal_clearance: Annotated[PerPlanet, Unit("length", many=True, likely=SMALL)] | None = key(
         None, "radial internal clearance when running, the whole movement, below 0 of a preloaded one; default 0"
@@ -500,7 +503,10 @@ class BearingTable(LinkTable):
 
     def directions(self) -> set[str]:
         """Return the directions that are named, or that the parts of a rolling bearing hold."""
-        return super().directions() | ({"x", "y"} if self.type is not None else set())
+        stated = super().directions()
+        if self.type is None or stated:
+            return stated | ({"x", "y"} if self.type is not None else set())
+        return {"x", "y", "z", "rx", "ry"} if self.contact_angle else {"x", "y"}
 
     @model_validator(mode="after")
     def _parts(self) -> Self:

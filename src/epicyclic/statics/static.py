@@ -13,7 +13,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable, Hashable, Iterator, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, fields, replace
 from fractions import Fraction
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
@@ -457,12 +457,16 @@ def ends_of_travel(held: HeldTrain, turn: Array) -> Array:
 def law_attributes(system: System, record: Record) -> dict[str, str]:
     """Attributes of a result about its laws.
 
-    Kind and numbers of each, the derived slip start, and how the history begins.
+    Kind and numbers of each, but the contacts of a set, the derived slip start, and how the history begins.
     """
     if not system.groups:
         return {}
     laws = {
-        group.name: {"kind": group.law.kind, **asdict(group.law), "slip_start": group.law.slip_start}
+        group.name: {
+            "kind": group.law.kind,
+            **{each.name: getattr(group.law, each.name) for each in fields(group.law) if each.repr},
+            "slip_start": group.law.slip_start,
+        }
         for group in system.groups
     }
     history = f"sliders start in the middle; warm-up over {record.count} {record.name} before the record"

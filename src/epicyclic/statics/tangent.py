@@ -35,6 +35,8 @@ _PHASES = 64
 _CYCLES, _INSTANTS, _SAME = 64, 8, 1e-3
 # Tangents along x and y, per their mean, that differ by no more have no axes of their own: rounding.
 _ISOTROPIC = 1e-9
+# Stiffness left along a direction, per that of the whole tangent, that is rounding.
+_NOTHING = 1e-12
 # What a law without a memory does at the mean load outside its clearance, in words.
 _DOING = {"stick": "sticking", "slip": "sliding", "stop": "pressed"}
 
@@ -106,10 +108,14 @@ def _without_link_laws(system: System, *, memory_alone: bool, floating: bool) ->
 
 
 class _GroupTangent(NamedTuple):
-    """A group of r rows: which these are, its axes (r, r) as of `_axes` and the stiffness along them (r,) [N/m]."""
+    """A group of r rows: which these are, names of its axes, the axes a_i as columns (r, r), and the stiffness k (r,).
+
+    The tangent is sum_i k_i a_i a_i' [N/m, N m/rad].
+    """
 
     group: LawGroup
     rows: slice
+    names: tuple[str, ...]
     axes: Array
     stiffness: Array
 
@@ -142,8 +148,7 @@ def _link_tangents(system: System, *, floating: bool) -> _LinkTangents:
     groups = []
     for group, first in zip(system.groups, system.laws.rows.first, strict=True):
         rows = slice(first, first + len(group.rows))
-        axes = _axes(stretch[rows], tangent[rows, rows])
-        groups.append(_GroupTangent(group, rows, axes, np.diag(axes.T @ tangent[rows, rows] @ axes)))
+        groups.append(_along_axes(group, rows, stretch[rows], tangent[rows, rows]))
     return _LinkTangents(stretch, mean.group_force[0] - tangent @ stretch, tangent, lag, groups)
 
 
@@ -170,10 +175,11 @@ def small_motion_tangent(laws: Laws, stretch: Array, *, floating: bool = False) 
     tangent = np.where(sticking[:, None], np.diag(laws.row_stiffness), laws.tangent(stretch))
     if not floating:
         return tangent
-    for first, pair, stiffness in zip(laws.rows.first, laws.rows.pair, laws.stiffness, strict=True):
-        block = tangent[first : first + 1 + pair, first : first + 1 + pair]
-        if np.linalg.eigvalsh(block)[0] < _FLOATING * stiffness:
-            block += _FLOATING * stiffness * np.eye(1 + pair)
+    for group in range(laws.rows.first.size):
+        rows = np.flatnonzero(laws.rows.owner == group)
+        block, nominal = np.ix_(rows, rows), laws.row_stiffness[rows]
+        if np.linalg.eigvalsh(tangent[block] / np.sqrt(np.outer(nominal, nominal)))[0] < _FLOATING:
+            tangent[block] += _FLOATING * np.diag(nominal)
     return tangent
 
 
@@ -197,32 +203,60 @@ def _mean_state(system: System) -> Equilibrium:
     )
 
 
-def _axes(stretch: Array, tangent: Array) -> Array:
-    """Unit vectors along the stretch (r,) [m] of a group and across it as columns, (r, r).
+def _along_axes(group: LawGroup, rows: slice, stretch: Array, tangent: Array) -> _GroupTangent:
+    """A group by its stretch (r,) [m, rad] and tangent (r, r) [N/m, N/rad, N m/rad].
 
-    x and y themselves where there is no stretch, or the tangent (r, r) [N/m] is alike in all directions.
+    x and y have axes along the stretch and across it, `_lateral_axes`, on which the forces are the lateral force of the
+    group.  Directions z, rx, ry of a contact set follow one after the other, each with what the tangent holds where
+    the axes before it give way: T = T - k a a' with k = e' T e and a = T e / k, e the direction (derived here).
     """
-    length = float(np.linalg.norm(stretch))
-    alike = np.abs(tangent - np.eye(len(tangent)) * np.diag(tangent).mean()).max()
-    if len(stretch) == 1 or length == 0 or alike <= _ISOTROPIC * np.abs(np.diag(tangent)).mean():
-        return np.eye(len(stretch))
+    axes, names = np.eye(len(stretch)), group.rows
+    if len(stretch) == 2 or (len(stretch) > 2 and names[1].endswith("/y")):
+        axes[:2, :2] = _lateral_axes(stretch[:2], tangent[:2, :2])
+        if not np.array_equal(axes[:2, :2], np.eye(2)):
+            names = (f"{group.name}/radial", f"{group.name}/tangential", *names[2:])
+    stiffness, left = np.diag(axes.T @ tangent @ axes).copy(), tangent.copy()
+    for i in range(len(stretch) if len(stretch) > 2 else 0):
+        direction, whole = axes[:, i].copy(), stiffness[i]
+        stiffness[i] = direction @ left @ direction
+        if stiffness[i] <= _NOTHING * whole:
+            stiffness[i] = 0.0
+            continue
+        axes[:, i] = left @ direction / stiffness[i]
+        left -= stiffness[i] * np.outer(axes[:, i], axes[:, i])
+    return _GroupTangent(group, rows, names, axes, stiffness)
+
+
+def _lateral_axes(stretch: Array, tangent: Array) -> Array:
+    """Unit vectors along the stretch (2,) of x and y and across it as columns (2, 2).
+
+    Principal ones, the stiffer first, where the tangent (2, 2) couples these; x and y themselves where there is no
+    stretch, or the tangent is alike in all directions.
+    """
+    length, mean = float(np.linalg.norm(stretch)), float(np.abs(np.diag(tangent)).mean())
+    alike = np.abs(tangent - np.eye(2) * np.diag(tangent).mean()).max()
+    if length == 0 or alike <= _ISOTROPIC * mean:
+        return np.eye(2)
     x, y = stretch / length
-    return np.array([[x, -y], [y, x]])
+    axes = np.array([[x, -y], [y, x]])
+    if abs(axes[:, 0] @ tangent @ axes[:, 1]) > _ISOTROPIC * mean:
+        axes = np.linalg.eigh(tangent)[1][:, ::-1]
+    return axes
 
 
 def _linearised_links(system: System, laws: _LinkTangents) -> LinkRows:
-    """The links of the system and two for every group, with the group's tangent and the offset as preload."""
+    """The links of the system and the axes of every group, with its tangent and the offset as preload."""
     links = system.links
     names: list[str] = []
     columns, stiffness, damping = [links.B], [links.stiffness], [links.damping]
     preload = [links.preload if links.preload.size else np.zeros(len(links.name))]
-    for group, rows, axes, values in laws.groups:
-        keeps_rows = np.array_equal(axes, np.eye(len(axes)))
-        names += group.rows if keeps_rows else [f"{group.name}/radial", f"{group.name}/tangential"]
+    for group, rows, of_axes, axes, values in laws.groups:
+        names += of_axes
         columns.append(group.B @ axes)
         stiffness.append(values)
-        preload.append(axes.T @ laws.offset[rows])
-        damping.append(np.diag(axes.T @ np.diag(group.damping) @ axes) + group.lag * values)
+        along = np.linalg.inv(axes)
+        preload.append(along @ laws.offset[rows])
+        damping.append(np.diag(along @ np.diag(group.damping) @ along.T) + group.lag * values)
     count = sum(map(len, stiffness))
     turns = (
         *(links.turn or (Fraction(0),) * len(links.name)),
@@ -256,7 +290,7 @@ def _law_warnings(system: System, laws: _LinkTangents, memory_alone: bool) -> li
     Groups of one text together.
     """
     groups_by_text: dict[str, list[str]] = {}
-    for (group, _, _, values), doing in zip(laws.groups, system.laws.state(laws.stretch), strict=True):
+    for (group, _, _, _, values), doing in zip(laws.groups, system.laws.state(laws.stretch), strict=True):
         if memory_alone and not group.law.memory:
             continue
         unit = "N m/rad" if group.rows[0].endswith(("/rx", "/ry", "/rz")) else "N/m"
@@ -265,7 +299,7 @@ def _law_warnings(system: System, laws: _LinkTangents, memory_alone: bool) -> li
         elif group.law.memory:
             text = f"sticks in small vibration, stiffness {group.law.stiffness:.4g} {unit}"
         else:
-            across = f", across {values[1]:.4g} {unit}" if len(values) == 2 else ""
+            across = f", across {values[1]:.4g} {unit}" if len(values) >= 2 else ""
             text = f"{_DOING[STATES[doing]]} at the mean load, stiffness along it {values[0]:.4g} {unit}{across}"
         groups_by_text.setdefault(f"{group.law.kind} {text}", []).append(group.name)
     return [

@@ -1,4 +1,5 @@
-"""Laws of links, each from one convex potential: radial laws, by a formula or by a table, and friction with a memory.
+"""Laws of links, each from one convex potential: radial laws, by a formula or by a table, friction with a memory, and
+contact sets (`contact_sets`).
 
 A radial law is force = f(rho) delta / rho with rho = |delta|.  Play, rolling elements and splines:
 
@@ -11,8 +12,8 @@ force discontinuous.  C follows from k, the tangent stiffness at the given load 
 A table has cubics through its points, zero up to the first one, the play; behind the last one it goes on along its last
 tangent.
 
-A group is the rows of one link (x and y of a bearing or spline, or one row) with the stretch delta (r,), rho = |delta|.
-Groups stand side by side.
+A group is the rows of one link with the stretch delta (r,): x and y of a bearing or spline, or one row, of a radial law
+with rho = |delta|; up to five of a contact set.  Groups stand side by side.
 
 Coulomb friction with a memory is a slider in series with the spring of a spline, force = k (delta - s).  At each step
 (derived here)
@@ -32,6 +33,8 @@ from typing import Any, ClassVar, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+
+from .contact_sets import Contacts, ContactSetLaw
 
 Array = NDArray[np.float64]
 
@@ -318,10 +321,14 @@ _SEARCH, _ANGLE, _TINY = 60, 1e-15, np.finfo(float).tiny
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class GroupRows:
-    """R rows of G groups: first (G,) row of each group, owner (R,) group of each row."""
+    """R rows of G groups: first (G,) row of each group, owner (R,) group of each row.
+
+    counts : (R,) 1, or 0 of moments beside forces, which no length of a group has a part of.
+    """
 
     first: NDArray[np.int64]
     owner: NDArray[np.int64]
+    counts: Array
 
     @property
     def pair(self) -> NDArray[np.bool_]:
@@ -333,11 +340,11 @@ class GroupRows:
         return values[..., self.owner]
 
     def dot(self, a: Array, b: Array) -> Array:
-        """Scalar products (..., G) of the parts of each group in a and b (..., R)."""
-        return np.add.reduceat(a * b, self.first, axis=-1) if self.first.size else a[..., :0]
+        """Scalar products (..., G) of the parts of each group in a and b (..., R), moments beside forces left out."""
+        return np.add.reduceat(a * b * self.counts, self.first, axis=-1) if self.first.size else a[..., :0]
 
     def size(self, rows: Array) -> Array:
-        """Euclidean length (..., G) of the part of each group in rows (..., R), in their unit."""
+        """Euclidean length (..., G) of the part of each group in rows (..., R), in their unit, as of `dot`."""
         return np.sqrt(self.dot(rows, rows))
 
     def blocks(self, unit: Array, *, along: Array, across: Array) -> Array:
@@ -364,14 +371,15 @@ class LawGroup:
     kind: str
     rows: tuple[str, ...]
     B: Array
-    law: RadialLaw
+    law: RadialLaw | ContactSetLaw
     damping: Array
     lag: float = 0.0
     turn: Fraction = field(default_factory=Fraction)
 
     def __repr__(self) -> str:
         """One line: name, law and number of rows."""
-        return f"LawGroup({self.name!r}, {self.law.kind}, {len(self.rows)} rows, {self.law.stiffness:.4g} N/m)"
+        stiffness = float(np.max(self.law.stiffness))
+        return f"LawGroup({self.name!r}, {self.law.kind}, {len(self.rows)} rows, {stiffness:.4g} N/m)"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -381,22 +389,21 @@ class Laws:
     A group with a `memory` has a slider.
 
     rows : which rows each group has.  profiles : radial laws of one class each and the numbers (g,) of their groups.
-    stiffness, stiffest [N/m], friction [N], slip_start, clearance [m], memory : (G,) of `RadialLaw`.
+    sets : contact sets, the numbers (g,) of the groups that follow each, and their rows (g, r).
+    row_stiffness, row_stiffest : k and bound of the slope of every row, (R,) [N/m, N m/rad].
+    stiffness [N/m], friction [N], slip_start, clearance [m], memory : (G,) of `RadialLaw`.
     """
 
     rows: GroupRows
     profiles: tuple[tuple[Profile, Index], ...]
+    sets: tuple[tuple[Contacts, Index, Index], ...]
+    row_stiffness: Array
+    row_stiffest: Array
     stiffness: Array
-    stiffest: Array
     friction: Array
     slip_start: Array
     clearance: Array
     memory: NDArray[np.bool_]
-
-    @property
-    def row_stiffness(self) -> Array:
-        """k of every row, (R,) [N/m]."""
-        return self.rows.spread(self.stiffness)
 
     @property
     def row_memory(self) -> NDArray[np.bool_]:
@@ -404,8 +411,8 @@ class Laws:
         return self.rows.spread(self.memory)
 
     def radial(self, rho: Array) -> tuple[Array, Array]:
-        """Force f (..., G) [N] and slope f' (..., G) [N/m] of the radial laws at rho (..., G) [m]."""
-        if len(self.profiles) == 1:
+        """Force f (..., G) [N] and slope f' (..., G) [N/m] of radial laws at rho (..., G) [m], 0 of contact sets."""
+        if len(self.profiles) == 1 and not self.sets:
             return self.profiles[0][0].parts(rho)
         force, slope = np.zeros_like(rho), np.zeros_like(rho)
         for profile, groups in self.profiles:
@@ -419,6 +426,8 @@ class Laws:
         energy = np.zeros_like(rho)
         for profile, groups in self.profiles:
             energy[..., groups] = profile.energy(rho[..., groups])
+        for contacts, groups, rows in self.sets:
+            energy[..., groups] = contacts.energy(delta[..., rows])
         if anchor is None or not self.memory.any():
             return energy
         slider = self.slide(delta, anchor)
@@ -429,21 +438,25 @@ class Laws:
     def force(self, delta: Array, anchor: Array | None = None) -> Array:
         """Force along every row (..., R) [N], the gradient of the potential; delta, anchor : (..., R) [m]."""
         secant, _ = self._secant(self.rows.size(delta))
-        radial: Array = self.rows.spread(secant) * delta
+        force: Array = self.rows.spread(secant) * delta
+        for contacts, _, rows in self.sets:
+            force[..., rows] = contacts.force(delta[..., rows])
         if anchor is None or not self.memory.any():
-            return radial
+            return force
         spring = self.row_stiffness * (delta - self.slide(delta, anchor))
-        return np.where(self.row_memory, spring, radial)
+        return np.where(self.row_memory, spring, force)
 
     def tangent(self, delta: Array, anchor: Array | None = None) -> Array:
         """Derivative of the force (..., R, R) [N/m], symmetric, block by block; delta, anchor : (..., R) [m]."""
         rho = self.rows.size(delta)
         secant, slope = self._secant(rho)
         unit = delta / self.rows.spread(_or_one(rho))
-        radial = self.rows.blocks(unit, along=slope, across=secant)
+        tangent = self.rows.blocks(unit, along=slope, across=secant)
+        for contacts, _, rows in self.sets:
+            tangent[..., rows[:, :, None], rows[:, None, :]] = contacts.tangent(delta[..., rows])
         if anchor is None or not self.memory.any():
-            return radial
-        return np.where(self.row_memory[:, None], self._slider_tangent(delta, anchor), radial)
+            return tangent
+        return np.where(self.row_memory[:, None], self._slider_tangent(delta, anchor), tangent)
 
     def slide(self, delta: Array, anchor: Array) -> Array:
         """Sliders (..., R) [m] after a step to delta (..., R) from sliders at `anchor` (..., R); 0 without a memory."""
@@ -454,23 +467,26 @@ class Laws:
         """State of each group (..., G), an index into `STATES`; delta, anchor : (..., R) [m].
 
         play : inside the clearance, no force.  stick : elastic before the slip start.  slip : sliding at the friction
-        force.  stop : beyond the clearance, on the elements or the teeth.
+        force.  stop : beyond the clearance, on the elements or the teeth; any contact of a set is pressed.
         """
         rho = self.rows.size(delta)
         before = np.where(self.friction > 0, np.where(rho < self.slip_start, 1, 2), 0)
-        radial = np.where(rho >= self.slip_start + self.clearance, 3, before)
+        state = np.where(rho >= self.slip_start + self.clearance, 3, before)
+        for contacts, groups, rows in self.sets:
+            state[..., groups] = np.where(np.any(contacts.approach(delta[..., rows]) > 0, axis=-1), 3, 0)
         if anchor is None or not self.memory.any():
-            return radial
+            return state
         slider = self.slide(delta, anchor)
         moved = self.rows.size(slider - anchor) > 0
         stopped = self.rows.size(slider) >= self.clearance * (1 - _AT_STOP)
-        return np.where(self.memory, np.where(stopped, 3, np.where(moved, 2, 1)), radial)
+        return np.where(self.memory, np.where(stopped, 3, np.where(moved, 2, 1)), state)
 
     def kinks(self, delta: Array, step: Array, anchor: Array | None = None) -> Array:
         """Step lengths a (T, 5 G) [1] at which delta + a step crosses S_1 or S_2 of a group, or is nearest to its
         centre.
 
         delta, step, anchor : (T, R) [m].  nan or negative where it does not.  With a memory S_1 counts from the slider.
+        Contacts of a set add none: their forces have no corner.
         """
         start = self.slip_start
         around = np.where(self.row_memory, 0.0 if anchor is None else anchor, 0.0)
@@ -580,20 +596,39 @@ def _values(laws: Sequence[Any], *names: str) -> dict[str, Array]:
     return {name: np.array([getattr(law, name) for law in laws], dtype=float) for name in names}
 
 
+def _of_rows(groups: Sequence[LawGroup], name: str) -> Array:
+    """A number of the laws at every row (R,)."""
+    values = [np.broadcast_to(getattr(group.law, name), len(group.rows)) for group in groups]
+    return np.concatenate([np.zeros(0), *values])
+
+
 def stacked(groups: Sequence[LawGroup]) -> Laws:
     """Laws of the groups as arrays, rows in order."""
     counts = np.array([len(group.rows) for group in groups], dtype=np.int64)
     laws = [group.law for group in groups]
-    profiles = []
-    for kind in dict.fromkeys(type(law) for law in laws):
-        numbers = [i for i, law in enumerate(laws) if type(law) is kind]
-        profiles.append((kind.profile([laws[i] for i in numbers]), np.array(numbers, np.int64)))
+    first = np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(np.int64)[: len(groups)]
+    profiles, sets = [], []
+    # contact sets are told apart by their numbers, radial laws by their class
+    kinds = [law if isinstance(law, ContactSetLaw) else type(law) for law in laws]
+    for kind in dict.fromkeys(kinds):
+        numbers = np.array([i for i, each in enumerate(kinds) if each == kind], np.int64)
+        if isinstance(kind, ContactSetLaw):
+            sets.append((kind.contacts, numbers, first[numbers][:, None] + np.arange(counts[numbers[0]])))
+        else:
+            profiles.append((kind.profile([laws[i] for i in numbers]), numbers))
+    forces = ("/x", "/y", "/z")
+    beside = [not row.endswith(forces) and group.rows[0].endswith(forces) for group in groups for row in group.rows]
     return Laws(
         rows=GroupRows(
-            first=np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(np.int64)[: len(groups)],
+            first=first,
             owner=np.repeat(np.arange(len(groups)), counts),
+            counts=1.0 - np.array(beside, dtype=float),
         ),
         profiles=tuple(profiles),
-        **_values(laws, "stiffness", "stiffest", "friction", "slip_start", "clearance"),
+        sets=tuple(sets),
+        row_stiffness=_of_rows(groups, "stiffness"),
+        row_stiffest=_of_rows(groups, "stiffest"),
+        stiffness=np.array([np.max(law.stiffness) for law in laws], dtype=float),
+        **_values(laws, "friction", "slip_start", "clearance"),
         memory=np.array([law.memory and law.friction > 0 for law in laws], dtype=bool),
     )

@@ -23,8 +23,9 @@ from numpy.typing import NDArray
 
 from ..errors import ModelError
 from ..teeth.form import PLAIN
-from ..train.train import DIRECTIONS, Link, Mesh, Train
+from ..train.train import DIRECTIONS, ContactSet, Link, Mesh, Train
 from ..warning_codes import CodedText, coded
+from .contact_sets import ContactSetLaw
 from .flank_laws import LawRows, TabulatedLaw
 from .link_laws import Law, LawGroup, RadialLaw, RadialTable
 from .system import Array
@@ -170,16 +171,16 @@ def _link_rows(train: Train, index: dict[str, int], frame_turn: tuple[Fraction, 
     rows = []
     for link in train.links:
         first, second = index[link.first], -1 if link.second is None else index[link.second]
-        x, y, _, rx, ry, _ = link.stiffness
-        if second >= 0 and any((x, y, rx, ry)) and frame_turn[second] != frame_turn[first]:
+        lawful = _law_directions(link)
+        lateral = any(link.stiffness[d] or d in lawful for d in (0, 1, 3, 4))
+        if second >= 0 and lateral and frame_turn[second] != frame_turn[first]:
             raise ModelError(
                 "joins bodies whose frames turn at different speeds: x, y, rx, ry would vary in time there",
                 path=link.path,
                 allowed="z and rz between such bodies",
             )
-        lawful = _law_directions(link)
         for direction, (k, c) in enumerate(zip(link.stiffness, link.damping, strict=True)):
-            if k != 0.0 or c != 0.0:
+            if k != 0.0 or c != 0.0 or direction in lawful:
                 rows.append(LinkRow(link, direction, first, second, direction in lawful))
     return rows
 
@@ -187,12 +188,16 @@ def _link_rows(train: Train, index: dict[str, int], frame_turn: tuple[Fraction, 
 def _law_directions(link: Link) -> tuple[int, ...]:
     """Directions that follow a law: those of tables; x and y, or z where it alone is stiff; none of a linear link.
 
-    Friction without a clearance cannot slide, so that the link stays linear.
+    Of a contact set those in which a contact acts.  Friction without a clearance cannot slide,
+    so that the link stays linear.
 
     Raises
     ------
-    ModelError : no direction, a rigid one, or x and y of different stiffness.
+    ModelError : no direction, a rigid one, or x and y of different stiffness; contacts beside another law, or not
+        evenly spread.
     """
+    if link.contacts is not None:
+        return _contact_directions(link, link.contacts)
     tables = tuple(direction for direction, _ in link.curves)
     if not link.clearance and link.exponent == 1.0:
         return tables
@@ -207,6 +212,28 @@ def _law_directions(link: Link) -> tuple[int, ...]:
             allowed="radial (x and y alike), x or y alone, or z alone",
         )
     return directions + tables
+
+
+def _contact_directions(link: Link, contacts: ContactSet) -> tuple[int, ...]:
+    """`_law_directions` of a contact set."""
+    if link.clearance or link.exponent != 1.0 or any(direction < 5 for direction, _ in link.curves):
+        raise ModelError("has contacts beside another law", path=link.path, allowed="contacts alone")
+    if not _round(np.pad(_contact_law(contacts, range(5)).nominal, (0, 1))):
+        raise ModelError(
+            "its contacts are not evenly spread about the axis", path=link.path, given=f"{len(contacts.gap)} contacts"
+        )
+    return (*np.flatnonzero(np.any(contacts.normals, axis=0)).tolist(), *(direction for direction, _ in link.curves))
+
+
+def _contact_law(contacts: ContactSet, directions: Sequence[int]) -> ContactSetLaw:
+    """Law of contacts in some of the directions, where the others stand still."""
+    return ContactSetLaw(
+        normals=tuple(tuple(normal[d] for d in directions) for normal in contacts.normals),
+        gap=contacts.gap,
+        coefficient=contacts.coefficient,
+        exponent=contacts.exponent,
+        load=contacts.load,
+    )
 
 
 def _check_isotropy(
@@ -388,8 +415,10 @@ def law_groups(
     for (name, sense), index in together.items():
         row, link = rows[index[0]], rows[index[0]].link
         curve, friction = dict(link.curves).get(row.direction), dict(link.friction)
-        law: RadialLaw
-        if curve is not None:
+        law: RadialLaw | ContactSetLaw
+        if sense == "contacts" and link.contacts is not None:
+            law = _contact_law(link.contacts, [rows[i].direction for i in index])
+        elif curve is not None:
             law = RadialTable(
                 deflection=curve.deflection, force=curve.force, slope=curve.slope, stiffness=row.stiffness
             )
@@ -419,6 +448,8 @@ def law_groups(
 def _sense(link: Link, direction: int) -> str:
     """Name of the rows that follow one law together with this one: x and y, rx and ry of one table are one law."""
     curves = dict(link.curves)
+    if link.contacts is not None and direction < 5:
+        return "contacts"
     if direction not in curves:
         return "z" if direction == 2 else "radial"
     for pair, name in (((0, 1), "radial"), ((3, 4), "tilt")):

@@ -10,9 +10,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 from ..bearings.checks import checked
-from ..bearings.element_loads import radial_curve
+from ..bearings.element_loads import Array, contact_set, radial_curve
 from ..bearings.rating_life import dynamic_rating, static_rating
 from ..bearings.rolling_bearing import RollingBearing
 from ..document.schema import ModelFile
@@ -32,7 +33,7 @@ from .centres import StageShape
 from .gears import gap_of, width_of
 from .stage_bodies import body_name, held_by_distance, member_bodies, member_centre
 from .stages import Plan, elastic_constants, file_material, gear_below, member_material, overlaid, sides_of
-from .train import DIRECTIONS, Body, Link, ResolutionLog, bodies_named, of_branch
+from .train import DIRECTIONS, Body, ContactSet, Link, ResolutionLog, bodies_named, of_branch
 
 
 def shaft_stiffness(
@@ -94,6 +95,8 @@ def solid_stiffness(table: SolidTable, length: float, material: tuple[float, flo
 
 
 STIFF = math.inf
+# Places of a row and laminae of a roller of the law of five rows.
+_PLACES, _LAMINAE = 36, 3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -145,20 +148,16 @@ def link_at(site: LinkSite, name: str, table: LinkTable, rest: Mapping[str, floa
     if site.kind == "bearing" and second is not None:
         first, second = second, first  # of a bearing the carrier stands first
     stiffness, curves = _stiffnesses(site, path, table, rest, log)
-    rolling, lubrication = None, None
+    rolling, lubrication, contacts = None, None, None
     if isinstance(table, BearingTable) and table.type is not None:
         rolling = _rolling(site, path, table, log)
         if table.viscosity_ratio is not None and table.contamination is not None:
             lubrication = table.viscosity_ratio, table.contamination
-    if rolling is not None and table.x is None and table.y is None:
-        # up to the static rating, beyond which the races are dented
-        deflection, force, slope = (tuple(v.tolist()) for v in radial_curve(rolling, static_rating(rolling) / 4))
-        touch = sum(value == 0 for value in force) - 1
-        curve = ForceCurve(deflection=deflection[touch:], force=force[touch:], slope=slope[touch:])
-        curve = curve.scaled(force=site.share)
-        curves = ((0, curve), (1, curve), *curves)
-        stiffness = (curve.stiffness, curve.stiffness, *stiffness[2:])
-        log.note(f"{path}.radial", curve.stiffness / site.share, "N/m", "the parts, at half of the static rating")
+        if not LinkTable.directions(table):
+            curve, contacts = _law_of_parts(rolling, inner_first=second is not None or site.kind == "support")
+            curves += () if curve is None else ((0, curve), (1, curve))
+            stiffness = (*[0.0 if curve is None else curve.stiffness] * 2, *stiffness[2:])
+            log.note(f"{path}.law", "five rows" if curve is None else "radial", "", "the parts")
     friction = {} if table.friction is None else table.friction.model_dump(exclude_none=True)
     return Link(
         name=f"{site.name}/{name}" if name else site.name,
@@ -178,6 +177,7 @@ def link_at(site: LinkSite, name: str, table: LinkTable, rest: Mapping[str, floa
         curves=curves,
         rolling=rolling,
         lubrication=lubrication,
+        contacts=contacts,
     )
 
 
@@ -199,6 +199,36 @@ def _rolling(site: LinkSite, path: str, table: BearingTable, log: ResolutionLog)
     for name, value in (("rating", dynamic_rating(bearing)), ("static_rating", static_rating(bearing))):
         log.note(f"{path}.{name}", value, "N", *([] if name in stated else ["the parts"]))
     return bearing
+
+
+def _law_of_parts(bearing: RollingBearing, inner_first: bool) -> tuple[ForceCurve | None, ContactSet | None]:
+    """Radial law of a bearing without contact angle, else the contacts of its law of five rows.
+
+    Contacts keep the nominal contact angle.
+
+    inner_first : whether the first body of the link is on the inner race.
+    """
+    if not bearing.contact_angle:
+        # up to the static rating, beyond which the races are dented
+        deflection, force, slope = (tuple(v.tolist()) for v in _radial_curve(bearing))
+        touch = sum(value == 0 for value in force) - 1
+        return ForceCurve(deflection=deflection[touch:], force=force[touch:], slope=slope[touch:]), None
+    contacts = contact_set(bearing, places=_PLACES, laminae=_LAMINAE)
+    normals = contacts.normals if inner_first else -contacts.normals
+    coefficient = contacts.weight * contacts.coefficient
+    return None, ContactSet(
+        normals=tuple(map(tuple, normals.tolist())),
+        gap=tuple(contacts.gap.tolist()),
+        coefficient=(coefficient,) * len(contacts.gap),
+        exponent=contacts.exponent,
+        load=static_rating(bearing) / 2,
+    )
+
+
+@lru_cache(maxsize=64)
+def _radial_curve(bearing: RollingBearing) -> tuple[Array, Array, Array]:
+    """Deflection [m], force [N] and slope [N/m] up to the static rating; kept, as planets share it."""
+    return radial_curve(bearing, static_rating(bearing) / 4)
 
 
 def _stiffnesses(

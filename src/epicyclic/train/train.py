@@ -224,6 +224,29 @@ class Mesh:
         return f"Mesh({self.name!r}, {ends}, {self.stiffness:.4g} N/m, lead {float(self.lead):.4g}{cut}{law})"
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ContactSet:
+    """Contacts between the rings of a bearing, evenly spread about its axis, in the axes of its link.
+
+    The force on the rings at the motion q of the first body of the link against the second is
+    sum_j c_j <n_j . q - g_j>^p n_j, its moments about the place of the link.
+
+    normals : E tuples n of what x, y, z [1] and rx, ry [m] add to the approach.
+    gap : g (E,) [m].  coefficient : c (E,) [N/m^p].  exponent : p, 1 or more.
+    load : sum of the contact forces at which the stiffness of all, equally pressed, is the nominal one [N].
+    """
+
+    normals: tuple[tuple[float, ...], ...]
+    gap: tuple[float, ...]
+    coefficient: tuple[float, ...]
+    exponent: float
+    load: float
+
+    def __repr__(self) -> str:
+        """One line: number of contacts, exponent and load."""
+        return f"ContactSet({len(self.gap)} contacts, exponent {self.exponent:.4g}, load {self.load:.4g} N)"
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Link:
     """One bearing, pin, support, coupling, neck or shaft between two bodies at one point.
@@ -244,6 +267,7 @@ class Link:
     curves : (direction 0 .. 5, force over deflection) of those that follow a table; `stiffness` is its nominal one.
     rolling : the parts of a rolling bearing, None where none are stated.
     lubrication : its viscosity ratio kappa and contamination factor e_C, where both are [1].
+    contacts : law of x, y, z, rx, ry together, but of rigid ones; their `stiffness` is nominal, and no other law.
     """
 
     name: str
@@ -263,6 +287,7 @@ class Link:
     curves: tuple[tuple[int, ForceCurve], ...] = ()
     rolling: RollingBearing | None = None
     lubrication: tuple[float, float] | None = None
+    contacts: ContactSet | None = None
 
     def __repr__(self) -> str:
         """One line: name, kind, bodies and the six stiffnesses."""

@@ -22,11 +22,14 @@ the sample (derived here).
 Rows of gaps in modal coordinates, and their laws over a grid of phases.
 
 Rows of a balance are the F flanks (`system.gaps`), then the rows of link groups with a law, then one diagonal row a
-group of two.  A tangent of a group, a symmetric block of two rows, is a sum over three directions x, y, d = (x + y),
+pair of rows of a group.  A tangent of a group, a symmetric block, is a sum over its rows and diagonals, of two rows
+with d = x + y
 
     K = (kxx - kxy) x x' + (kyy - kxy) y y' + kxy d d'
 
-so that tangents of all rows are numbers (derived here).  The mean system holds the stiffness `linear` of every row.
+and of more with d = h_i x_i + h_j x_j for every pair, k_ij / (h_i h_j) in place of kxy.  So tangents of all rows are
+numbers (derived here); h, the root of the nominal stiffness of a row per that of the first one, gives moments the size
+of forces.  The mean system holds the stiffness `linear` of every row.
 Friction with a memory sticks in small vibration and stays in the mean system.
 """
 
@@ -314,8 +317,8 @@ NO_TORQUE = "no torque presses the teeth together (operation.torque or operation
 class LinkRowLaws:
     """Laws of the L rows of link groups, friction with a memory left out.
 
-    laws : of their groups.  rows : (L,) among all rows of groups of the System.  pairs : (P, 2) rows x and y, among the
-    L, of the groups of two.
+    laws : of their groups.  rows : (L,) among all rows of groups of the System.  pairs : (P, 2) every two rows, among
+    the L, of one group.  diagonals : (L, P) h of these two, 0 of others.
     tangent : (L, L) at the mean load [N/m].  offset : (L,) force less tangent times stretch there [N].
     part : of the laws; the rest follows that tangent.
     """
@@ -323,17 +326,18 @@ class LinkRowLaws:
     laws: Laws
     rows: Index
     pairs: Index
+    diagonals: Array
     tangent: Array
     offset: Array
     part: float = 1.0
 
     def tangents(self, block: Array) -> Array:
-        """Tangents (..., L + P) [N/m] along x, y and d of blocks (..., L, L)."""
+        """Tangents (..., L + P) [N/m] along rows and diagonals of blocks (..., L, L)."""
         x, y = self.pairs.T
-        result = np.concatenate([np.diagonal(block, axis1=-2, axis2=-1), block[..., x, y]], axis=-1)
-        result[..., x] -= block[..., x, y]
-        result[..., y] -= block[..., x, y]
-        return result
+        columns = np.arange(x.size)
+        across = block[..., x, y] / (self.diagonals[x, columns] * self.diagonals[y, columns])
+        along = np.diagonal(block, axis1=-2, axis2=-1) - across @ (self.diagonals**2).T
+        return np.concatenate([along, across], axis=-1)
 
     def evaluate(self, delta: Array) -> tuple[Array, Array]:
         """Force (N, L) [N] and tangents (N, L + P) [N/m] at stretches (N, L) [m]."""
@@ -396,11 +400,13 @@ def gap_rows_of(ready: Response) -> GapRows:
     m, far = len(system.meshes.name), table.mesh[len(system.meshes.name) :]
     B, linear, lag = table.B[:, m:], table.linear, np.zeros(table.mesh.size)
     if links is not None:
-        groups, (x, y) = ready.lawful.groups, links.pairs.T
-        columns = ready.lawful.group_rows[:, links.rows]
-        B = np.concatenate([B, columns, columns[:, x] + columns[:, y]], axis=1)
+        groups, columns = ready.lawful.groups, ready.lawful.group_rows[:, links.rows]
+        B = np.concatenate([B, columns, columns @ links.diagonals], axis=1)
         lags = np.repeat([group.lag for group in groups], [len(group.rows) for group in groups])[links.rows]
-        linear, lag = np.append(linear, links.tangents(links.tangent)), np.concatenate([lag, lags, lags[x]])
+        linear, lag = (
+            np.append(linear, links.tangents(links.tangent)),
+            np.concatenate([lag, lags, lags[links.pairs[:, 0]]]),
+        )
     gaps, pulls = B.T @ modal.shapes, (modal.forces @ B).T
     gaps[:, modal.rigid] = pulls[:, modal.rigid] = 0.0
     tones = list(ready.lines.tones)
@@ -425,13 +431,18 @@ def _link_rows(system: System) -> LinkRowLaws | None:
     if not groups:
         return None
     rows, laws = np.flatnonzero(~every.row_memory), stacked(groups)
-    first = laws.rows.first[laws.rows.pair]
+    owner, stiffness = laws.rows.owner, laws.row_stiffness
+    pairs = np.argwhere(np.triu(owner[:, None] == owner, 1))
+    size = np.sqrt(stiffness / stiffness[laws.rows.first][owner])
+    diagonals = np.zeros((owner.size, len(pairs)))
+    diagonals[pairs, np.arange(len(pairs))[:, None]] = size[pairs]
     stretch = mean_stretch(system)
     tangent = small_motion_tangent(every, stretch, floating=True)
     return LinkRowLaws(
         laws=laws,
         rows=rows,
-        pairs=np.stack([first, first + 1], axis=1),
+        pairs=pairs,
+        diagonals=diagonals,
         tangent=tangent[np.ix_(rows, rows)],
         offset=(every.force(stretch) - tangent @ stretch)[rows],
     )
@@ -457,12 +468,11 @@ def largest_link_forces(system: System, rows: GapRows, force: Array) -> Array:
 
 
 def with_diagonals(rows: GapRows, force: ComplexArray | Array) -> Any:
-    """Forces of flanks and link rows (N, F + L) [N], those of diagonal rows (N, R) put on their x, y."""
+    """Forces of flanks and link rows (N, F + L) [N], those of diagonal rows (N, R) put on their pairs."""
     last = rows.count + (0 if rows.links is None else rows.links.rows.size)
     result, diagonal = force[:, :last].copy(), force[:, last:]
     if rows.links is not None:
-        for side in rows.links.pairs.T:
-            result[:, rows.count + side] += diagonal
+        result[:, rows.count :] += diagonal @ rows.links.diagonals.T
     return result
 
 
@@ -491,8 +501,7 @@ def line_gaps(ready: Response, rows: GapRows, line: Line) -> ComplexArray:
     size = ready.lawful.group_rows.shape[1]
     error = np.zeros(size, complex) if lawful is None else group_gap(lawful, size)
     error = error[rows.links.rows]
-    x, y = rows.links.pairs.T
-    return np.concatenate([of_flanks, error, error[x] + error[y]])
+    return np.concatenate([of_flanks, error, error @ rows.links.diagonals])
 
 
 # --- laws over a grid -------------------------------------------------------------------------------------------------

@@ -3,7 +3,7 @@
 Forces are those along x and y of the link of a bearing, over a turn of the slowest body: with the weight as the carrier
 turns, and run-outs at their own orders.  The life of a case is Miner's sum over its instants, 1/L = mean 1/L(t), by the
 loads of elements and laminae [iso16281]; beside it L = (C/P)^p with P = (mean F^p)^(1/p) [iso281].  Forces along the
-axis and moments do not count.
+axis and moments count where the bearing follows the law of five rows.
 
 Which race turns against the load follows from the motion: of the force as each race sees it, the one with the larger
 mean over its sizes stands.  On a planet's pin the load goes round with the carrier, and the outer race turns.
@@ -37,7 +37,7 @@ from ...statics.record import Record, record_of
 from ...statics.static import held_train, quasi_static
 from ...system.assembly import assemble, train_provenance
 from ...system.system import Array, System
-from ...train.train import Link, Train
+from ...train.train import DIRECTIONS, Link, Train
 from ...warning_codes import CodedText, coded
 from . import LifeOptions
 
@@ -104,7 +104,8 @@ def life(source: Train | Duty, options: LifeOptions, *, progress: Callable[[floa
         record = _record(system, options)
         forces, time = _row_forces(system, record), np.arange(record.instants) / record.samples / float(record.unit)
         for link in (link for link in train.links if link.name in bearings):
-            force = np.stack([forces[f"{link.name}/{axis}"] for axis in "xy"], axis=1)
+            rows = [forces.get(f"{link.name}/{axis}", np.zeros(len(time))) for axis in DIRECTIONS[:5]]
+            force = np.stack(rows if link.contacts is not None else rows[:2], axis=1)
             found[link.name, case] = _in_case(link, force, system, time)
         warnings += list(system.warnings)
         tell((number + 1) / len(cases))
@@ -147,27 +148,30 @@ def _row_forces(system: System, record: Record) -> dict[str, Array]:
 
 
 def _in_case(link: Link, force: Array, system: System, time: Array) -> BearingCase:
-    """A bearing under forces (T, 2) [N] along its own axes at times (T,) [s]."""
+    """A bearing under forces along its own axes (T, 2), or in five rows (T, 5), [N, N m] at times (T,) [s]."""
     bearing = link.rolling
     assert bearing is not None
     turns = dict(zip(system.dofs.bodies, map(float, system.body_turns), strict=True))
     first, second = turns[link.first], turns[link.second] if link.second is not None else 0.0
     axes = first if link.kind == "bearing" and link.second is not None else _frame(link, system)
-    size, wave = np.hypot(*force.T), force @ [1, 1j]
+    size, wave = np.hypot(*force.T[:2]), force[:, 0] + 1j * force[:, 1]
     steady = [abs(np.mean(wave * np.exp(-2j * np.pi * (race - axes) * time))) for race in (first, second)]
     inner = "second" if link.kind == "bearing" and link.second is None else "first"
     stands = "first" if steady[0] >= steady[1] else "second"
     turning = "outer" if stands == inner else "inner"
     p, quiet = life_exponent(bearing), _NO_LOAD * static_rating(bearing)
     load = float(np.mean(size**p) ** (1 / p))
-    reference = _life(bearing, size, turning) if load > quiet else np.inf
+    reference = _life(bearing, force, turning) if max(load, abs(force).max()) > quiet else np.inf
+    if force.shape[1] > 2:  # of a load with an axial part that which has the same life
+        load = float(equivalent_load(bearing, reference))
     basic = float(basic_life(bearing, load)) if load > quiet else np.inf
     modified = np.nan
     if link.lubrication and np.isfinite(reference):
         kappa, contamination = link.lubrication
         stands_for = equivalent_load(bearing, reference)
         modified = reference * float(life_modification(bearing, stands_for, kappa=kappa, contamination=contamination))
-    zone = load_zone(bearing, displacement(bearing, [*force[size.argmax()], 0.0]), laminae=_LAMINAE)
+    most = force[np.abs(force).max(axis=1).argmax() if force.shape[1] > 2 else size.argmax()]
+    zone = load_zone(bearing, displacement(bearing, most if len(most) > 2 else [*most, 0.0]), laminae=_LAMINAE)
     return BearingCase(
         basic=basic,
         reference=float(reference),
@@ -187,11 +191,18 @@ def _frame(link: Link, system: System) -> float:
     return float(system.stage_turns.get(link.first.partition("/")[0], 0))
 
 
-def _life(bearing: RollingBearing, size: Array, turning: Any) -> float:
-    """Life [10^6 revolutions] by Miner's sum over radial forces (T,) [N]."""
+def _life(bearing: RollingBearing, force: Array, turning: Any) -> float:
+    """Life [10^6 revolutions] by Miner's sum over forces (T, 2), or some of those (T, 5) [N, N m]."""
+    options: dict[str, Any] = {"places": _PLACES, "laminae": _LAMINAE}
+    if force.shape[1] > 2:
+        some = force[:: max(1, len(force) // _LOADS)]
+        return float(
+            1
+            / np.mean(1 / distributed_life(bearing, displacement(bearing, some, **options), turning=turning, **options))
+        )
+    size = np.hypot(*force.T)
     low, high = max(size.min(), 1e-3 * size.max()), size.max()
     loads = np.geomspace(low, high, _LOADS) if high > (1 + 1e-6) * low else np.array([high])
-    options: dict[str, Any] = {"places": _PLACES, "laminae": _LAMINAE}
     lives = distributed_life(bearing, displacement(bearing, loads[:, None], **options), turning=turning, **options)
     each = np.exp(np.interp(np.log(np.maximum(size, low)), np.log(loads), np.log(lives)))
     return float(1 / np.mean(1 / each))

@@ -124,7 +124,7 @@ def _changes(path: str, base: System, other: System) -> tuple[Array, Array, Arra
         and _equal(base.links.B, other.links.B)
         and _equal(base.meshes.backlash, other.meshes.backlash)
         and _equal(base.M, other.M)
-        and [(group.name, repr(group.law)) for group in base.groups] == [(g.name, repr(g.law)) for g in other.groups]
+        and [(group.name, group.law) for group in base.groups] == [(g.name, g.law) for g in other.groups]
     )
     lines = [[line for line in system.lines if not at_mesh_order(system, line)] for system in (base, other)]
     same = same and [line.frequency for line in lines[0]] == [line.frequency for line in lines[1]]

@@ -257,12 +257,34 @@ def _held(
 
 
 @_jit
+def _pressed(N: Numbers, law: Array, x: Array, u: Array, e: Array, de: Array, force: Array) -> None:
+    """Fill in the forces [N, N m] of one group of contacts: the law, and lag times tangent times rate."""
+    F, first, count = N.flank.mean.size, int(law[0]), int(law[1])
+    p, lag, begin = law[7], law[8], int(law[10])
+    for i in range(first, first + count):
+        force[i] = 0.0
+    for j in range(begin, begin + int(law[11])):
+        contact = N.link.contacts[j]
+        approach, rate = -contact[5], 0.0
+        for i in range(count):
+            approach += contact[i] * (x[F + first + i] - e[F + first + i])
+            rate += contact[i] * (u[F + first + i] - de[F + first + i])
+        if approach >= 0.0:
+            pull = contact[6] * (approach**p + lag * p * approach ** (p - 1.0) * rate)
+            for i in range(count):
+                force[first + i] += pull * contact[i]
+
+
+@_jit
 def _groups(N: Numbers, x: Array, u: Array, e: Array, de: Array, slider: Array, force: Array) -> None:
     """Fill in the forces (R,) [N] of the groups; stretch x [m] and rate u [m/s], (M,), slider (R,) [m]."""
     F = N.flank.mean.size
     for g in range(N.link.numbers.shape[0]):
         first, count = int(N.link.numbers[g, 0]), int(N.link.numbers[g, 1])
         k, friction, lag = N.link.numbers[g, 2], N.link.numbers[g, 3], N.link.numbers[g, 8]
+        if N.link.numbers[g, 11] > 0.0:
+            _pressed(N, N.link.numbers[g], x, u, e, de, force)
+            continue
         if friction < 0.0:
             i, j = F + first, F + first + count - 1
             pair = count == 2

@@ -27,6 +27,7 @@ from numpy.typing import ArrayLike, NDArray
 from ...errors import ModelError
 from ...statics.record import contradicting_radii, group_gap, unheld, unheld_error
 from ...statics.tangent import linear, mean_stretch, small_motion_tangent
+from ...system.contact_sets import ContactSetLaw
 from ...system.flank_laws import LEAST, LinearLaw, TabulatedLaw, phase_cubics
 from ...system.gaps import Flanks, flanks
 from ...system.link_laws import Laws
@@ -86,13 +87,16 @@ class FlankNumbers(NamedTuple):
 class LawNumbers(NamedTuple):
     """Laws of G groups over R rows as the compiled steps take them: one row of numbers a group.
 
-    numbers : (G, 10) first row, rows, stiffness k, friction F_m, slip start S_1, end of the play S_2, coefficient and
-        exponent of what follows, lag, clearance; -F_m says that the friction has a memory.
+    numbers : (G, 12) first row, rows, stiffness k, friction F_m, slip start S_1, end of the play S_2, coefficient and
+        exponent of what follows, lag, clearance; -F_m says that the friction has a memory; first contact and contacts
+        of a set, of which exponent and lag alone count.
+    contacts : (.., 7) normals on the rows of a group, as many as it has [1, m], gap [m] and coefficient [N/m^p].
     anchor : (R,) sliders where the mean load has put them [m]; (0,) where no group has a memory.
     tangent : (R, R) as the mean system has it [N/m].  stiffest : (R,) how much stiffer a row may become [N/m].
     """
 
     numbers: Array
+    contacts: Array
     anchor: Array
     tangent: Array
     stiffest: Array
@@ -143,24 +147,31 @@ def law_numbers(system: System, laws: Laws) -> tuple[LawNumbers, tuple[str, ...]
     """
     if not system.groups:
         none = np.zeros(0)
-        return LawNumbers(numbers=np.zeros((0, 10)), anchor=none, tangent=np.zeros((0, 0)), stiffest=none), ()
+        empty = np.zeros((0, 12)), np.zeros((0, 7)), none, np.zeros((0, 0)), none
+        return LawNumbers(*empty), ()
     stretch = mean_stretch(system)
     tangent = small_motion_tangent(laws, stretch, floating=True)
     anchor = np.zeros(0)
     if laws.memory.any():
         anchor = np.where(laws.row_memory, stretch - laws.force(stretch) / laws.row_stiffness, 0.0)
-    numbers, slow = np.zeros((len(system.groups), 10)), []
+    numbers, slow = np.zeros((len(system.groups), 12)), []
+    contacts = [np.zeros((0, 7))]
     for row, first, group in zip(numbers, laws.rows.first, system.groups, strict=True):
-        law = group.law.lower()
+        law, r = group.law.lower(), len(group.rows)
         if law is None:
             slow.append(group.name)
             continue
+        if isinstance(law, ContactSetLaw):
+            of, count = law.contacts, len(law.gap)
+            row[[0, 1, 7, 8, 10, 11]] = first, r, law.exponent, group.lag, sum(map(len, contacts)), count
+            contacts.append(np.column_stack([of.normals, np.zeros((count, 5 - r)), of.gap, of.coefficient]))
+            continue
         friction = -law.friction if law.memory and law.friction > 0 else law.friction
         stop = law.slip_start + law.clearance
-        row[:6] = first, len(group.rows), law.stiffness, friction, law.slip_start, stop
-        row[6:] = law.coefficient, law.exponent, group.lag, law.clearance
-    stiffest = np.maximum(laws.rows.spread(laws.stiffest) - np.diag(tangent), 0.0)
-    return LawNumbers(numbers=numbers, anchor=anchor, tangent=tangent, stiffest=stiffest), tuple(slow)
+        row[:6] = first, r, law.stiffness, friction, law.slip_start, stop
+        row[6:10] = law.coefficient, law.exponent, group.lag, law.clearance
+    stiffest = np.maximum(laws.row_stiffest - np.diag(tangent), 0.0)
+    return LawNumbers(numbers, np.concatenate(contacts), anchor, tangent, stiffest), tuple(slow)
 
 
 # --- prescribed speed and loads over time ----------------------------------------------------------------------------
