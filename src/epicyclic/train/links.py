@@ -155,8 +155,10 @@ def link_at(site: LinkSite, name: str, table: LinkTable, rest: Mapping[str, floa
             lubrication = table.viscosity_ratio, table.contamination
         if not LinkTable.directions(table):
             curve, contacts = _law_of_parts(rolling, inner_first=second is not None or site.kind == "support")
-            curves += () if curve is None else ((0, curve), (1, curve))
-            stiffness = (*[0.0 if curve is None else curve.stiffness] * 2, *stiffness[2:])
+            if contacts is not None:
+                stiffness = (*contacts.stiffness, stiffness[5])
+            elif curve is not None:
+                curves, stiffness = (*curves, (0, curve), (1, curve)), (*[curve.stiffness] * 2, *stiffness[2:])
             log.note(f"{path}.law", "five rows" if curve is None else "radial", "", "the parts")
     friction = {} if table.friction is None else table.friction.model_dump(exclude_none=True)
     return Link(

@@ -242,6 +242,13 @@ class ContactSet:
     exponent: float
     load: float
 
+    @property
+    def stiffness(self) -> tuple[float, ...]:
+        """Nominal stiffness of x, y, z [N/m], rx, ry [N m/rad]; of one that no contact acts in 0."""
+        p, whole = self.exponent, sum(self.coefficient)
+        slope = p * (self.load / whole) ** (1 - 1 / p)
+        return tuple((slope * (np.array(self.coefficient) @ np.array(self.normals) ** 2)).tolist())
+
     def __repr__(self) -> str:
         """One line: number of contacts, exponent and load."""
         return f"ContactSet({len(self.gap)} contacts, exponent {self.exponent:.4g}, load {self.load:.4g} N)"

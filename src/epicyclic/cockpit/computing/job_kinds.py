@@ -349,6 +349,13 @@ def output_frame(result: xr.Dataset) -> PageFrame:
     return job_frame("output", f"Angle of {result.attrs['shaft']}", _said(result), drawn, tables=tables_of(result))
 
 
+def life_frame(result: xr.Dataset) -> PageFrame:
+    """Life of every bearing over all cases, and the tables."""
+    hours = result["bearing_duty_life_reference"].values / 3600
+    drawn = bars("life L10r [h]", texts(result, "bearing"), np.where(np.isfinite(hours), hours, 0.0))
+    return job_frame("life", "Life of bearings", _said(result), drawn, tables=tables_of(result))
+
+
 def sensitivity_frame(result: xr.Dataset) -> PageFrame:
     """Per cent per per cent of the ranked mode or mesh, the largest first."""
     dim = "mode" if "mode" in result["sensitivity"].dims else "mesh"
@@ -652,6 +659,18 @@ _KINDS = (
         options=("shaft", "rated", "share", "samples"),
         verb="output",
         frame=lambda result, train, options: output_frame(result),
+    ),
+    JobKind(
+        name="life",
+        label="Bearings",
+        purpose="Life and load zones of the bearings that are stated by their parts",
+        about="Life of every rolling bearing under the forces of a turn of the slowest body.",
+        quick=True,
+        effort=(15, 15),
+        grows={"instants": 256},
+        options=("instants",),
+        verb="life",
+        frame=lambda result, train, options: life_frame(result),
     ),
     JobKind(
         name="cases",

@@ -162,9 +162,9 @@ def _in_case(link: Link, force: Array, system: System, time: Array) -> BearingCa
     p, quiet = life_exponent(bearing), _NO_LOAD * static_rating(bearing)
     load = float(np.mean(size**p) ** (1 / p))
     reference = _life(bearing, force, turning) if max(load, abs(force).max()) > quiet else np.inf
-    if force.shape[1] > 2:  # of a load with an axial part that which has the same life
-        load = float(equivalent_load(bearing, reference))
     basic = float(basic_life(bearing, load)) if load > quiet else np.inf
+    if force.shape[1] > 2:  # X and Y of ISO 281 are not computed: the radial load that has the same life
+        load, basic = float(equivalent_load(bearing, reference)), np.nan
     modified = np.nan
     if link.lubrication and np.isfinite(reference):
         kappa, contamination = link.lubrication

@@ -35,7 +35,7 @@ def life(drive: "Drive", options: LifeOptions, progress: "Callable[[float], None
     return run(duty_of(drive) or drive.train, options, progress=progress)
 
 
-_PARTS = {
+EXAMPLE_PARTS = {
     "type": "cylindrical roller",
     "rows": 2,
     "row_distance": "0.1 m",
@@ -46,6 +46,9 @@ _PARTS = {
     "viscosity_ratio": 1.5,
     "contamination": 0.6,
 }
-_EXAMPLE = {"instants": 32, "overrides": {f"stages.main.planet.bearing.{key}": one for key, one in _PARTS.items()}}
+_EXAMPLE = {
+    "instants": 32,
+    "overrides": {f"stages.main.planet.bearing.{key}": one for key, one in EXAMPLE_PARTS.items()},
+}
 
 VERBS = (Verb(run=life, gives=("life",), drawing=True, in_report=64, examples=(_EXAMPLE,)),)

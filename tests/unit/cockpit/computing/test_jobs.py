@@ -25,6 +25,7 @@ from epicyclic.document.document import drive_text
 from epicyclic.errors import ModelError
 from epicyclic.questions.check.verbs import check
 from epicyclic.questions.flanks.verbs import contact
+from epicyclic.questions.life.verbs import EXAMPLE_PARTS
 from epicyclic.questions.response.verbs import sweep
 from epicyclic.questions.sharing.verbs import sharing
 from epicyclic.questions.tolerance.verbs import tolerance
@@ -39,6 +40,7 @@ SMALL: dict[str, dict[str, Any]] = {
     "stiffness": {"samples": 32},
     "output": {"samples": 256},
     "steady": {},
+    "life": {"instants": 32},
     "tolerance": {"samples": 1024},
     "contact_loss": {"points": 6},
     "transient": {"cycles": 2.0},
@@ -65,6 +67,9 @@ duration   = "40 h"
 def text_of(name: str) -> str:
     text = drive_text(DRIVES.get(name, "ren2021"))
     pin = '[deviations]\nplanet.position.y = "[200, 0, 0] um"\n'
+    if name == "life":
+        parts = ", ".join(f"{key} = {value!r}" for key, value in EXAMPLE_PARTS.items())
+        return text.replace('bearing = { radial = "1e9 N/m", z = "1e9 N/m" }', f"bearing = {{ {parts} }}")
     return text.replace("[deviations]\n", pin) + CASES if name == "cases" else text
 
 
@@ -88,7 +93,7 @@ def test_a_job_gives_a_frame_a_dataset_and_its_progress(name: str) -> None:
     assert job["text"].endswith(".")
     assert "nan" not in job["text"]
     assert dataset.attrs["verb"] in (name, "contact_sweep")
-    assert ("tables" in job) == (name in ("cases", "output", "steady"))
+    assert ("tables" in job) == (name in ("cases", "life", "output", "steady"))
     assert told
     assert all(0 <= share < 1 for share in told)  # what is left is packed and sent
     assert told[-1] > 0.9
@@ -296,6 +301,7 @@ def test_every_job_says_what_it_does_by_default() -> None:
         "stiffness",
         "output",
         "steady",
+        "life",
         "tolerance",
         "contact_loss",
         "transient",
@@ -319,10 +325,10 @@ def test_command_line_and_script_of_a_job_give_what_the_page_says(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     kind, drive = JOBS[name], DRIVES.get(name, "ren2021")
-    if name == "cases":
+    if name in ("cases", "life"):
         drive = "duty"
         (tmp_path / "duty.toml").write_text(text_of(name), encoding="utf-8")
-    model = "duty.toml" if name == "cases" else drive
+    model = "duty.toml" if drive == "duty" else drive
     state = with_value(opened(model), "stages.main.sun.support.radial", "0.9 GN/m")
     page, _ = kind.run(*request_of(state), SMALL[name], lambda *_: None)
     keywords = job_keywords(name, *request_of(state), SMALL[name])
