@@ -127,6 +127,19 @@ def efficiency(  # .questions.flanks.verbs
 ) -> xr.Dataset:
     """Power lost in the meshes, and efficiency of the train at its operating point."""
 
+def load_factors(  # .questions.load_factors.verbs
+    source: Source,
+    *,
+    overrides: Overrides | None = None,
+    flanks: Literal["slices", "contact"] = "slices",
+    tolerance: float = 0.01,
+    material: Literal["case-hardened", "through-hardened", "nitrided", "nitrocarburised"] = "case-hardened",
+    exponent: float | None = None,
+    life: float | str | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> xr.Dataset:
+    """What a gear rating asks."""
+
 def matrices(  # .questions.check.verbs
     source: Source,
     *,

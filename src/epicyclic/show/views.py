@@ -85,6 +85,7 @@ _KINDS = {
     "statics": ("static",),
     "questions.check": ("check", "matrices"),
     "questions.flanks": ("contact", "efficiency", "relief", "stiffness"),
+    "questions.load_factors": ("load_factors",),
     "questions.load_spectrum": ("spectrum",),
     "questions.modes": ("campbell", "modes"),
     "questions.modulation": ("modulation",),

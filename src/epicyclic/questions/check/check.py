@@ -556,6 +556,7 @@ NEEDS: dict[str, tuple[str, ...]] = {
     "contact": ("equations", "torque", "teeth", "balance"),
     "detune": ("equations", "inertia", "speed"),
     "efficiency": ("flow", "contact_lines"),
+    "load_factors": (*_RESPONSE, "torque"),
     "matrices": ("equations", "inertia"),
     "modes": ("equations", "inertia"),
     "modulation": (*_RESPONSE, "ring"),
