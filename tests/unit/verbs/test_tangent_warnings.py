@@ -20,6 +20,7 @@ LINEAR = {
     "sweep",
     "stability",
     "sharing",
+    "load_factors",
     "detune",
     "sensitivity",
     "tolerance",
@@ -29,7 +30,7 @@ LINEAR = {
     "matrices",
 }
 # verbs of the drawing, those that ask the laws, and relief, whose candidates have tables of their own
-OTHER = {"check", "contact", "efficiency", "load_factors", "output", "relief", "static", "stiffness", "transient"}
+OTHER = {"check", "contact", "efficiency", "output", "relief", "static", "stiffness", "transient"}
 # options that turn a verb of the one kind into one of the other, beside its examples
 FURTHER: dict[str, tuple[dict[str, Any], ...]] = {
     "sharing": ({"method": "static", "cycles": 2}, {"method": "superposition", "cycles": 2}),

@@ -116,6 +116,7 @@ def test_a_mirrored_case_fills_the_other_flank_with_the_same_numbers() -> None:
     for name in ("k_gamma", "dynamic_factor", "load_factor_product", "largest_root_stress", "largest_pressure"):
         np.testing.assert_allclose(other[name], full[name], rtol=1e-6, err_msg=name)
     one, two = (found.sel(loaded_flank=flank) for flank in (1, -1))
+    assert (one.flank_cycles > 0).all()
     np.testing.assert_allclose(one.flank_cycles, two.flank_cycles, rtol=1e-12)
     np.testing.assert_allclose(one.flank_equivalent_torque, two.flank_equivalent_torque, rtol=1e-12)
 
