@@ -136,6 +136,19 @@ def life(  # .questions.life.verbs
 ) -> xr.Dataset:
     """Life of the rolling bearings that the drawing states by their parts, under static forces, over load cases."""
 
+def load_factors(  # .questions.load_factors.verbs
+    source: Source,
+    *,
+    overrides: Overrides | None = None,
+    flanks: Literal["slices", "contact"] = "slices",
+    tolerance: float = 0.01,
+    material: Literal["case-hardened", "through-hardened", "nitrided", "nitrocarburised"] = "case-hardened",
+    exponent: float | None = None,
+    life: float | str | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> xr.Dataset:
+    """What a gear rating asks."""
+
 def matrices(  # .questions.check.verbs
     source: Source,
     *,

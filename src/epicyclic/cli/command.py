@@ -80,6 +80,8 @@ PANELS: Mapping[str, Mapping[str, str]] = {
         "stiffness": "Mesh stiffness over the mesh cycle.",
         "contact": "Load over all faces, stress in the roots; --mesh: one pair, its error too.",
         "efficiency": "Power lost in the meshes, efficiency, self-locking.",
+        "life": "Life and load zones of rolling bearings, over load cases.",
+        "load-factors": "K factors, load cycles and equivalent torques, for a gear rating.",
     },
     "Which number do I change?": {
         "sensitivity": "Which number moves frequencies or forces most.",

@@ -86,6 +86,7 @@ _KINDS = {
     "questions.check": ("check", "matrices"),
     "questions.flanks": ("contact", "efficiency", "relief", "stiffness"),
     "questions.life": ("life",),
+    "questions.load_factors": ("load_factors",),
     "questions.load_spectrum": ("spectrum",),
     "questions.modes": ("campbell", "modes"),
     "questions.modulation": ("modulation",),

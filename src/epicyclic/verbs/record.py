@@ -518,6 +518,8 @@ def _steps(train: Train, folder: Path | None) -> dict[str, Callable[[], xr.Datas
     steps["tolerance"] = partial(verbs()["tolerance"].run, train, samples=_SAMPLES, effects="shares")
     if not train.document.get("tolerance"):  # nothing is missing in a model without tolerances
         del steps["tolerance"]
+    if not any(link.rolling for link in train.links):
+        del steps["life"]
     steps["sweep"] = partial(_sweep, system, folder, "operation", 0)
     steps[TO_MODES] = partial(_sweep, system, folder, "modes", 1)
     support, run_out = _STUDY_POINTS

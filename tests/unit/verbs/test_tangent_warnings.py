@@ -20,6 +20,7 @@ LINEAR = {
     "sweep",
     "stability",
     "sharing",
+    "load_factors",
     "detune",
     "sensitivity",
     "tolerance",

@@ -556,6 +556,8 @@ NEEDS: dict[str, tuple[str, ...]] = {
     "contact": ("equations", "torque", "teeth", "balance"),
     "detune": ("equations", "inertia", "speed"),
     "efficiency": ("flow", "contact_lines"),
+    "life": ("equations", "speed", "balance", "rolling"),
+    "load_factors": (*_RESPONSE, "torque"),
     "matrices": ("equations", "inertia"),
     "modes": ("equations", "inertia"),
     "modulation": (*_RESPONSE, "ring"),
@@ -653,6 +655,12 @@ class Readiness:
         """Check that a number of the file has a tolerance."""
         if not self.train.document.get("tolerance"):
             raise ModelError("no tolerance is given", path="tolerance", allowed='"PATH" = "normal(mean, deviation)"')
+
+    def rolling(self) -> None:
+        """Check that a bearing is stated by its parts."""
+        if not any(link.rolling for link in self.train.links):
+            allowed = '"cylindrical roller" or another, and its parts'
+            raise ModelError("no bearing is stated by its parts", path="stages.*.planet.bearing.type", allowed=allowed)
 
     def prices(self) -> None:
         """Check that a tolerance has grades with prices."""

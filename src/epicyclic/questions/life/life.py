@@ -95,7 +95,7 @@ def life(source: Train | Duty, options: LifeOptions, *, progress: Callable[[floa
     first, tell = next(iter(cases.values()))[0], progress or (lambda _: None)
     bearings = {link.name: link for link in first.links if link.rolling is not None}
     if not bearings:
-        allowed = 'parts of a bearing, { type = "cylindrical roller", elements = .., ... }'
+        allowed = '"cylindrical roller" or another, and its parts'
         raise ModelError("no bearing is stated by its parts", path="stages.*.planet.bearing.type", allowed=allowed)
     found, warnings = dict[tuple[str, str], BearingCase](), list[CodedText]()
     for number, (case, (train, _)) in enumerate(cases.items()):
