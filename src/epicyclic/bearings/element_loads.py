@@ -130,7 +130,7 @@ def roller_profile(bearing: RollingBearing, x: Array) -> Array:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ContactSet:
+class ElementContacts:
     """Contacts of a bearing for the law of five rows; E = rows x places x laminae, in this order.
 
     normals : (E, 5) n, stretch of a motion along the contact line [1, m].  across : (E, 5) t.
@@ -200,7 +200,7 @@ class ContactSet:
 
 def contact_set(
     bearing: RollingBearing, *, places: int = PLACES, laminae: int = LAMINAE, first: float = 0.0
-) -> ContactSet:
+) -> ElementContacts:
     """Contacts of a bearing whose elements stand at evenly spread places of each row.
 
     With many places, each of weight elements/places, sums are the integrals of a bearing whose elements pass unseen;
@@ -223,7 +223,7 @@ def contact_set(
         across.append(_rows(angle, radius, place + beyond * s + along * c, -s, c))
     gap = slack * c - bearing.preload * abs(s) + 2 * roller_profile(bearing, x)
     rest = bearing.groove_distance - (slack if bearing.type == "deep groove ball" else 0.0)
-    return ContactSet(
+    return ElementContacts(
         normals=np.concatenate(normals),
         across=np.concatenate(across),
         gap=np.tile(gap, bearing.rows * places),

@@ -30,7 +30,7 @@ LINEAR = {
     "matrices",
 }
 # verbs of the drawing, those that ask the laws, and relief, whose candidates have tables of their own
-OTHER = {"check", "contact", "efficiency", "output", "relief", "static", "stiffness", "transient"}
+OTHER = {"check", "contact", "efficiency", "life", "output", "relief", "static", "stiffness", "transient"}
 # options that turn a verb of the one kind into one of the other, beside its examples
 FURTHER: dict[str, tuple[dict[str, Any], ...]] = {
     "sharing": ({"method": "static", "cycles": 2}, {"method": "superposition", "cycles": 2}),
@@ -61,7 +61,7 @@ def test_linear_verbs_warn_once_a_pair_and_others_do_not(verb: Verb, options: di
     if verb.name == "tolerance":
         options["effects"] = "shares"  # every number of planets would compute tables of its own
     # and so would every train that output draws
-    overrides = {**CONTACT, "tolerance": None} if verb.name == "output" else CONTACT
+    overrides = {**CONTACT, **options.pop("overrides", {}), **({"tolerance": None} if verb.name == "output" else {})}
     result = verb.run("industrial-stage", overrides=overrides, **options)
     said = [text.split(":")[0] for text in json.loads(result.attrs["warnings"]) if WORDS in text]
     assert said == (list(PAIRS) if takes_tangents(verb.name, options) else [])

@@ -196,5 +196,7 @@ def test_parts_that_do_not_fit_are_named(name: str) -> None:
 
 
 def test_a_drawing_without_parts_says_what_is_missing() -> None:
-    with pytest.raises(ModelError, match=r"no bearing is stated by its parts; allowed: .cylindrical roller. or another"):
+    with pytest.raises(
+        ModelError, match=r"no bearing is stated by its parts; allowed: .cylindrical roller. or another"
+    ):
         epicyclic.life("ren2021")
