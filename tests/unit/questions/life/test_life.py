@@ -15,6 +15,9 @@ from epicyclic.bearings.rating_life import basic_life, distributed_life, equival
 from epicyclic.bearings.rolling_bearing import RollingBearing
 from epicyclic.errors import ModelError
 from epicyclic.questions.life.views import findings, key_figures, tables
+from epicyclic.statics.record import record_of
+from epicyclic.statics.static import held_train, quasi_static
+from epicyclic.system.assembly import assemble
 from epicyclic.train.resolution import load
 
 TEETH, MODULE, TORQUE, RPM = (24, 30, 84), 4e-3, 3000.0, 60.0
@@ -171,6 +174,30 @@ def test_races_that_stand_are_told() -> None:
     result = epicyclic.life(drum(held=True, loads={"pull": {"on": "drum", "force": {"x": "500 N"}}}), instants=64)
     assert np.isinf(result.bearing_life_reference.sel(bearing="drum/support")).all()
     assert "races of drum/support do not turn" in " ".join(json.loads(result.attrs["warnings"]))
+
+
+def test_a_contact_angle_makes_a_law_of_five_rows() -> None:
+    """Static motion of helical planets on tapered rollers in O against the equilibrium of the elements alone."""
+    tapered = {"type": "tapered roller", "contact_angle": "14 deg", "rows": 2, "row_distance": "30 mm"}
+    model = train(**tapered)
+    model["stages"]["main"]["helix_angle"] = "12 deg"
+    made = load(model)
+    (link,) = [one for one in made.links if one.name == "main/planet/2/bearing"]
+    assert link.rolling is not None
+    assert link.contacts is not None
+    system = assemble(made)
+    record = record_of(system, cycles=1, turns=None, of=None, samples=4, most=4)
+    (piece,) = quasi_static(held_train(system), record)
+    rows = [row for group in system.groups for row in group.rows]
+    own = [rows.index(f"{link.name}/{axis}") for axis in ("x", "y", "z", "rx", "ry")]
+    force, motion = piece.state.group_force[:, own], piece.state.group_stretch[:, own]
+    assert np.abs(force[:, 3:]).min(axis=0).max() > 1.0  # the thrusts of sun and ring tilt the planet
+    exact = displacement(link.rolling, force, places=36, laminae=3)
+    np.testing.assert_allclose(motion, exact, rtol=1e-6, atol=1e-6 * np.abs(exact).max())
+    result = epicyclic.life(model, instants=16)
+    assert np.isnan(result.bearing_life_basic).all()
+    radial = epicyclic.life(train(**{**tapered, "radial": "1e9 N/m", "tilt": 0}), instants=16)
+    assert (result.bearing_life_reference.values < radial.bearing_life_reference.values).all()
 
 
 BAD: dict[str, tuple[dict[str, Any], str]] = {
