@@ -59,7 +59,7 @@ def changed(path: str, value: object) -> dict[str, Any]:
     return model
 
 
-RESPONSES = {"modulation", "sharing", "steady", "sweep"}
+RESPONSES = {"load_factors", "modulation", "sharing", "steady", "sweep"}
 DYNAMIC = RESPONSES | {"campbell", "matrices", "detune", "modes", "sensitivity", "stability", "track", "transient"}
 # model, path of the message, verbs that need it
 LACKING = {
@@ -72,7 +72,7 @@ LACKING = {
     "torque": (
         changed("operation.torque", None),
         "operation.torque",
-        {"allocate", "contact", "efficiency", "output", "relief", "sharing", "tolerance"},
+        {"allocate", "contact", "efficiency", "load_factors", "output", "relief", "sharing", "tolerance"},
     ),
     "tolerance": (changed("tolerance", None), "tolerance", {"allocate", "tolerance"}),
     "prices": (changed("tolerance.cost", None), "tolerance.cost", {"allocate"}),
