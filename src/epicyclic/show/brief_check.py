@@ -348,14 +348,14 @@ def _equally(result: xr.Dataset, stage: str) -> bool:
 
 
 def _verbs(result: xr.Dataset) -> Table:
-    """Which verbs are ready; what the others still need, each need once; `check --all` says what is allowed."""
+    """Which verbs are ready; what the others need first, each need once; `check --all` says all and what is allowed."""
     if "verb_needs" not in result.variables:
         return Table(title="", columns={})
     names = [name.replace("_", "-") for name in texts(result, "verb_name")]
     needs: dict[str, list[str]] = {}
     for name, text in zip(names, texts(result, "verb_needs", "verb_name"), strict=True):
-        for one in text.split("\n") if text else ():
-            needs.setdefault(one, []).append(name)
+        if text:
+            needs.setdefault(text.split("\n")[0], []).append(name)
     lacking = {name for some in needs.values() for name in some}
     ready = [name for name in names if name not in lacking]
     if not needs:
