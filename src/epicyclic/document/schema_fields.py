@@ -519,7 +519,7 @@ class BearingTable(LinkTable):
         if self.type is not None and (missing := [name for name in needed if getattr(self, name) is None]):
             raise ModelError(f"a {self.type} bearing without {missing[0]}", allowed=f"all of {', '.join(needed)}")
         beside = [name for name in ("clearance", "exponent", "friction") if getattr(self, name) is not None]
-        if self.type is not None and beside:
+        if self.type is not None and beside and not super().directions():
             allowed = "internal_clearance, twice the radial play; the force over deflection follows from the parts"
             raise ModelError(f"{beside[0]} beside a rolling bearing", allowed=allowed)
         return self

@@ -99,6 +99,8 @@ def life(source: Train | Duty, options: LifeOptions, *, progress: Callable[[floa
         raise ModelError("no bearing is stated by its parts", path="stages.*.planet.bearing.type", allowed=allowed)
     found, warnings = dict[tuple[str, str], BearingCase](), list[CodedText]()
     for number, (case, (train, _)) in enumerate(cases.items()):
+        if train.kinematics.speed is None:
+            raise ModelError("the speed of one member is missing", path="operation.speed", allowed="e.g. 1500 rpm")
         system = assemble(train)
         system.require_turning()
         record = _record(system, options)

@@ -16,6 +16,14 @@ from epicyclic.questions.check.check import NEEDS
 from epicyclic.questions.check.views import check_tables
 from epicyclic.verbs.record import verbs
 
+BEARING = {
+    "radial": "4e8 N/m",
+    "type": "cylindrical roller",
+    "elements": 14,
+    "element_diameter": "12 mm",
+    "element_length": "16 mm",
+    "pitch_diameter": "70 mm",
+}
 BASE: dict[str, Any] = {
     "format": 2,
     "title": "a good reducer",
@@ -27,7 +35,7 @@ BASE: dict[str, Any] = {
             "helix_angle": "15 deg",
             "face_width": "50 mm",
             "sun": {"teeth": 24, "mass": "3 kg", "inertia": "4e-3 kg m^2", "support": {"radial": "5e7 N/m"}},
-            "planet": {"teeth": 30, "mass": "4 kg", "inertia": "9e-3 kg m^2", "bearing": {"radial": "4e8 N/m"}},
+            "planet": {"teeth": 30, "mass": "4 kg", "inertia": "9e-3 kg m^2", "bearing": BEARING},
             "ring": {"teeth": 84, "mass": "14 kg", "inertia": "0.5 kg m^2", "addendum": 0.9, "rim": "25 mm"},
             "carrier": {"mass": "40 kg", "inertia": "0.5 kg m^2"},
             "meshes": {"sun-planet": {"stiffness": "9e8 N/m"}, "planet-ring": {"stiffness": "1.1e9 N/m"}},
@@ -67,7 +75,7 @@ LACKING = {
     "speed": (
         changed("operation.speed", None),
         "operation.speed",
-        RESPONSES | {"campbell", "detune", "efficiency", "stability", "transient"},
+        RESPONSES | {"campbell", "detune", "efficiency", "life", "stability", "transient"},
     ),
     "torque": (
         changed("operation.torque", None),
@@ -90,13 +98,19 @@ LACKING = {
     "thrust": (
         changed("stages.main.sun.support.z", 0),
         "stages.main.sun.support.z",
-        RESPONSES | {"allocate", "contact", "static", "tolerance", "transient"},
+        RESPONSES | {"allocate", "contact", "life", "static", "tolerance", "transient"},
     ),
-    "coupling": ({**BASE, **MOTOR}, "couplings.shaft", DYNAMIC | {"allocate", "contact", "static", "tolerance"}),
+    "coupling": (
+        {**BASE, **MOTOR},
+        "couplings.shaft",
+        DYNAMIC | {"allocate", "contact", "life", "static", "tolerance"},
+    ),
+    "rolling": (changed("stages.main.planet.bearing", {"radial": "4e8 N/m"}), "stages.*.planet.bearing.type", {"life"}),
 }
 SHORT: Mapping[str, Mapping[str, Any]] = {
     "allocate": {"target": 3.0, "samples": 2048, "fresh_samples": 2048},
     "contact": {"samples": 2, "slices": 2, "loads": (1.0,)},
+    "life": {"instants": 8},
     "output": {"points": 4, "phases": 1, "samples": 256},
     "relief": {
         "vary": {"tip_relief.amount": "0..20 um", "tip_relief.length": "1..2 mm"},
