@@ -226,6 +226,10 @@ teeth-rattle ripple.md
 The mean load of a mesh is below the ripple of its force: the teeth part and hammer, on both flanks where they reach.
 More mean load (a drag torque), less ripple (a softer coupling, more flywheel), or less backlash.
 
+thrust-not-counted life.md
+A rolling bearing without contact angle is held rigidly along the axis or in tilt, and helical teeth load it there.
+Two rows, two named bearings at their places, a contact angle, or a bearing of its own for the thrust.
+
 races-stand life.md
 A bearing is loaded while its races do not turn against each other: a rating life is not defined.
 Look at false brinelling: small motions, lubrication, or a bearing that turns.

@@ -374,7 +374,7 @@ RollingType = Literal[
 # Keys of a rolling bearing that stand beside its type.
 PARTS = (
     *("rows", "elements", "element_diameter", "element_length", "pitch_diameter", "contact_angle", "row_distance"),
-    *("internal_clearance", "preload", "rating", "static_rating", "viscosity_ratio", "contamination"),
+    *("arrangement", "internal_clearance", "preload", "rating", "static_rating", "viscosity_ratio", "contamination"),
 )
 Clearance = Annotated[PerPlanet, Unit("length", low=0, many=True, likely=SMALL)]
 
@@ -481,7 +481,8 @@ class BearingTable(LinkTable):
         None,
         "nominal contact angle, of one row above 0 where it carries an inner race that is pushed along z; default 0",
     )
-    row_distance: Length | None = key(None, "distance of the rows; default those of their elements side by side")
+    row_distance: Length | None = key(None, "between the centres of the rows; default as wide as their elements")
+    arrangement: Literal["O", "X"] | None = key(None, "of two rows with a contact angle; default O")
     internal_clearance: Annotated[PerPlanet, Unit("length", many=True, likely=SMALL)] | None = key(
         None, "radial internal clearance when running, the whole movement, below 0 of a preloaded one; default 0"
     )
@@ -497,7 +498,7 @@ class BearingTable(LinkTable):
     viscosity_ratio: Annotated[float, Unit("ratio", low=0.1, high=10)] | None = key(
         None, "viscosity ratio kappa of the oil, for the modified life"
     )
-    contamination: Annotated[float, Unit("ratio", low=0, high=1)] | None = key(
+    contamination: Annotated[float, Unit("ratio", low=0, high=1, above=True)] | None = key(
         None, "contamination factor e_C, 1 of clean oil, for the modified life"
     )
 
@@ -506,7 +507,9 @@ class BearingTable(LinkTable):
         stated = super().directions()
         if self.type is None or stated:
             return stated | ({"x", "y"} if self.type is not None else set())
-        return {"x", "y", "z", "rx", "ry"} if self.contact_angle else {"x", "y"}
+        if self.contact_angle:
+            return {"x", "y", "z", "rx", "ry"}
+        return {"x", "y", "rx", "ry"} if (self.rows or 1) > 1 else {"x", "y"}
 
     @model_validator(mode="after")
     def _parts(self) -> Self:
@@ -518,6 +521,8 @@ class BearingTable(LinkTable):
         needed += ["element_length"] if self.type is not None and self.type.endswith("roller") else []
         if self.type is not None and (missing := [name for name in needed if getattr(self, name) is None]):
             raise ModelError(f"a {self.type} bearing without {missing[0]}", allowed=f"all of {', '.join(needed)}")
+        if (self.viscosity_ratio is None) is not (self.contamination is None):
+            raise ModelError("half of the oil", allowed="viscosity_ratio and contamination together")
         beside = [name for name in ("clearance", "exponent", "friction") if getattr(self, name) is not None]
         if self.type is not None and beside and not super().directions():
             allowed = "internal_clearance, twice the radial play; the force over deflection follows from the parts"

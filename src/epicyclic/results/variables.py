@@ -229,7 +229,7 @@ VARIABLES: dict[str, tuple[str, str]] = {
         )
     },
     "damage_share": ("1", "share of a load case in the damage of a bearing"),
-    "bearing_load": ("N", "equivalent radial load of a bearing"),
+    "bearing_load": ("N", "equivalent radial load of a bearing; with a contact angle that which has the same life"),
     "bearing_rating": ("N", "dynamic rating of a bearing"),
     "bearing_static_rating": ("N", "static rating of a bearing"),
     "bearing_stiffness": ("N/m", "radial stiffness of a bearing at its mean load"),
@@ -240,7 +240,7 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "element_pressure": ("Pa", "largest pressure of an element, at the inner race"),
     "load_zone_extent": ("1", "share of the diameter that is loaded; above 1 all elements bear"),
     "static_safety": ("1", "static rating over the equivalent static load"),
-    "cage_frequency": ("Hz", "frequency of the cage"),
+    "cage_frequency": ("Hz", "turns of the cage in the housing"),
     "outer_race_frequency": ("Hz", "frequency at which elements pass a place of the outer race"),
     "inner_race_frequency": ("Hz", "frequency at which elements pass a place of the inner race"),
     "element_frequency": ("Hz", "turns of an element against the cage"),

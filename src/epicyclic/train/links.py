@@ -97,6 +97,7 @@ def solid_stiffness(table: SolidTable, length: float, material: tuple[float, flo
 STIFF = math.inf
 # Places of a row and laminae of a roller of the law of five rows.
 _PLACES, _LAMINAE = 36, 3
+_TOUCH = 1e-12  # force per the last one of a curve that is none
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -156,10 +157,15 @@ def link_at(site: LinkSite, name: str, table: LinkTable, rest: Mapping[str, floa
         if not LinkTable.directions(table):
             curve, contacts = _law_of_parts(rolling, inner_first=second is not None or site.kind == "support")
             if contacts is not None:
-                stiffness = (*contacts.stiffness, stiffness[5])
+                stiffness = (
+                    *(own or rest for own, rest in zip(contacts.stiffness, stiffness, strict=False)),
+                    stiffness[5],
+                )
             elif curve is not None:
                 curves, stiffness = (*curves, (0, curve), (1, curve)), (*[curve.stiffness] * 2, *stiffness[2:])
-            log.note(f"{path}.law", "five rows" if curve is None else "radial", "", "the parts")
+            for key, value in zip("xy" if curve else DIRECTIONS[:5], stiffness, strict=False):
+                unit = "N/m" if key in "xyz" else "N m/rad"
+                log.note(f"{path}.{key}", value, unit, "the parts, near half of the static rating")
     friction = {} if table.friction is None else table.friction.model_dump(exclude_none=True)
     return Link(
         name=f"{site.name}/{name}" if name else site.name,
@@ -197,24 +203,30 @@ def _rolling(site: LinkSite, path: str, table: BearingTable, log: ResolutionLog)
     if site.share != 1:
         allowed = "named bearings, each at its place `at`"
         raise ModelError("one rolling bearing in two halves of a carrier", path=path, given=table.type, allowed=allowed)
-    bearing = checked(RollingBearing(clearance=clearance, **stated), path)
+    if stated.get("rows", 1) > 1 and table.element_diameter is not None and table.type != "spherical roller":
+        stated.setdefault("row_distance", table.element_length or table.element_diameter)
+    try:
+        bearing = checked(RollingBearing(clearance=clearance, **stated), path)
+    except ModelError as error:
+        where = error.path.replace(f"{path}.clearance", f"{path}.internal_clearance")
+        raise ModelError(error.problem, path=where, given=error.given, allowed=error.allowed) from None
     for name, value in (("rating", dynamic_rating(bearing)), ("static_rating", static_rating(bearing))):
         log.note(f"{path}.{name}", value, "N", *([] if name in stated else ["the parts"]))
     return bearing
 
 
 def _law_of_parts(bearing: RollingBearing, inner_first: bool) -> tuple[ForceCurve | None, ContactSet | None]:
-    """Radial law of a bearing without contact angle, else the contacts of its law of five rows.
+    """Radial law of one row without contact angle, else the contacts of its law of five rows.
 
     Contacts keep the nominal contact angle.
 
     inner_first : whether the first body of the link is on the inner race.
     """
-    if not bearing.contact_angle:
+    if not bearing.contact_angle and bearing.rows == 1:
         # up to the static rating, beyond which the races are dented
         deflection, force, slope = (tuple(v.tolist()) for v in _radial_curve(bearing))
-        touch = sum(value == 0 for value in force) - 1
-        return ForceCurve(deflection=deflection[touch:], force=force[touch:], slope=slope[touch:]), None
+        touch = max(sum(value <= _TOUCH * force[-1] for value in force) - 1, 0)
+        return ForceCurve(deflection=deflection[touch:], force=(0.0, *force[touch + 1 :]), slope=slope[touch:]), None
     contacts = contact_set(bearing, places=_PLACES, laminae=_LAMINAE)
     normals = contacts.normals if inner_first else -contacts.normals
     coefficient = contacts.weight * contacts.coefficient

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from ..document.schema import MemberTable, ModelFile
 from ..document.schema_fields import ForceTableOf, LinkTable
-from ..document.units import PerPlanet, Quantity
+from ..document.units import Quantity
 from ..errors import ModelError
 from ..teeth.mesh_stiffness import ToothPair, face_average
 from .centres import StageShape
@@ -60,12 +60,15 @@ def held_by_distance(tables: Sequence[LinkTable], branch: int | None) -> set[str
     return {
         tilt
         for tilt, spring in _SPRINGS.items()
-        if len({table.at or 0.0 for table in tables if _presses(getattr(table, spring), branch)}) > 1
+        if len({table.at or 0.0 for table in tables if _presses(table, spring, branch)}) > 1
     }
 
 
-def _presses(stated: PerPlanet | ForceTableOf | None, branch: int | None) -> bool:
-    """Whether a stated stiffness [N/m], of one planet, is not 0."""
+def _presses(table: LinkTable, spring: str, branch: int | None) -> bool:
+    """Whether a table has a stiffness along x or y [N/m], of one planet, that is not 0, or parts that press."""
+    stated = getattr(table, spring)
+    if stated is None:
+        return spring in table.directions()
     return isinstance(stated, ForceTableOf) or of_branch(stated, branch) != 0.0
 
 

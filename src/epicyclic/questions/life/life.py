@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 # Places of a row and laminae of a roller, and loads at which a life is computed; between them log L is linear in log F.
 _PLACES, _LAMINAE, _LOADS = 72, 30, 12
 # Speed of a race against the other per the fastest body that is none, and a load per the static rating that is none.
-_STANDS, _NO_LOAD = 1e-9, 1e-9
+_STANDS, _NO_LOAD = 1e-9, 1e-4
 
 
 class BearingCase(NamedTuple):
@@ -112,7 +112,7 @@ def life(source: Train | Duty, options: LifeOptions, *, progress: Callable[[floa
         warnings += list(system.warnings)
         tell((number + 1) / len(cases))
     shares = np.array([share for _, share in cases.values()])
-    warnings += _standing(found)
+    warnings += [*_standing(found), *_not_counted(first, bearings)]
     return dataset(
         _columns(found, list(bearings.values()), list(cases), shares),
         {
@@ -165,7 +165,7 @@ def _in_case(link: Link, force: Array, system: System, time: Array) -> BearingCa
     load = float(np.mean(size**p) ** (1 / p))
     reference = _life(bearing, force, turning) if max(load, abs(force).max()) > quiet else np.inf
     basic = float(basic_life(bearing, load)) if load > quiet else np.inf
-    if force.shape[1] > 2:  # X and Y of ISO 281 are not computed: the radial load that has the same life
+    if bearing.contact_angle:  # X and Y of ISO 281 are not computed: the radial load that has the same life
         load, basic = float(equivalent_load(bearing, reference)), np.nan
     modified = np.nan
     if link.lubrication and np.isfinite(reference):
@@ -222,6 +222,20 @@ def _standing(found: Mapping[tuple[str, str], BearingCase]) -> list[CodedText]:
     names = dict.fromkeys(name for (name, _), one in found.items() if one.speed <= _STANDS and one.zone.pressure > 0)
     text = "the races of {} do not turn against each other under load: false brinelling, no life"
     return [coded("races-stand", text.format(name)) for name in names]
+
+
+def _not_counted(train: Train, links: Mapping[str, Link]) -> list[CodedText]:
+    """A warning of bearings whose thrust or tilting moment is held rigidly and is in no life, beside helical teeth."""
+    helical = {body for mesh in train.meshes if mesh.base_helix and not mesh.side for body in (mesh.a, mesh.b)}
+    rigid = [
+        link.name
+        for link in links.values()
+        if helical & {link.first, link.second} and np.isinf(link.stiffness[2:5]).any() and link.contacts is None
+    ]
+    if not rigid:
+        return []
+    text = f"{', '.join(rigid)}: helical teeth push and tilt what z, rx or ry hold rigidly; that load is in no life"
+    return [coded("thrust-not-counted", text)]
 
 
 def _columns(

@@ -109,6 +109,8 @@ def _flanks(result: xr.Dataset) -> Table:
                 cells.append(value)
     exponent = json.loads(result.attrs["options"])["exponent"]
     lead = f"Of all cases that load the flank, equivalent by Miner's rule with the exponent {number(exponent)}."
+    if np.isnan(result.flank_cycles).all():
+        lead += " Cycles are not known: state durations in the cases, or --life for shares of it."
     return Table(title="Load cycles and equivalent torque of every flank", columns=columns, lead=lead)
 
 
@@ -129,7 +131,7 @@ def findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
         return []
     worst = product.isel(dict(zip(product.dims, first_largest(product.values), strict=True)))
     where = f"{worst.mesh.item()} in case {worst.case.item()}"
-    text = f"K_gamma K_v K_Hbeta K_Halpha is largest, {engineering(float(worst))}, at {where}."
+    text = f"The product K_gamma K_v K_Hbeta K_Halpha is largest at {where}: {engineering(float(worst))}."
     return [Finding(tone="", text=text, anchor="load-factors")]
 
 

@@ -200,6 +200,47 @@ def test_a_contact_angle_makes_a_law_of_five_rows() -> None:
     assert (result.bearing_life_reference.values < radial.bearing_life_reference.values).all()
 
 
+def test_two_bearings_at_a_distance_carry_the_moment_of_helical_teeth() -> None:
+    """Front and rear of a planet: their difference times half of the distance is the moment of the two thrusts."""
+    one = {**PARTS, "internal_clearance": 0}
+    model = train()
+    model["stages"]["main"]["helix_angle"] = "12 deg"
+    model["stages"]["main"]["planet"]["bearing"] = {"front": {**one, "at": "-12 mm"}, "rear": {**one, "at": "12 mm"}}
+    made = load(model)
+    result = epicyclic.life(made, instants=8)
+    system = assemble(made)
+    (piece,) = quasi_static(held_train(system), record_of(system, cycles=1, turns=None, of=None, samples=2, most=2))
+    rows = [row for group in system.groups for row in group.rows]
+    forces = {row: piece.state.group_force[0, i] for i, row in enumerate(rows)}
+    radial = [forces[f"main/planet/1/bearing/{end}/x"] for end in ("front", "rear")]  # along the centre line
+    moment = TORQUE / 3 / ARM * np.tan(np.radians(12)) * MODULE * TEETH[1] / 2 * np.cos(np.radians(12))
+    assert 0.94 * moment < abs(radial[0] - radial[1]) * 12e-3 < moment  # slices of the teeth take the rest
+    assert "thrust-not-counted" in result.attrs["warnings"]  # the thrusts themselves cancel, z is held rigidly
+    model["stages"]["main"]["planet"]["bearing"] = one
+    single = epicyclic.life(model, instants=8)
+    assert "rx or ry hold rigidly" in single.attrs["warnings"]
+
+
+def test_pressed_rollers_and_two_rows() -> None:
+    """Below zero the clearance presses: the curve begins at the centre with a slope."""
+    (pressed,) = [one for one in load(train(internal_clearance="-10 um")).links if one.name == "main/planet/1/bearing"]
+    curve = dict(pressed.curves)[0]
+    assert (curve.deflection[0], curve.force[0], curve.slope[0] > 1e8) == (0.0, 0.0, True)
+    (rows,) = [one for one in load(train(rows=2)).links if one.name == "main/planet/1/bearing"]
+    assert rows.contacts is not None
+    assert (rows.stiffness[2], rows.stiffness[3] > 0) == (np.inf, True)
+    assert rows.rolling is not None
+    assert rows.rolling.row_distance == pytest.approx(16e-3)
+    o, x = (load(train(type="tapered roller", contact_angle="14 deg", rows=2, arrangement=one)) for one in "OX")
+    stiff, soft = (next(one.stiffness[3] for one in made.links if one.contacts) for made in (o, x))
+    assert stiff > 2 * soft
+
+
+def test_a_bearing_without_load_lives_for_ever() -> None:
+    result = epicyclic.life(drum(), instants=16).sel(bearing="drum/support")
+    assert np.isinf(result.bearing_life_reference).all()
+
+
 BAD: dict[str, tuple[dict[str, Any], str]] = {
     "no parts": ({"elements": None}, r"planet\.bearing.*a cylindrical roller bearing without elements"),
     "no length": ({"element_length": None}, r"without element_length"),
@@ -208,6 +249,8 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
     "rating": ({"rating": "1 MN"}, r"planet\.bearing\.rating"),
     "no type": ({"type": None}, r"elements without type"),
     "other type": ({"type": "plain"}, r"planet\.bearing\.type"),
+    "clearance of the parts": ({"internal_clearance": "5 mm"}, r"planet\.bearing\.internal_clearance"),
+    "half of the oil": ({"contamination": 0.5}, r"half of the oil; allowed: viscosity_ratio and contamination"),
     "angle": ({"contact_angle": "15 deg"}, r"planet\.bearing\.contact_angle"),
 }
 
