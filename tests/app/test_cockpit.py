@@ -314,7 +314,7 @@ def test_a_state_is_saved_downloaded_reopened_and_outlives_a_restart(tmp_path: P
     from epicyclic.cockpit.state.state import opened
 
     path = tmp_path / "box.toml"
-    path.write_text(opened("ren2021").base, encoding="utf-8")
+    path.write_text(opened("lin1999-n4").base, encoding="utf-8")
     context = still(browser, accept_downloads=True)
     server = start(tmp_path, str(path))
     try:
