@@ -42,11 +42,17 @@ def opened(browser: Any, *, width: int = 1048, height: int = 590, **options: Any
     page.on("pageerror", lambda error: page.problems.append(str(error)))
     page.on("console", lambda said: page.problems.append(said.text) if said.type == "error" else None)
     page.route(f"{ORIGIN}/**", _serve)
+    loaded(page)
+    return page
+
+
+def loaded(page: Any) -> None:
+    """Load the page, over what it has shown."""
+    page.mouse.move(0, 0)
     page.goto(f"{ORIGIN}/")
     page.wait_for_function(
         "window.ready === true && getComputedStyle(document.body).getPropertyValue('--ck-ink') !== ''"
     )
-    return page
 
 
 def _serve(route: Any) -> None:

@@ -1,22 +1,35 @@
-"""One browser and one cockpit for the tests of a file."""
+"""One browser and one cockpit of each model for the tests of the page."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from functools import cache
 from typing import Any
 
 import pytest
 from tests.app.cockpit_driver import Cockpit, launched, running
 
 
+@pytest.fixture(scope="package")
+def cockpits(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[str], Cockpit]]:
+    """The server that has a model open, a ready drive or a file; started for the first who asks."""
+    with ExitStack() as servers:
+
+        @cache
+        def serving(model: str) -> Cockpit:
+            return servers.enter_context(running(tmp_path_factory.mktemp("cockpit"), model))
+
+        yield serving
+
+
 @pytest.fixture(scope="module")
-def cockpit(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cockpit]:
+def cockpit(request: pytest.FixtureRequest, cockpits: Callable[[str], Cockpit]) -> Cockpit:
     """The server, with ren2021 open, or the `MODEL` of the module."""
-    with running(tmp_path_factory.mktemp("cockpit"), getattr(request.module, "MODEL", "ren2021")) as server:
-        yield server
+    return cockpits(str(getattr(request.module, "MODEL", "ren2021")))
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="package")
 def browser() -> Iterator[Any]:
     """A headless Chromium."""
     with launched() as started:

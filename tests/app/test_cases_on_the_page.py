@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.app.cockpit_driver import PATIENCE, Cockpit, Tab, running, still
+from tests.app.cockpit_driver import PATIENCE, Cockpit, Tab, still
 
 from epicyclic.document.document import drive_text
 
@@ -18,15 +18,16 @@ MODEL = Path(__file__).parents[2] / "examples" / "models" / "hybrid.toml"
 
 
 @pytest.fixture(scope="module")
-def cockpit(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cockpit]:
-    folder = tmp_path_factory.mktemp("cases")
-    with running(folder, str(MODEL)) as server:
-        yield server
-
-
-def test_a_case_is_one_step_and_a_lever_changes_what_it_states(browser: Any, cockpit: Cockpit) -> None:
+def tab(browser: Any, cockpit: Cockpit) -> Iterator[Tab]:
+    """One tab of both tests, in their order."""
     context = still(browser)
-    tab = Tab(context, cockpit.address)
+    opened = Tab(context, cockpit.address)
+    yield opened
+    assert opened.errors() == []
+    context.close()
+
+
+def test_a_case_is_one_step_and_a_lever_changes_what_it_states(tab: Tab) -> None:
     switch, facts = tab.page.get_by_label("Load case", exact=True), tab.page.locator(".ck-facts")
     switch.wait_for()
     assert switch.inner_text().split() == ["nominal", "operation", "input_split", "compound_split", "fixed", "electric"]
@@ -47,13 +48,9 @@ def test_a_case_is_one_step_and_a_lever_changes_what_it_states(browser: Any, coc
     tab.page.get_by_label(re.compile("^Redo")).click()
     facts.filter(has_text="engine 70 N m").wait_for()
     assert switch.input_value() == "electric"
-    assert tab.errors() == []
-    context.close()
 
 
-def test_the_cases_stand_in_one_table_beside_what_replays_it(browser: Any, cockpit: Cockpit, tmp_path: Path) -> None:
-    context = still(browser)
-    tab = Tab(context, cockpit.address)
+def test_the_cases_stand_in_one_table_beside_what_replays_it(tab: Tab, tmp_path: Path) -> None:
     tab.page.get_by_role("tab", name="Load cases").click()
     job = tab.page.locator("[data-job=cases]")
     job.get_by_role("button", name="Run", exact=True).click()
@@ -80,5 +77,3 @@ def test_the_cases_stand_in_one_table_beside_what_replays_it(browser: Any, cockp
     job.wait_for(state="hidden")
     assert tab.page.get_by_role("tab", name="Load cases").is_hidden()
     tab.page.get_by_role("tab", name="Sharing", selected=True).wait_for()
-    assert tab.errors() == []
-    context.close()

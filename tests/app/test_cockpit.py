@@ -32,10 +32,32 @@ def context(browser: Any) -> Iterator[Any]:
 
 
 @pytest.fixture
-def tab(context: Any, cockpit: Cockpit) -> Iterator[Tab]:
+def own_tab(context: Any, cockpit: Cockpit) -> Iterator[Tab]:
+    """A tab of a test that leaves the train for another one."""
     opened = Tab(context, cockpit.address)
     yield opened
     assert opened.errors() == []
+
+
+@pytest.fixture(scope="module")
+def one_tab(browser: Any, cockpit: Cockpit) -> Iterator[Tab]:
+    context = still(browser)
+    opened = Tab(context, cockpit.address)
+    yield opened
+    context.close()
+
+
+@pytest.fixture
+def tab(one_tab: Tab) -> Iterator[Tab]:
+    """The tab of all other tests, which each of them finds with the train as it was opened."""
+    yield one_tab
+    one_tab.page.keyboard.press("Escape")
+    undo = one_tab.page.get_by_label(re.compile("^Undo"))
+    while undo.is_enabled():
+        rev = one_tab.rev
+        undo.click()
+        one_tab.painted(rev)
+    assert one_tab.errors() == []
 
 
 def lever(tab: Tab, index: int = 0) -> Any:
@@ -192,6 +214,8 @@ def test_pin_and_compare(tab: Tab) -> None:
         row = table.get_by_role("row").filter(has_text=differs)
         row.wait_for()
         assert row.count() == 1
+    tab.page.keyboard.press("Escape")
+    tab.page.get_by_role("button", name="Unpin A", exact=True).click()
 
 
 def test_a_button_that_goes_hands_on_the_focus(tab: Tab) -> None:
@@ -231,51 +255,51 @@ def another_site(link: str) -> Iterator[str]:
         server.server_close()
 
 
-def test_a_link_followed_on_another_site_reopens_the_state(tab: Tab, cockpit: Cockpit, browser: Any) -> None:
+def test_a_link_followed_on_another_site_reopens_the_state(own_tab: Tab, cockpit: Cockpit, browser: Any) -> None:
     from epicyclic.cockpit.state.state import fragment_of, opened, with_value
 
     state = with_value(opened("lin1999-n4"), "title", "the linked train")
     link = f"{cockpit.origin}/#{fragment_of(state)}"
     with another_site(link) as address:
-        tab.page.goto(address)
-        frame = tab.page.frame_locator("iframe")
+        own_tab.page.goto(address)
+        frame = own_tab.page.frame_locator("iframe")
         assert frame.locator("[data-kind]").count() == 0
-        tab.page.get_by_role("link").click()
-        tab.painted()
-        assert "#" not in tab.page.url
-        tab.page.get_by_text("lin1999-n4").first.wait_for()
+        own_tab.page.get_by_role("link").click()
+        own_tab.painted()
+        assert "#" not in own_tab.page.url
+        own_tab.page.get_by_text("lin1999-n4").first.wait_for()
         stranger = still(browser)  # a browser that was never let in
         page = stranger.new_page()
         page.goto(address)
         page.get_by_role("link").click()
         page.get_by_text("not known here").wait_for()
         stranger.close()
-    tab.said.clear()  # the frame was refused, as it should
+    own_tab.said.clear()  # the frame was refused, as it should
 
 
-def test_a_link_put_into_a_tab_loses_nothing(tab: Tab) -> None:
+def test_a_link_put_into_a_tab_loses_nothing(own_tab: Tab) -> None:
     from epicyclic.cockpit.state.state import fragment_of, opened, with_value
 
-    first = box(tab).input_value()
-    nudge(tab, 1)
-    second = changed(tab, first)
-    tab.page.get_by_text("edited", exact=True).wait_for()
+    first = box(own_tab).input_value()
+    nudge(own_tab, 1)
+    second = changed(own_tab, first)
+    own_tab.page.get_by_text("edited", exact=True).wait_for()
     time.sleep(KEPT)
-    tab.page.evaluate("location.hash = 'state=eNqrVspLzE1VslIqSs0zMjA0UdJRyi9LLSpLzEnNTwIAAAAA'")
-    tab.page.get_by_text("The link cannot be opened").wait_for()
-    tab.painted()
-    assert settled(tab, second) == second
+    own_tab.page.evaluate("location.hash = 'state=eNqrVspLzE1VslIqSs0zMjA0UdJRyi9LLSpLzEnNTwIAAAAA'")
+    own_tab.page.get_by_text("The link cannot be opened").wait_for()
+    own_tab.painted()
+    assert settled(own_tab, second) == second
     link = fragment_of(with_value(opened("lin1999-n4"), "title", "the linked train"))
-    open_link(tab, link)
-    tab.page.get_by_text("lin1999-n4").first.wait_for()
-    tab.page.get_by_label(re.compile("^Undo")).click()
-    tab.page.get_by_text("edited", exact=True).wait_for()
-    assert settled(tab, second) == second
-    tab.said.clear()
+    open_link(own_tab, link)
+    own_tab.page.get_by_text("lin1999-n4").first.wait_for()
+    own_tab.page.get_by_label(re.compile("^Undo")).click()
+    own_tab.page.get_by_text("edited", exact=True).wait_for()
+    assert settled(own_tab, second) == second
+    own_tab.said.clear()
 
 
-def test_two_tabs_are_apart(tab: Tab, context: Any, cockpit: Cockpit) -> None:
-    other = Tab(context, cockpit.address)
+def test_two_tabs_are_apart(tab: Tab, cockpit: Cockpit) -> None:
+    other = Tab(tab.page.context, cockpit.address)
     before = box(other).input_value()
     rev, quiet = tab.rev, other.rev
     nudge(tab, 1)
@@ -290,7 +314,7 @@ def test_a_state_is_saved_downloaded_reopened_and_outlives_a_restart(tmp_path: P
     from epicyclic.cockpit.state.state import opened
 
     path = tmp_path / "box.toml"
-    path.write_text(opened("ren2021").base, encoding="utf-8")
+    path.write_text(opened("lin1999-n4").base, encoding="utf-8")
     context = still(browser, accept_downloads=True)
     server = start(tmp_path, str(path))
     try:

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.app.canvas_page import STATIC, opened, painted, show
+from tests.app.canvas_page import STATIC, loaded, opened, painted, show
 from tests.unit.cockpit import canvas_frames as frames
 
 from epicyclic import load
@@ -28,12 +28,20 @@ PAINTED_WITHIN = 20.0
 DRAWN_WITHIN = 12.0  # [ms] all three panes together; 4 ms on an idle machine
 
 
-@pytest.fixture
-def page(browser: Any) -> Iterator[Any]:
+@pytest.fixture(scope="module")
+def one_page(browser: Any) -> Iterator[Any]:
     found = opened(browser)
     yield found
-    assert found.problems == []
     found.context.close()
+
+
+@pytest.fixture
+def page(one_page: Any) -> Iterator[Any]:
+    """The page as it is loaded, for every test anew."""
+    one_page.problems.clear()
+    loaded(one_page)
+    yield one_page
+    assert one_page.problems == []
 
 
 @browsing

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.app.canvas_page import opened, painted, show
+from tests.app.canvas_page import loaded, opened, painted, show
 
 from epicyclic.cockpit.computing.job_kinds import Drawn, job_frame, lines
 from epicyclic.cockpit.state.frames import pack
@@ -33,12 +33,20 @@ HIGH = """() => {
 }"""
 
 
-@pytest.fixture
-def page(browser: Any) -> Iterator[Any]:
+@pytest.fixture(scope="module")
+def one_page(browser: Any) -> Iterator[Any]:
     found = opened(browser)
     yield found
-    assert found.problems == []
     found.context.close()
+
+
+@pytest.fixture
+def page(one_page: Any) -> Iterator[Any]:
+    """The page as it is loaded, for every test anew."""
+    one_page.problems.clear()
+    loaded(one_page)
+    yield one_page
+    assert one_page.problems == []
 
 
 def shown(page: Any, name: str, drawn: Drawn) -> None:

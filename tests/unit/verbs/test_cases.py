@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -59,12 +60,18 @@ def same(one: xr.Dataset, other: xr.Dataset) -> None:
             assert list(map(str, one[name].values.ravel())) == list(map(str, array.values.ravel())), name
 
 
+@cache
+def result_of(verb: str, case: str, **options: Any) -> xr.Dataset:
+    """What a verb finds of the model in a case, or in all; tests share it and none changes it."""
+    result: xr.Dataset = getattr(epicyclic, verb)(MODEL, overrides={"case": case}, **options)
+    return result
+
+
 @pytest.mark.parametrize(
     ("verb", "options"), [("check", {}), ("modes", {}), ("sharing", {}), ("steady", {}), ("sweep", {"points": 7})]
 )
 def test_each_case_is_as_it_is_alone(verb: str, options: dict[str, Any]) -> None:
-    run = getattr(epicyclic, verb)
-    whole = run(MODEL, overrides={"case": "all"}, **options)
+    whole = result_of(verb, "all", **options)
     assert whole.attrs["verb"] == "cases"
     assert list(whole["case"].values) == ["low", "high"]
     assert "case" not in json.loads(whole.attrs["model"])
@@ -72,7 +79,7 @@ def test_each_case_is_as_it_is_alone(verb: str, options: dict[str, Any]) -> None
     assert whole["case_share"].values.tolist() == [0.75, 0.25]
     cases = cases_of(whole)
     for name in SPEEDS:
-        alone = run(MODEL, overrides={"case": name}, **options)
+        alone = result_of(verb, name, **options)
         same(cases[name], alone)
         shared = {"title", "doi", "model", "assumed"}
         assert {k: v for k, v in cases[name].attrs.items() if k not in shared} == {
@@ -182,27 +189,23 @@ def test_progress_of_shares_runs_once_over_all_cases() -> None:
 
 
 def test_numbers_of_the_cases_stand_beside_each_other() -> None:
-    def table(verb: str, title: str, **options: Any) -> dict[str, Any]:
-        whole = getattr(epicyclic, verb)(MODEL, overrides={"case": "all"}, **options)
+    def table(verb: str, title: str) -> dict[str, Any]:
+        whole = result_of(verb, "all")
         return dict(next(one for one in tables_of(whole) if one.title.startswith(title)).columns)
 
-    def alone(verb: str, name: str, **options: Any) -> xr.Dataset:
-        result: xr.Dataset = getattr(epicyclic, verb)(MODEL, overrides={"case": name}, **options)
-        return result
-
     forces = table("static", "Mesh forces")["largest mesh force [kN]"]
-    assert forces == pytest.approx([float(alone("static", name).mesh_force.max()) / 1e3 for name in SPEEDS])
+    assert forces == pytest.approx([float(result_of("static", name).mesh_force.max()) / 1e3 for name in SPEEDS])
     assert forces[1] > 2 * forces[0]
     shares = table("sharing", "K_gamma")
     for at, name in enumerate(SPEEDS):
-        own = alone("sharing", name).system_load_sharing
+        own = result_of("sharing", name).system_load_sharing
         assert shares["K_gamma"][at] == pytest.approx(float(own.sel(definition="mean-load")))
         assert shares["while turning"][at] == pytest.approx(float(own.sel(definition="mean-load-turning")))
     nearest = table("modes", "Nearest resonance")
     assert nearest["case"] == list(SPEEDS)
     weaker_nearer = []
     for at, name in enumerate(SPEEDS):
-        own = alone("modes", name)
+        own = result_of("modes", name)
         strong = own.resonance_near.values & (own.resonance_force_ratio.values >= 0.05)
         away = np.abs(own.resonance_speed.values - 1)
         assert 100 * abs(nearest["at [% of its speed]"][at] / 100 - 1) == pytest.approx(100 * away[strong].min())
@@ -211,7 +214,7 @@ def test_numbers_of_the_cases_stand_beside_each_other() -> None:
 
 
 def test_a_warning_of_several_cases_is_said_once() -> None:
-    whole = epicyclic.check(MODEL, overrides={"case": "all"})
+    whole = result_of("check", "all")
     said = json.loads(whole.attrs["warnings"])
     assert sum("tips of ring reach" in text for text in said) == 1
     assert any(text.startswith("every case: stages.main.meshes.planet-ring: the tips of ring") for text in said)
@@ -291,7 +294,7 @@ def test_a_case_without_weight_beside_others_is_told_and_nothing_is_weighed() ->
 
 
 def test_a_resonance_at_which_no_motion_is_found_does_not_count_beside_others() -> None:
-    whole = epicyclic.modes(MODEL, overrides={"case": "all"})
+    whole = result_of("modes", "all")
     (table,) = [one for one in tables_of(whole) if one.title.startswith("Nearest resonance")]
     (name, *_), at = table.columns["case"], float(table.columns["at [% of its speed]"][0])
     speed = whole["resonance_speed"].sel(case=name).values

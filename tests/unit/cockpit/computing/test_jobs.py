@@ -6,6 +6,7 @@ import re
 import runpy
 import shlex
 import tomllib
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
@@ -62,6 +63,14 @@ duration = "60 h"
 torque.sun = "50 kN m"
 duration   = "40 h"
 """
+
+
+@pytest.fixture(scope="module", autouse=True)
+def few_turning_trains() -> Iterator[None]:
+    """Of the trains that `output` turns one by one to sample their error eight are as good here."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("epicyclic.questions.output.samples._TURNING", 8)
+        yield
 
 
 def text_of(name: str) -> str:
