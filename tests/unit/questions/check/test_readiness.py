@@ -16,6 +16,8 @@ from epicyclic.questions.check.check import NEEDS
 from epicyclic.questions.check.views import check_tables
 from epicyclic.verbs.record import verbs
 
+pytestmark = pytest.mark.usefixtures("few_turning_trains")
+
 BASE: dict[str, Any] = {
     "format": 2,
     "title": "a good reducer",
