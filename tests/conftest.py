@@ -6,6 +6,7 @@ import gc
 import os
 import signal
 import time
+from collections.abc import Iterator
 
 import known
 import pytest
@@ -49,6 +50,14 @@ def slowness() -> float:
             total += i
         took.append(time.process_time() - start)
     return 5 * max(1.0, min(took) / 0.053)
+
+
+@pytest.fixture(scope="module")
+def few_turning_trains() -> Iterator[None]:
+    """`output` samples its error by eight trains that turn, not 64: enough where no test looks at their quantiles."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("epicyclic.questions.output.samples._TURNING", 8)
+        yield
 
 
 @pytest.fixture(scope="session")

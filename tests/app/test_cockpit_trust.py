@@ -51,7 +51,7 @@ def answer(tab: Tab, key: str) -> str:
 
 def test_a_number_and_a_text_with_its_unit_are_the_same_train(tab: Tab) -> None:
     tab.painted(-1, "sharing")
-    found = {}
+    found: dict[str, str] = {}
     for text, shown in (("40", "40"), ("20", "20"), ("40 um", "40"), ("0.02 mm", "20"), ("4e-5 m", "40")):
         typed(tab, text)
         assert answer(tab, "planet") == found.setdefault(shown, answer(tab, "planet")), text

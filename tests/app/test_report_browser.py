@@ -16,7 +16,7 @@ import pytest
 from epicyclic.show.report import write_report
 from epicyclic.verbs.record import run_report
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.browser, pytest.mark.usefixtures("few_turning_trains")]
 
 # Boxes of what stands in a figure, and which of them lie over each other.
 LAYOUT = """

@@ -14,6 +14,8 @@ from epicyclic.questions.studies.parameter_studies import run_out_study, support
 from epicyclic.verbs import record
 from epicyclic.verbs.record import STUDIES, TO_MODES, report_verbs, run_report, verbs
 
+pytestmark = pytest.mark.usefixtures("few_turning_trains")
+
 
 def test_a_verb_takes_a_name_a_train_or_a_system() -> None:
     train = epicyclic.load("lin1999-n3")

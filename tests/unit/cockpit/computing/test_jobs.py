@@ -6,7 +6,6 @@ import re
 import runpy
 import shlex
 import tomllib
-from collections.abc import Iterator
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
@@ -33,6 +32,8 @@ from epicyclic.questions.tolerance.verbs import tolerance
 from epicyclic.results.dataset import load_result
 from epicyclic.show.views import findings_of, tables_of
 from epicyclic.train.resolution import load
+
+pytestmark = pytest.mark.usefixtures("few_turning_trains")
 
 # Less than the defaults, which take a second or two each.
 SMALL: dict[str, dict[str, Any]] = {
@@ -63,14 +64,6 @@ duration = "60 h"
 torque.sun = "50 kN m"
 duration   = "40 h"
 """
-
-
-@pytest.fixture(scope="module", autouse=True)
-def few_turning_trains() -> Iterator[None]:
-    """Of the trains that `output` turns one by one to sample their error eight are as good here."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("epicyclic.questions.output.samples._TURNING", 8)
-        yield
 
 
 def text_of(name: str) -> str:

@@ -16,6 +16,8 @@ from epicyclic.questions.check.check import NEEDS
 from epicyclic.questions.check.views import check_tables
 from epicyclic.verbs.record import verbs
 
+pytestmark = pytest.mark.usefixtures("few_turning_trains")
+
 BEARING = {
     "radial": "4e8 N/m",
     "type": "cylindrical roller",
