@@ -36,6 +36,7 @@ FIGURES: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "contact_sweep": ("contact-sweep",),
         "efficiency": ("losses", "sliding"),
         "life": ("load-zones",),
+        "load_factors": (),
         "modes": ("frequencies", "shapes", "energy", "campbell", "operating-range"),
         "modulation": ("modulation",),
         "output": ("torque-angle", "kinematic-error"),

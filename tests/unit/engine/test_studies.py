@@ -107,7 +107,8 @@ def test_report_runs_everything(monkeypatch: pytest.MonkeyPatch) -> None:
     for name, few in (("_POINTS", (4, 4)), ("_STUDY_POINTS", (3, 2)), ("_SAMPLES", 256)):
         monkeypatch.setattr(record, name, few)
     begun: list[str] = []
-    results = run_report("ren2021", progress=begun.append)
+    with_bearings = record.verbs()["life"].examples[0]["overrides"]
+    results = run_report("ren2021", overrides=with_bearings, progress=begun.append)
     assert list(results) == begun == [*report_verbs(), TO_MODES, *STUDIES]
 
 
