@@ -24,6 +24,11 @@ SETTLED = 0.2  # [s] in which a number that a key moves has another value
 QUIET = 0.06  # share of a core that an idle server and its processes may take, its pings included
 
 
+# No frame of a state before, and none of this one, is still to come.
+SETTLED_DOWN = """() => !document.querySelector('.ck-page').dataset.busy
+  && cockpit.painted.rev === cockpit.rev && cockpit.parts.sharing?.rev === cockpit.rev"""
+
+
 @pytest.fixture
 def context(browser: Any) -> Iterator[Any]:
     made = still(browser, accept_downloads=True)
@@ -33,7 +38,7 @@ def context(browser: Any) -> Iterator[Any]:
 
 @pytest.fixture
 def own_tab(context: Any, cockpit: Cockpit) -> Iterator[Tab]:
-    """A tab of a test that leaves the train for another one."""
+    """A tab of a test that leaves the train for another one, pins it or follows the focus."""
     opened = Tab(context, cockpit.address)
     yield opened
     assert opened.errors() == []
@@ -57,6 +62,7 @@ def tab(one_tab: Tab) -> Iterator[Tab]:
         rev = one_tab.rev
         undo.click()
         one_tab.painted(rev)
+    one_tab.page.wait_for_function(SETTLED_DOWN)
     assert one_tab.errors() == []
 
 
@@ -198,32 +204,30 @@ def long_job(tab: Tab) -> Any:
     return job
 
 
-def test_pin_and_compare(tab: Tab) -> None:
-    tab.page.get_by_role("button", name="Pin A", exact=True).click()
-    rev = tab.rev
-    nudge(tab)
-    tab.painted(rev)
-    tab.page.get_by_role("button", name="Compare", exact=True).click()
-    table = tab.page.get_by_label("Differences of model and results")
+def test_pin_and_compare(own_tab: Tab) -> None:
+    own_tab.page.get_by_role("button", name="Pin A", exact=True).click()
+    rev = own_tab.rev
+    nudge(own_tab)
+    own_tab.painted(rev)
+    own_tab.page.get_by_role("button", name="Compare", exact=True).click()
+    table = own_tab.page.get_by_label("Differences of model and results")
     table.wait_for()
     for differs in (re.compile(r"drawing.*deviations\..* um"), re.compile(r"sharing.*K_gamma.*%")):
         row = table.get_by_role("row").filter(has_text=differs)
         row.wait_for()
         assert row.count() == 1
-    tab.page.keyboard.press("Escape")
-    tab.page.get_by_role("button", name="Unpin A", exact=True).click()
 
 
-def test_a_button_that_goes_hands_on_the_focus(tab: Tab) -> None:
-    tab.set_limit("1.02")
+def test_a_button_that_goes_hands_on_the_focus(own_tab: Tab) -> None:
+    own_tab.set_limit("1.02")
     for name, place in (("Let the sun float", "[data-answer=float]"), ("Pin A", ".ck-head")):
-        button = tab.page.get_by_role("button", name=name, exact=True)
+        button = own_tab.page.get_by_role("button", name=name, exact=True)
         button.focus()
-        tab.page.keyboard.press("Enter")
+        own_tab.page.keyboard.press("Enter")
         button.wait_for(state="hidden")
         within = "place => document.activeElement.closest(place) !== null"
-        tab.page.wait_for_function(within, arg=place)
-        assert tab.page.evaluate(within, place), name
+        own_tab.page.wait_for_function(within, arg=place)
+        assert own_tab.page.evaluate(within, place), name
 
 
 @contextmanager
