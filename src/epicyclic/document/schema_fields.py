@@ -473,7 +473,7 @@ class BearingTable(LinkTable):
 
     type: RollingType | None = key(None, "a rolling bearing, by its parts")
     rows: Annotated[int, Field(ge=1, le=8)] | None = key(None, "rows of elements; default 1")
-    elements: Annotated[int, Field(ge=3, le=1000)] | None = key(None, "rolling elements of a row")
+    elements: Annotated[int, Field(ge=4, le=1000)] | None = key(None, "rolling elements of a row")
     element_diameter: Length | None = key(None, "diameter of an element, of a tapered roller at its middle")
     element_length: Length | None = key(None, "effective length of a roller, without its chamfers")
     pitch_diameter: Length | None = key(None, "diameter of the circle through the centres of the elements")
@@ -502,14 +502,16 @@ class BearingTable(LinkTable):
         None, "contamination factor e_C, 1 of clean oil, for the modified life"
     )
 
+    def held_by_parts(self) -> set[str]:
+        """Return the directions that follow the law of the parts; none where x or y is stated, and none that is."""
+        if self.type is None or self.x is not None or self.y is not None:
+            return set()
+        tilt = {"rx", "ry"} if self.contact_angle or (self.rows or 1) > 1 else set()
+        return ({"x", "y"} | tilt | ({"z"} if self.contact_angle else set())) - super().directions()
+
     def directions(self) -> set[str]:
         """Return the directions that are named, or that the parts of a rolling bearing hold."""
-        stated = super().directions()
-        if self.type is None or stated:
-            return stated | ({"x", "y"} if self.type is not None else set())
-        if self.contact_angle:
-            return {"x", "y", "z", "rx", "ry"}
-        return {"x", "y", "rx", "ry"} if (self.rows or 1) > 1 else {"x", "y"}
+        return super().directions() | self.held_by_parts()
 
     @model_validator(mode="after")
     def _parts(self) -> Self:
@@ -524,7 +526,7 @@ class BearingTable(LinkTable):
         if (self.viscosity_ratio is None) is not (self.contamination is None):
             raise ModelError("half of the oil", allowed="viscosity_ratio and contamination together")
         beside = [name for name in ("clearance", "exponent", "friction") if getattr(self, name) is not None]
-        if self.type is not None and beside and not super().directions():
+        if beside and self.held_by_parts():
             allowed = "internal_clearance, twice the radial play; the force over deflection follows from the parts"
             raise ModelError(f"{beside[0]} beside a rolling bearing", allowed=allowed)
         return self

@@ -8,7 +8,7 @@ One link of a model file at its site, and bolts on a pitch circle, each of which
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -154,18 +154,16 @@ def link_at(site: LinkSite, name: str, table: LinkTable, rest: Mapping[str, floa
         rolling = _rolling(site, path, table, log)
         if table.viscosity_ratio is not None and table.contamination is not None:
             lubrication = table.viscosity_ratio, table.contamination
-        if not LinkTable.directions(table):
-            curve, contacts = _law_of_parts(rolling, inner_first=second is not None or site.kind == "support")
-            if contacts is not None:
-                stiffness = (
-                    *(own or rest for own, rest in zip(contacts.stiffness, stiffness, strict=False)),
-                    stiffness[5],
-                )
-            elif curve is not None:
-                curves, stiffness = (*curves, (0, curve), (1, curve)), (*[curve.stiffness] * 2, *stiffness[2:])
-            for key, value in zip("xy" if curve else DIRECTIONS[:5], stiffness, strict=False):
-                unit = "N/m" if key in "xyz" else "N m/rad"
-                log.note(f"{path}.{key}", value, unit, "the parts, near half of the static rating")
+        if held := table.held_by_parts():
+            inner_first = second is not None or site.kind == "support"
+            curve, contacts = _law_of_parts(rolling, held, inner_first=inner_first)
+            own = (curve.stiffness,) * 2 if curve is not None else contacts.stiffness if contacts is not None else ()
+            stiffness = (*(one or rest for one, rest in zip(own, stiffness, strict=False)), *stiffness[len(own) :])
+            curves += () if curve is None else ((0, curve), (1, curve))
+            for place, key in enumerate(DIRECTIONS):
+                if key in held:
+                    unit = "N/m" if key in "xyz" else "N m/rad"
+                    log.note(f"{path}.{key}", stiffness[place], unit, "the parts, near half of the static rating")
     friction = {} if table.friction is None else table.friction.model_dump(exclude_none=True)
     return Link(
         name=f"{site.name}/{name}" if name else site.name,
@@ -215,11 +213,14 @@ def _rolling(site: LinkSite, path: str, table: BearingTable, log: ResolutionLog)
     return bearing
 
 
-def _law_of_parts(bearing: RollingBearing, inner_first: bool) -> tuple[ForceCurve | None, ContactSet | None]:
+def _law_of_parts(
+    bearing: RollingBearing, held: Collection[str], *, inner_first: bool
+) -> tuple[ForceCurve | None, ContactSet | None]:
     """Radial law of one row without contact angle, else the contacts of its law of five rows.
 
     Contacts keep the nominal contact angle.
 
+    held : directions that follow the law; of the others contacts know nothing.
     inner_first : whether the first body of the link is on the inner race.
     """
     if not bearing.contact_angle and bearing.rows == 1:
@@ -228,7 +229,7 @@ def _law_of_parts(bearing: RollingBearing, inner_first: bool) -> tuple[ForceCurv
         touch = max(sum(value <= _TOUCH * force[-1] for value in force) - 1, 0)
         return ForceCurve(deflection=deflection[touch:], force=(0.0, *force[touch + 1 :]), slope=slope[touch:]), None
     contacts = contact_set(bearing, places=_PLACES, laminae=_LAMINAE)
-    normals = contacts.normals if inner_first else -contacts.normals
+    normals = contacts.normals * [1.0 if key in held else 0.0 for key in DIRECTIONS[:5]] * (1 if inner_first else -1)
     coefficient = contacts.weight * contacts.coefficient
     return None, ContactSet(
         normals=tuple(map(tuple, normals.tolist())),

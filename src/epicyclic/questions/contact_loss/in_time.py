@@ -56,11 +56,8 @@ class SettledRun(NamedTuple):
 
     def rattles(self, names: Sequence[str]) -> list[CodedText]:
         """`rattle_warnings` of whole meshes by their names."""
-        run = self.run
-        mean, ends = (
-            run.mesh_force.values[:, :-1].mean(axis=1),
-            (run.mesh_force_minimum.values, run.mesh_force_peak.values),
-        )
+        run, mean = self.run, self.run.mesh_force.values[:, :-1].mean(axis=1)
+        ends = run.mesh_force_minimum.values, run.mesh_force_peak.values
         return rattle_warnings(names, mean, ends, run.open_share.values, run.far_share.values)
 
     def ranges(self) -> dict[str, Any]:

@@ -11,7 +11,7 @@ mean over its sizes stands.  On a planet's pin the load goes round with the carr
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -30,8 +30,8 @@ from ...bearings.rating_life import (
     static_safety,
 )
 from ...bearings.rolling_bearing import RollingBearing, passing_frequencies
-from ...engine.source import Duty
-from ...errors import ModelError
+from ...engine.source import Drive, Duty
+from ...errors import ConvergenceError, ModelError
 from ...results.dataset import dataset
 from ...statics.record import Record, record_of
 from ...statics.static import held_train, quasi_static
@@ -75,7 +75,7 @@ def life(source: Train | Duty, options: LifeOptions, *, progress: Callable[[floa
 
     Parameters
     ----------
-    source : one train, or the load cases of one drawing with their shares of the time.
+    source : one train, or the load cases of one drawing with their shares of the time; one that fails is left out.
     progress : called with the share done, 0..1.
 
     Returns
@@ -88,36 +88,35 @@ def life(source: Train | Duty, options: LifeOptions, *, progress: Callable[[floa
 
     Raises
     ------
-    ModelError : no such bearing, a train that does not turn.
+    ModelError : no such bearing, a train that does not turn; of load cases where none is left.
     ConvergenceError : no equilibrium.
     """
-    cases = {"operation": (source, 1.0)} if isinstance(source, Train) else _trains(source)
-    first, tell = next(iter(cases.values()))[0], progress or (lambda _: None)
-    bearings = {link.name: link for link in first.links if link.rolling is not None}
-    if not bearings:
-        allowed = '"cylindrical roller" or another, and its parts'
-        raise ModelError("no bearing is stated by its parts", path="stages.*.planet.bearing.type", allowed=allowed)
-    found, warnings = dict[tuple[str, str], BearingCase](), list[CodedText]()
-    for number, (case, (train, _)) in enumerate(cases.items()):
-        if train.kinematics.speed is None:
-            raise ModelError("the speed of one member is missing", path="operation.speed", allowed="e.g. 1500 rpm")
-        system = assemble(train)
-        system.require_turning()
-        record = _record(system, options)
-        forces, time = _row_forces(system, record), np.arange(record.instants) / record.samples / float(record.unit)
-        for link in (link for link in train.links if link.name in bearings):
-            rows = [forces.get(f"{link.name}/{axis}", np.zeros(len(time))) for axis in DIRECTIONS[:5]]
-            force = np.stack(rows if link.contacts is not None else rows[:2], axis=1)
-            found[link.name, case] = _in_case(link, force, system, time)
-        warnings += list(system.warnings)
+    cases: Mapping[str, tuple[Train | Drive, float]]
+    cases = {"operation": (source, 1.0)} if isinstance(source, Train) else source.cases
+    tell, failed = progress or (lambda _: None), list[ModelError | ConvergenceError]()
+    trains, found, shares = dict[str, Train](), dict[tuple[str, str], BearingCase](), list[float]()
+    warnings = list[CodedText]()
+    for number, (case, (given, share)) in enumerate(cases.items()):
+        try:
+            train = given if isinstance(given, Train) else given.train
+            of_case, said = _bearings(train, options)
+            trains[case], shares = train, [*shares, share]
+            found |= {(name, case): one for name, one in of_case.items()}
+            warnings += said
+        except (ModelError, ConvergenceError) as error:
+            failed.append(error)
+            warnings.append(coded("case-failed", f"{case} is left out: {error}"))
         tell((number + 1) / len(cases))
-    shares = np.array([share for _, share in cases.values()])
+    if not trains:
+        raise failed[0]
+    first = next(iter(trains.values()))
+    bearings = {link.name: link for link in first.links if link.rolling is not None}
     warnings += [*_standing(found), *_not_counted(first, bearings)]
     return dataset(
-        _columns(found, list(bearings.values()), list(cases), shares),
+        _columns(found, list(bearings.values()), list(trains), np.array(shares) / sum(shares)),
         {
             "bearing": list(bearings),
-            "case": list(cases),
+            "case": list(trains),
             "element": np.arange(1, 1 + max(one.zone.load.shape[1] for one in found.values())),
         },
         verb="life",
@@ -127,14 +126,33 @@ def life(source: Train | Duty, options: LifeOptions, *, progress: Callable[[floa
     )
 
 
-def _trains(duty: Duty) -> dict[str, tuple[Train, float]]:
-    """Trains of the load cases and their shares of the time."""
-    return {name: (drive.train, share) for name, (drive, share) in duty.cases.items()}
+def _bearings(train: Train, options: LifeOptions) -> tuple[dict[str, BearingCase], Sequence[CodedText]]:
+    """Bearings of a train at one operating point by their names, and warnings of the train."""
+    rolling = [link for link in train.links if link.rolling is not None]
+    if not rolling:
+        allowed = '"cylindrical roller" or another, and its parts'
+        raise ModelError("no bearing is stated by its parts", path="stages.*.planet.bearing.type", allowed=allowed)
+    if train.kinematics.speed is None:
+        raise ModelError("the speed of one member is missing", path="operation.speed", allowed="e.g. 1500 rpm")
+    system = assemble(train)
+    system.require_turning()
+    record = _record(system, options)
+    forces, time = _row_forces(system, record), np.arange(record.instants) / record.samples / float(record.unit)
+    found = {}
+    for link in rolling:
+        rows = [forces.get(f"{link.name}/{axis}", np.zeros(len(time))) for axis in DIRECTIONS[:5]]
+        force = np.stack(rows if link.contacts is not None else rows[:2], axis=1)
+        found[link.name] = _in_case(link, force, system, time)
+    return found, system.warnings
 
 
 def _record(system: System, options: LifeOptions) -> Record:
     """A turn of the slowest body that turns."""
     turns = {name: abs(turn) for name, turn in zip(system.dofs.bodies, system.body_turns, strict=True) if turn}
+    if not turns:
+        raise ModelError(
+            "nothing turns, and no race against the other", path="operation.speed", allowed="a speed above 0"
+        )
     of = min(turns, key=lambda name: turns[name])
     return record_of(system, cycles=None, turns=1, of=of, samples=options.instants, most=options.instants)
 
@@ -225,16 +243,21 @@ def _standing(found: Mapping[tuple[str, str], BearingCase]) -> list[CodedText]:
 
 
 def _not_counted(train: Train, links: Mapping[str, Link]) -> list[CodedText]:
-    """A warning of bearings whose thrust or tilting moment is held rigidly and is in no life, beside helical teeth."""
+    """A warning of bearings beside helical teeth that hold a thrust or a tilting moment rigidly, which is in no life.
+
+    The thrusts of a planet in its two meshes cancel.
+    """
     helical = {body for mesh in train.meshes if mesh.base_helix and not mesh.side for body in (mesh.a, mesh.b)}
+    planets = {body.name for body in train.bodies if body.branch is not None}
     rigid = [
         link.name
         for link in links.values()
-        if helical & {link.first, link.second} and np.isinf(link.stiffness[2:5]).any() and link.contacts is None
+        if (loaded := helical & {link.first, link.second})
+        and np.isinf(link.stiffness[3 if loaded <= planets else 2 : 5]).any()
     ]
     if not rigid:
         return []
-    text = f"{', '.join(rigid)}: helical teeth push and tilt what z, rx or ry hold rigidly; that load is in no life"
+    text = f"{', '.join(rigid)}: helical teeth push or tilt what z, rx or ry hold rigidly; that load is in no life"
     return [coded("thrust-not-counted", text)]
 
 

@@ -215,7 +215,9 @@ def test_two_bearings_at_a_distance_carry_the_moment_of_helical_teeth() -> None:
     radial = [forces[f"main/planet/1/bearing/{end}/x"] for end in ("front", "rear")]  # along the centre line
     moment = TORQUE / 3 / ARM * np.tan(np.radians(12)) * MODULE * TEETH[1] / 2 * np.cos(np.radians(12))
     assert 0.94 * moment < abs(radial[0] - radial[1]) * 12e-3 < moment  # slices of the teeth take the rest
-    assert "thrust-not-counted" in result.attrs["warnings"]  # the thrusts themselves cancel, z is held rigidly
+    assert "thrust-not-counted" not in result.attrs["warnings"]  # the thrusts of both meshes cancel
+    model["stages"]["main"]["sun"]["support"] = one
+    assert "main/sun/support: helical teeth push" in epicyclic.life(model, instants=8).attrs["warnings"]
     model["stages"]["main"]["planet"]["bearing"] = one
     single = epicyclic.life(model, instants=8)
     assert "rx or ry hold rigidly" in single.attrs["warnings"]
@@ -234,6 +236,34 @@ def test_pressed_rollers_and_two_rows() -> None:
     o, x = (load(train(type="tapered roller", contact_angle="14 deg", rows=2, arrangement=one)) for one in "OX")
     stiff, soft = (next(one.stiffness[3] for one in made.links if one.contacts) for made in (o, x))
     assert stiff > 2 * soft
+
+
+def test_a_direction_by_hand_stands_beside_the_law_of_the_parts() -> None:
+    """The parts hold what is not stated: x and y of one row, x, y and tilt of two tapered ones whose z is stated."""
+    (one,) = [link for link in load(train(z="1e8 N/m")).links if link.name == "main/planet/1/bearing"]
+    (plain,) = [link for link in load(train()).links if link.name == "main/planet/1/bearing"]
+    assert one.curves == plain.curves != ()
+    assert one.stiffness[2] == 1e8
+    tapered = {"type": "tapered roller", "contact_angle": "14 deg", "rows": 2}
+    (free,) = [link for link in load(train(**tapered, z=0)).links if link.name == "main/planet/1/bearing"]
+    assert free.contacts is not None
+    assert not np.array(free.contacts.normals)[:, 2].any()
+    assert free.stiffness[2] == 0
+    assert min(free.stiffness[0], free.stiffness[3]) > 0
+
+
+def test_a_case_that_fails_is_left_out_and_a_train_that_stands_is_refused() -> None:
+    model = train()
+    model["cases"] = {
+        "run": {"share": 0.5},
+        "stand": {"share": 0.5, "speed": {"carrier": "0 rpm"}},
+    }
+    result = epicyclic.life(model, overrides={"case": "all"}, instants=16)
+    assert result.case.values.tolist() == ["run"]
+    assert result.case_share.values.tolist() == [1.0]
+    assert "stand is left out: operation.speed: nothing turns" in result.attrs["warnings"]
+    with pytest.raises(ModelError, match=r"operation.speed: nothing turns"):
+        epicyclic.life(model, overrides={"case": "stand"})
 
 
 def test_a_bearing_without_load_lives_for_ever() -> None:
