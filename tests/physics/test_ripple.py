@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from scipy.integrate import solve_ivp
 
 from epicyclic import sharing, static, steady, sweep, transient
 from epicyclic.questions.response.measures import periodic
+from epicyclic.statics.tangent import linear
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import System
 from epicyclic.train.resolution import load
@@ -23,6 +25,8 @@ K, C = 2e7, 800.0
 MOBILITY = R[0] ** 2 / J[0] + R[1] ** 2 / J[1]
 NATURAL = math.sqrt(K * MOBILITY) / (2 * math.pi)
 ENGINE = 12.0  # speed of the pinion [rev/s]
+
+EXAMPLE = Path(__file__).parents[2] / "examples/models/engine-planetary.toml"
 
 
 def pair(ripple: Any, *, torque: float = 100.0, speed: float = ENGINE, backlash: bool = False) -> dict[str, Any]:
@@ -175,6 +179,24 @@ def test_what_follows_the_speed_stays_at_other_speeds_beside_a_fixed_frequency(f
         for part in ("gap", "force", "ripple"):
             values = getattr(other, part)
             assert getattr(one, part) == pytest.approx(values, rel=1e-12, abs=1e-15 * np.abs(values).max(initial=0))
+
+
+def test_what_follows_the_speed_has_the_tangents_of_the_linear_system() -> None:
+    """Beside links with a law the lines without the fixed frequency are those of the same train with another one."""
+    engine = {
+        "stages.main.planet.bearing.clearance": "2 um",
+        "deviations.main.planet.run_out": "10 um",
+        "case": "loaded",
+    }
+    ripples = ([{"frequency": f"{hz} Hz", "torque": "20 N m"}] for hz in (41, 43))
+    first, other = (
+        linear(assemble(load(EXAMPLE, {**engine, "operation.ripple": {"engine": one}}))).scaling for one in ripples
+    )
+    assert first.groups == ()
+    assert [line.link_gap.shape for line in first.lines] == [first.links.stiffness.shape] * len(first.lines) != []
+    for one, expected in zip(first.lines, other.lines, strict=True):
+        assert one.frequency == expected.frequency
+        assert one.link_gap == pytest.approx(expected.link_gap, rel=1e-9, abs=1e-15)
 
 
 def test_a_table_is_the_sum_of_its_components() -> None:

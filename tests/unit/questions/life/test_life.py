@@ -238,6 +238,34 @@ def test_pressed_rollers_and_two_rows() -> None:
     assert stiff > 2 * soft
 
 
+def test_a_force_that_changes_over_the_turn_is_summed_by_miner() -> None:
+    """A planet of 300 kg goes round in its weight: 1/L is the mean of 1/L(F) of the forces at the pin."""
+    model = train()
+    model["stages"]["main"]["planet"]["mass"] = "300 kg"
+    model["operation"]["gravity"] = True
+    result = epicyclic.life(model, instants=64).isel(bearing=0, case=0)
+    force = epicyclic.static(model, turns=1, of="main/carrier", samples=64).group_force.isel(group=0).values
+    lives = distributed_life(BEARING, displacement(BEARING, force[:, None]), turning="outer")
+    speed = RPM / 60 * TEETH[2] / TEETH[1]
+    assert result.bearing_life_reference.item() == pytest.approx(1e6 / speed / np.mean(1 / lives), rel=0.02)
+    assert result.bearing_load.item() == pytest.approx(np.mean(force ** (10 / 3)) ** 0.3, rel=0.01)
+    assert lives.max() > 2.5 * lives.min()
+
+
+@pytest.mark.parametrize(("drive", "sense"), [("planetary", 1), ("star", -1)])
+def test_the_inner_race_is_on_the_pin(drive: str, sense: int) -> None:
+    """Of a planet on a carrier the first body is the carrier, of one on a pin in the housing the planet."""
+    model = train(type="tapered roller", contact_angle="14 deg")
+    if drive == "star":
+        del model["stages"]["main"]["carrier"]
+        model["operation"] = {"speed": {"sun": f"{RPM} rpm"}, "torque": {"sun": "100 N m"}}
+    (link,) = [one for one in load(model).links if one.name == "main/planet/1/bearing"]
+    assert (link.second is None) == (drive == "star")
+    assert link.contacts is not None
+    thrust = np.array(link.contacts.normals)[:, 2]
+    np.testing.assert_allclose(thrust, sense * np.sin(np.radians(14)), rtol=1e-9)
+
+
 def test_a_direction_by_hand_stands_beside_the_law_of_the_parts() -> None:
     """The parts hold what is not stated: x and y of one row, x, y and tilt of two tapered ones whose z is stated."""
     (one,) = [link for link in load(train(z="1e8 N/m")).links if link.name == "main/planet/1/bearing"]

@@ -31,6 +31,9 @@ from epicyclic.questions.output.locked_train import locked_train, output_shaft
 from epicyclic.questions.output.samples import sampled_loops
 from epicyclic.questions.output.views import findings, key_figures, tables
 from epicyclic.questions.tolerance.tolerance_map import tolerance_map
+from epicyclic.statics.transmission_error import near_lines
+from epicyclic.system.assembly import assemble
+from epicyclic.train.resolution import load
 
 ARCMIN = pi / 180 / 60
 CLEARANCE, BEARING = 7e-6, 8e7  # of a planet bearing, radial [m], [N/m]
@@ -457,6 +460,19 @@ def test_orders_that_a_record_does_not_part_are_exact() -> None:
         "deviations.main.pinion.run_out",
     ]
     assert any("the common period has 199" in one for one in json.loads(result.attrs["warnings"]))
+
+
+def test_of_lines_within_a_step_those_of_the_lowest_mesh_order_are_taken() -> None:
+    """Turns of the pinion and of the wheel stand at 211 and 199 beats of the pair, and again at every mesh order."""
+    model = pair(199, 211)
+    model["deviations"]["wheel"] = {"run_out": "7 um"}
+    system = assemble(load(model))
+    (tone,) = system.tones
+    wheel, pinion = (line.frequency for line in system.lines)
+    assert set(near_lines(system, wheel, pinion - wheel)) == {wheel, pinion}
+    assert set(near_lines(system, tone / 2, tone / 2)) == {0, wheel, pinion}  # and not tone less wheel
+    assert near_lines(system, tone + wheel, wheel / 1000) == [tone + wheel]
+    assert near_lines(system, tone / 3, wheel / 1000) == [tone / 3]
 
 
 def test_an_eccentric_pair_is_a_sine() -> None:
