@@ -8,6 +8,7 @@ from functools import cache
 from typing import Any
 
 import pytest
+from tests.app.canvas_page import loaded, opened
 from tests.app.cockpit_driver import Cockpit, launched, running
 
 
@@ -34,3 +35,20 @@ def browser() -> Iterator[Any]:
     """A headless Chromium."""
     with launched() as started:
         yield started
+
+
+@pytest.fixture(scope="module")
+def one_page(browser: Any) -> Iterator[Any]:
+    """The page of the panes alone."""
+    found = opened(browser)
+    yield found
+    found.context.close()
+
+
+@pytest.fixture
+def page(one_page: Any) -> Iterator[Any]:
+    """The page as it is loaded, for every test anew."""
+    one_page.problems.clear()
+    loaded(one_page)
+    yield one_page
+    assert one_page.problems == []

@@ -7,12 +7,12 @@ import colorsys
 import hashlib
 import json
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
-from tests.app.canvas_page import STATIC, loaded, opened, painted, show
+from tests.app.canvas_page import STATIC, opened, painted, show
 from tests.unit.cockpit import canvas_frames as frames
 
 from epicyclic import load
@@ -26,22 +26,6 @@ browsing = pytest.mark.browser
 # [ms] from the arrival of a frame to its paint: one picture of a screen of 60 Hz, and the drawing itself.
 PAINTED_WITHIN = 20.0
 DRAWN_WITHIN = 12.0  # [ms] all three panes together; 4 ms on an idle machine
-
-
-@pytest.fixture(scope="module")
-def one_page(browser: Any) -> Iterator[Any]:
-    found = opened(browser)
-    yield found
-    found.context.close()
-
-
-@pytest.fixture
-def page(one_page: Any) -> Iterator[Any]:
-    """The page as it is loaded, for every test anew."""
-    one_page.problems.clear()
-    loaded(one_page)
-    yield one_page
-    assert one_page.problems == []
 
 
 @browsing

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
-from tests.app.canvas_page import loaded, opened, painted, show
+from tests.app.canvas_page import painted, show
 
 from epicyclic.cockpit.computing.job_kinds import Drawn, job_frame, lines
 from epicyclic.cockpit.state.frames import pack
@@ -31,22 +30,6 @@ HIGH = """() => {
   }
   return [...columns].map((at) => plot.posToVal(at / devicePixelRatio, "x"));
 }"""
-
-
-@pytest.fixture(scope="module")
-def one_page(browser: Any) -> Iterator[Any]:
-    found = opened(browser)
-    yield found
-    found.context.close()
-
-
-@pytest.fixture
-def page(one_page: Any) -> Iterator[Any]:
-    """The page as it is loaded, for every test anew."""
-    one_page.problems.clear()
-    loaded(one_page)
-    yield one_page
-    assert one_page.problems == []
 
 
 def shown(page: Any, name: str, drawn: Drawn) -> None:

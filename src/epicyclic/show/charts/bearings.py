@@ -6,7 +6,7 @@ import numpy as np
 import plotly.graph_objects as go
 import xarray as xr
 
-from ...results.dataset import first_largest
+from ...results.dataset import first_largest, largest
 from ..series import texts
 from .renderers import Curve, Panel, chart
 from .style import PALETTE
@@ -24,7 +24,8 @@ def load_zones(result: xr.Dataset) -> go.Figure:
     curves, cases = [], texts(result, "case")
     for place, name in enumerate(texts(result, "bearing")):
         case = first_largest(np.fmax.reduce(load[place], axis=1))[0]
-        turn = (angle[place, case] - angle[place, case, 0] + 180) % 360 - 180
+        most = largest(load[place, case])
+        turn = (angle[place, case] - angle[place, case, most] + 180) % 360 - 180
         order = np.argsort(turn, kind="stable")
         curves.append(
             Curve(
@@ -36,4 +37,4 @@ def load_zones(result: xr.Dataset) -> go.Figure:
                 colour=PALETTE[place % len(PALETTE)],
             )
         )
-    return chart("Load zones", Panel(curves, x="angle from the load [deg]", y="load of an element [kN]"))
+    return chart("Load zones", Panel(curves, x="angle from the most loaded element [deg]", y="load of an element [kN]"))

@@ -144,6 +144,9 @@ def test_cases_are_summed_by_miner() -> None:
     (figure,) = key_figures(result)
     assert figure[0] in finding.text
     assert tables(result)[1].columns["case"] == ["low", "high"] * 3
+    drawn = epicyclic.plot("load-zones", result).data[0]
+    assert drawn.y[list(drawn.x).index(0)] == max(drawn.y) > 0
+    assert drawn.name.endswith("high")
 
 
 def drum(held: bool = False, **more: Any) -> dict[str, Any]:
