@@ -17,8 +17,9 @@ def load_zones(result: xr.Dataset) -> go.Figure:
 
     Parameters
     ----------
-    result : Dataset of `life`: element_load, element_angle (bearing, case, element).
+    result : Dataset of `life`: element_load, element_angle (bearing, case, element); of `static` without cases.
     """
+    result = result if "case" in result.dims else result[["element_load", "element_angle"]].expand_dims(case=[""])
     load = result["element_load"].transpose("bearing", "case", "element").values / 1e3
     angle = np.degrees(result["element_angle"].transpose("bearing", "case", "element").values)
     curves, cases = [], texts(result, "case")
