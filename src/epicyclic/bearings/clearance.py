@@ -76,11 +76,11 @@ def operating_clearance(
     if not (outside_diameter >= races[1] if outside_diameter is not None else not outer_fit):
         allowed = f"{races[1]:g} m or more"
         raise ModelError("no outer ring", path="outside_diameter", given=outside_diameter or 0, allowed=allowed)
-    words = "as stated"
+    new, words = initial or 0.0, "as stated"
     if group is not None:
         low, high = group_range(bearing, group, bore or 0.0)
-        initial, words = (low + high) / 2, f"{group}: {1e6 * low:.4g} to {1e6 * high:.4g} um"
+        new, words = (low + high) / 2, f"{group}: {1e6 * low:.4g} to {1e6 * high:.4g} um"
     by_fits = inner_fit * (bore or 0.0) / races[0] + outer_fit * races[1] / (outside_diameter or races[1])
     by_heat = _EXPANSION * temperature_difference * sum(races) / 2
-    words += f", {1e6 * initial:.4g} um taken, less {1e6 * by_fits:.4g} um by fits and {1e6 * by_heat:.4g} um by heat"
-    return initial - by_fits - by_heat, words
+    words += f", {1e6 * new:.4g} um taken, less {1e6 * by_fits:.4g} um by fits and {1e6 * by_heat:.4g} um by heat"
+    return new - by_fits - by_heat, words

@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING
 
 from ..options import Progress
+from ..questions.life import EXAMPLE
 from ..verbs.record import Verb, takes
 from . import StaticOptions
 
@@ -30,4 +31,4 @@ def static(drive: "Drive", options: StaticOptions, progress: Progress | None = N
     return result if drive.drawing is None else with_bearings(result, drive.drawing)
 
 
-VERBS = (Verb(run=static, gives=("static",), examples=({"cycles": 2},)),)
+VERBS = (Verb(run=static, gives=("static",), examples=({"cycles": 2}, {"cycles": 1, **EXAMPLE})),)

@@ -24,3 +24,18 @@ class LifeOptions:
         bool,
         Option("Also with a larger clearance, a larger rating and a floating sun; one more run each."),
     ] = False
+
+
+# A bearing by its parts in the examples of the verbs that show its state.
+EXAMPLE_PARTS = {
+    "type": "cylindrical roller",
+    "rows": 2,
+    "row_distance": "0.1 m",
+    "elements": 17,
+    "element_diameter": "40 mm",
+    "element_length": "80 mm",
+    "pitch_diameter": "240 mm",
+    "viscosity_ratio": 1.5,
+    "contamination": 0.6,
+}
+EXAMPLE = {"overrides": {f"stages.main.planet.bearing.{key}": one for key, one in EXAMPLE_PARTS.items()}}

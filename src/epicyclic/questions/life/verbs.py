@@ -4,7 +4,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from ...verbs.record import Verb, takes
-from . import LifeOptions
+from . import EXAMPLE, LifeOptions
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -48,20 +48,6 @@ def _lives(
     return run(duty_of(changed) or changed.train, options, progress=progress)
 
 
-EXAMPLE_PARTS = {
-    "type": "cylindrical roller",
-    "rows": 2,
-    "row_distance": "0.1 m",
-    "elements": 17,
-    "element_diameter": "40 mm",
-    "element_length": "80 mm",
-    "pitch_diameter": "240 mm",
-    "viscosity_ratio": 1.5,
-    "contamination": 0.6,
-}
-_EXAMPLE = {
-    "instants": 32,
-    "overrides": {f"stages.main.planet.bearing.{key}": one for key, one in EXAMPLE_PARTS.items()},
-}
+_EXAMPLES = ({"instants": 32, **EXAMPLE}, {"instants": 8, "forces": "steady", "changes": True, **EXAMPLE})
 
-VERBS = (Verb(run=life, gives=("life",), drawing=True, in_report=64, examples=(_EXAMPLE,)),)
+VERBS = (Verb(run=life, gives=("life",), drawing=True, in_report=64, examples=_EXAMPLES),)
