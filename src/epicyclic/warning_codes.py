@@ -231,7 +231,7 @@ A rolling bearing without contact angle is held rigidly along the axis or in til
 Two rows, two named bearings at their places, a contact angle, or a bearing of its own for the thrust.
 
 bearing-overloaded life.md
-A bearing does not carry the forces of the nominal torques: one row with a contact angle carries thrust in one sense.
+A bearing does not carry its forces: one row with a contact angle carries thrust in one sense.
 Turn the contact angle about, take two rows, or a second bearing that carries the other sense.
 
 races-stand life.md

@@ -29,7 +29,8 @@ at the end with the forces of the rows.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -461,19 +462,23 @@ def equilibrium(
     )
 
 
-def unbalanced(error: ConvergenceError, system: System) -> ConvergenceError:
-    """The error of a train without equilibrium, with the bearings that carry thrust in one sense alone named in it."""
-    seats: dict[str, dict[str, Array]] = {}
-    for group in system.groups:
-        if isinstance(group.law, ContactSetLaw) and f"{group.name}/z" in group.rows:
-            thrust = group.law.contacts.normals[:, group.rows.index(f"{group.name}/z")]
-            seats.setdefault(group.name.partition(f"/{group.kind}")[0], {})[group.name] = thrust
-    every = {", ".join(own): np.concatenate(list(own.values())) for own in seats.values()}
-    alone = [names for names, thrust in every.items() if (thrust > 0).all() or (thrust < 0).all()]
-    if not alone:
-        return error
-    needs = "a second row (rows = 2) or bearing, of the opposite contact angle, has to carry the other sense"
-    return ConvergenceError(f"{error}; thrust in one sense alone is carried by {', '.join(alone)}: {needs}")
+@contextmanager
+def thrust_named(system: System) -> Iterator[None]:
+    """Name the bearings that carry thrust in one sense alone in the error of a train without equilibrium."""
+    try:
+        yield
+    except ConvergenceError as error:
+        seats: dict[str, dict[str, Array]] = {}
+        for group in system.groups:
+            if isinstance(group.law, ContactSetLaw) and f"{group.name}/z" in group.rows:
+                thrust = group.law.contacts.normals[:, group.rows.index(f"{group.name}/z")]
+                seats.setdefault(group.name.partition(f"/{group.kind}")[0], {})[group.name] = np.sign(thrust)
+        alone = [", ".join(own) for own in seats.values() if len(np.unique(np.concatenate([*own.values()]))) == 1]
+        if not alone:
+            raise
+        needs = "a second row (rows = 2) or bearing, of the opposite contact angle, has to carry the other sense"
+        text = f"{error}; thrust in one sense alone is carried by {', '.join(alone)}: {needs}"
+        raise ConvergenceError(text) from error
 
 
 def _residual(

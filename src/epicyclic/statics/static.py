@@ -28,7 +28,7 @@ from ..system.link_laws import STATES, Laws
 from ..system.system import Array, Faces, System, elastic_rows, faces
 from ..warning_codes import CodedText, coded
 from . import StaticOptions
-from .equilibrium import Compliance, Equilibrium, compliance, compliance_of, equilibrium, require_balance, unbalanced
+from .equilibrium import Compliance, Equilibrium, compliance, compliance_of, equilibrium, require_balance, thrust_named
 from .record import (
     Record,
     RecordExcitation,
@@ -157,7 +157,7 @@ def settled(
         linear = LinearAt(stiffness=np.hstack([here.stiffness, here.far_stiffness]))
         count = linear.stiffness.shape[1]
         contact = FlanksAt(parts=((linear, slice(0, count)),), count=count)
-    try:
+    with thrust_named(held.system):
         state = equilibrium(
             held.whole,
             stiffness=here.stiffness,
@@ -168,8 +168,6 @@ def settled(
             anchor=anchor,
             start=start,
         )
-    except ConvergenceError as error:
-        raise unbalanced(error, held.system) from error
     return replace(state, displacement=state.displacement + held.touch, approach=state.approach + to_touch)
 
 

@@ -28,7 +28,11 @@ def static(drive: "Drive", options: StaticOptions, progress: Progress | None = N
     from .static import static as run
 
     result = run(drive.system, options, progress=progress)
-    return result if drive.drawing is None else with_bearings(result, drive.drawing)
+    if drive.drawing is None:
+        return result
+    of_links = (("link_row", "link_force"), ("group_row", "group_row_force"))
+    forces = [zip(result[dim].values, result[name].values, strict=True) for dim, name in of_links if name in result]
+    return with_bearings(result, drive.drawing, {str(row): force for own in forces for row, force in own})
 
 
 VERBS = (Verb(run=static, gives=("static",), examples=({"cycles": 2}, {"cycles": 1, **EXAMPLE})),)

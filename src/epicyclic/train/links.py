@@ -233,16 +233,13 @@ def _inside_its_gear(site: LinkSite, path: str, table: BearingTable, bearing: Ro
     ModelError : it does, at a place within the face of the gear.
     """
     gear, outside = site.first.gear, bearing.pitch_diameter + bearing.element_diameter
-    if site.kind != "bearing" or gear is None or not outside > 2 * gear.root_radius:
+    at = site.station if table.at is None else site.centre + table.at
+    if site.kind != "bearing" or gear is None or abs(at - site.first.station) >= (gear.face_width or math.inf) / 2:
         return
-    station = site.station if table.at is None else site.centre + table.at
-    if abs(station - site.first.station) < (gear.face_width or math.inf) / 2:
-        raise ModelError(
-            f"the bearing reaches {1e3 * outside:.4g} mm, beyond the root circle of its gear",
-            path=f"{path}.pitch_diameter",
-            given=bearing.pitch_diameter,
-            allowed=f"with element_diameter less than {2e3 * gear.root_radius:.4g} mm, or a place `at` beside the face",
-        )
+    if outside > 2 * gear.root_radius:
+        problem = f"the bearing reaches {1e3 * outside:.4g} mm, beyond the root circle of its gear"
+        allowed = f"with element_diameter less than {2e3 * gear.root_radius:.4g} mm, or a place `at` beside the face"
+        raise ModelError(problem, path=f"{path}.pitch_diameter", given=bearing.pitch_diameter, allowed=allowed)
 
 
 def _law_of_parts(

@@ -38,7 +38,7 @@ from ...train.resolution import tolerances_of
 from ...train.stage_bodies import link_row, tilt_groups
 from ...train.train import DIRECTIONS, Body, Displacement, Link, Mesh, Train
 from ...warning_codes import CodedText, coded
-from ..life.bearing_state import bearing_coords, bearing_state, body_turns, inner_force, rolling_links, state_columns
+from ..life.bearing_state import with_bearings
 from ..modes.eigen import mean_modes
 from ..response.spectra import mesh_tones, require_damping
 
@@ -157,31 +157,26 @@ def check(train: Train) -> xr.Dataset:
     coords: dict[Hashable, object] = {name: column for name, column in columns.items() if name == column[0]}
     ready = Readiness(train)
     lacking, chosen = ready.lacking(), choices(train)
-    bearings, of_bearings, bearings_said = _bearing_columns(ready)
     result = dataset(
         {
             **variables,
             **_link_columns(train),
             **_fields("choice", chosen, _texts, choice_value="value", choice_origin="origin", choice_effect="effect"),
             "verb_needs": ("verb_name", _texts("\n".join(texts) for texts in lacking.values())),
-            **bearings,
         },
         coords={
             **coords,
-            **of_bearings,
             "link": ("link", _texts(link.name for link in train.links)),
             "direction": list(DIRECTIONS),
             "choice": ("choice", _texts(choice.path for choice in chosen)),
             "verb_name": ("verb_name", _texts(lacking)),
         },
         verb="check",
-        warnings=list(
-            dict.fromkeys(
-                [*train.warnings, *_circulation(train), *ready.teeth_said, *_equations(ready), *bearings_said]
-            )
-        ),
+        warnings=list(dict.fromkeys([*train.warnings, *_circulation(train), *ready.teeth_said, *_equations(ready)])),
         provenance=train_provenance(train),
     )
+    if not ready.problem("equations"):
+        result = with_bearings(result, train, nominal_forces(train))
     values = [[value.path, value.value, value.unit, value.origin] for value in train.values]
     locked = train.kinematics.held if train.kinematics.locked else ()
     return result.assign_attrs(values=json.dumps(values, default=str), locked=json.dumps(locked))
@@ -464,25 +459,6 @@ def _equations(ready: Readiness) -> list[CodedText]:
 
 
 # --- bearings by their parts -----------------------------------------------------------------------------------------
-
-
-def _bearing_columns(ready: Readiness) -> tuple[dict[str, Any], dict[Hashable, Any], list[CodedText]]:
-    """States of bearings under nominal forces, their coordinates, and a warning of each that cannot carry them."""
-    links, turns, said = rolling_links(ready.train), body_turns(ready.train), list[CodedText]()
-    if not links or ready.problem("equations"):
-        return {}, {}, []
-    rows, states = nominal_forces(ready.train), []
-    for link in links:
-        force = inner_force(link, rows)
-        try:
-            states.append(bearing_state(link, force, turns))
-        except ConvergenceError as error:
-            said.append(coded("bearing-overloaded", f"{link.name} under the nominal forces: {error}"))
-            states.append(bearing_state(link, np.full_like(force, _NAN), turns))
-    columns = state_columns(links, states)
-    origin = {value.path: value.origin for value in ready.train.values}
-    columns["clearance_origin"] = "bearing", _texts(origin.get(f"{link.path}.internal_clearance") for link in links)
-    return columns, bearing_coords(links, columns), said
 
 
 def nominal_forces(train: Train) -> dict[str, Array]:

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Hashable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -13,9 +14,11 @@ import numpy as np
 from ...bearings.element_loads import contact_set, displacement, load_zone
 from ...bearings.rating_life import dynamic_rating, static_rating, static_safety
 from ...bearings.rolling_bearing import RollingBearing, passing_frequencies
+from ...errors import ConvergenceError
 from ...results.dataset import dataset
 from ...system.system import Array
 from ...train.train import DIRECTIONS, Link, Train
+from ...warning_codes import coded
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -37,7 +40,7 @@ def rolling_links(train: Train) -> list[Link]:
 def body_turns(train: Train) -> dict[str, float]:
     """Speed of every body in the housing [rev/s]; none where no speed is known."""
     speed = train.kinematics.speed
-    return {} if speed is None else {body.name: float(speed[body.member]) / 60 for body in train.bodies}
+    return {} if speed is None else {body.name: float(speed.get(body.member, 0)) / 60 for body in train.bodies}
 
 
 def inner_first(link: Link) -> bool:
@@ -110,18 +113,26 @@ def state_columns(links: Sequence[Link], states: Sequence[Any], dims: tuple[str,
     return columns
 
 
-def with_bearings(result: xr.Dataset, train: Train) -> xr.Dataset:
-    """A result of `static` with the states of the bearings of its train, under the forces in it."""
-    if not (links := rolling_links(train)):
+def with_bearings(result: xr.Dataset, train: Train, rows: Mapping[str, Array]) -> xr.Dataset:
+    """A result with the states of all bearings of its train; one that cannot carry its forces has a warning, and nan.
+
+    rows : forces as of `inner_force`.
+    """
+    links, turns = rolling_links(train), body_turns(train)
+    states, said = list[State](), json.loads(result.attrs["warnings"])
+    for link in links:
+        force = inner_force(link, rows)
+        try:
+            states.append(bearing_state(link, force, turns))
+        except ConvergenceError as error:
+            said.append(coded("bearing-overloaded", f"{link.name}: {error}"))
+            states.append(bearing_state(link, np.full_like(force, np.nan), turns))
+    if not links:
         return result
-    rows: dict[str, Array] = {}
-    for dim, name in (("link_row", "link_force"), ("group_row", "group_row_force")):
-        if name in result:
-            rows |= dict(zip(result[dim].values.tolist(), result[name].values, strict=True))
-    turns = body_turns(train)
-    columns = state_columns(links, [bearing_state(link, inner_force(link, rows), turns) for link in links])
-    made = dataset(columns, bearing_coords(links, columns), verb="static")
-    return result.assign_coords(made.coords).assign(made.data_vars)
+    columns, origin = state_columns(links, states), {value.path: value.origin for value in train.values}
+    columns["clearance_origin"] = "bearing", [origin.get(f"{link.path}.internal_clearance", "") for link in links]
+    made = dataset(columns, bearing_coords(links, columns), verb=result.attrs["verb"])
+    return result.assign_coords(made.coords).assign(made.data_vars).assign_attrs(warnings=json.dumps(said))
 
 
 def bearing_coords(links: Sequence[Link], columns: Columns) -> dict[Hashable, Any]:
