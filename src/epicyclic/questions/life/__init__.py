@@ -30,11 +30,11 @@ class LifeOptions:
 EXAMPLE_PARTS = {
     "type": "cylindrical roller",
     "rows": 2,
-    "row_distance": "0.1 m",
-    "elements": 17,
-    "element_diameter": "40 mm",
-    "element_length": "80 mm",
-    "pitch_diameter": "240 mm",
+    "row_distance": "30 mm",
+    "elements": 14,
+    "element_diameter": "15 mm",
+    "element_length": "24 mm",
+    "pitch_diameter": "80 mm",
     "viscosity_ratio": 1.5,
     "contamination": 0.6,
 }
