@@ -15,7 +15,7 @@ coordinates dC_ij = 2 zeta (dK_ij + w_i w_j dM_ij) / (w_i + w_j), of repeated ro
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any, TypeVar
 
@@ -170,7 +170,9 @@ def _of_part(ready: Response, basis: Basis, block: Block, part: AdjointPart) -> 
     frame = ready.frame_factor(block.speed)
     K, C = -outer(z, x), -outer(z, 1j * w * x)
     M = outer(z, w**2 * x)
-    mean, damped_mass = _modal_damping(basis, system.zeta or 0.0, C)
+    # modal damping changes with K + B k B^T and with M; two rigid modes have none, and keep none while they stay rigid
+    both = np.add.outer(basis.omega, basis.omega)
+    mean = 2 * (system.zeta or 0.0) * C * np.where(both > 0, 1.0 / np.where(both > 0, both, 1.0), 0.0)
     pull = (part.pull * weight[:, 0]).transpose(0, 2, 3, 1)  # (U, B, J, m), weights in
     press = (part.press * weight[:, 0]).transpose(0, 2, 3, 1)
     force, gap = part.force.transpose(1, 2, 0), part.gap.transpose(1, 2, 0)
@@ -181,7 +183,7 @@ def _of_part(ready: Response, basis: Basis, block: Block, part: AdjointPart) -> 
     tones, lines = _frequencies(ready, basis, block, part, (x, z, pull))
     line_gap, line_force, steady = _lines(ready, block, part, press, z)
     return Gradient(
-        M=M + damped_mass,
+        M=M + mean * np.multiply.outer(basis.omega, basis.omega),
         C=C,
         K=K,
         mean=mean,
@@ -203,14 +205,6 @@ def _sum_over_shafts(values: NDArray[Number], P: int) -> NDArray[Number]:
     """Sums over the shaft lines of each speed, (U, P S, ..) -> (U, P, ..)."""
     summed: NDArray[Number] = values.reshape(values.shape[0], P, -1, *values.shape[2:]).sum(axis=2)
     return summed
-
-
-def _modal_damping(basis: Basis, zeta: float, C: Array) -> tuple[Array, Array]:
-    """Parts of the gradients of K + B k B^T and of M due to modal damping, from that of C (U, P, n, n)."""
-    both = np.add.outer(basis.omega, basis.omega)
-    # two rigid modes have no modal damping, and keep none while they stay rigid
-    share = 2 * zeta * C * np.where(both > 0, 1.0 / np.where(both > 0, both, 1.0), 0.0)
-    return share, share * np.multiply.outer(basis.omega, basis.omega)
 
 
 def _frequencies(
@@ -436,16 +430,22 @@ def force_derivatives(
     basis = basis_of(ready)
     # the measure is sqrt(Q), or of an amplitude sqrt(2 Q); its slope over Q is nan where Q is 0
     factor = 1.0 if harmonic is None else 2.0
-    for block, rows, square, slopes in _gradients(
-        ready, basis, speed, selected, harmonic=harmonic, shaft_orders=shaft_orders, tolerance=tolerance
-    ):
-        size = np.sqrt(factor * square)
-        slope = np.where(size > 0, factor / (2 * np.where(size > 0, size, 1.0)), np.nan)
-        value[np.ix_(rows, block.index)] = size
+    adjoint_modal = adjoint_form(ready.modal)
+    for block in respond(ready, speed, tolerance=tolerance, shaft_orders=shaft_orders and harmonic is None):
         for number, change in enumerate(changes):
             _check_frequencies(ready, block, change)
             constrained[number] |= bool(np.any(rigid_mode_imbalance(ready, basis, block, change) > _FREE_FORCE))
-            derivative[number][np.ix_(rows, block.index)] = slope * slopes.along(ready, basis, change)
+        known = measure(ready, block, harmonic=harmonic)
+        for some, parts in adjoint_parts(
+            ready, adjoint_modal, block, known, meshes=selected, tolerance=_ADJOINT * tolerance
+        ):
+            place = np.ix_(np.isin(selected, some), block.index)
+            size = np.sqrt(factor * known.square[some])
+            slope = np.where(size > 0, factor / (2 * np.where(size > 0, size, 1.0)), np.nan)
+            value[place] = size
+            slopes = gradient(ready, basis, block, parts)
+            for number, change in enumerate(changes):
+                derivative[number][place] = slope * slopes.along(ready, basis, change)
     derivative[constrained] = np.nan
     return ForceDerivatives(
         mesh=tuple(names[mesh] for mesh in selected),
@@ -454,27 +454,6 @@ def force_derivatives(
         derivative=derivative,
         constrained=constrained,
     )
-
-
-def _gradients(
-    ready: Response,
-    basis: Basis,
-    speed: Array,
-    selected: Index,
-    *,
-    harmonic: int | None,
-    shaft_orders: bool,
-    tolerance: float,
-) -> Iterator[tuple[Block, Index, Array, Gradient]]:
-    """Block, rows of the wanted meshes (O,), their Q (O, P) [N^2] and its gradient, as they come out."""
-    adjoint_modal = adjoint_form(ready.modal)
-    for block in respond(ready, speed, tolerance=tolerance, shaft_orders=shaft_orders and harmonic is None):
-        known = measure(ready, block, harmonic=harmonic)
-        for some, parts in adjoint_parts(
-            ready, adjoint_modal, block, known, meshes=selected, tolerance=_ADJOINT * tolerance
-        ):
-            rows = np.flatnonzero(np.isin(selected, some))
-            yield block, rows, known.square[some], gradient(ready, basis, block, parts)
 
 
 def _check_frequencies(ready: Response, block: Block, change: SystemNumbers) -> None:
