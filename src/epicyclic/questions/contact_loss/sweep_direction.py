@@ -24,7 +24,7 @@ import numpy as np
 from ...statics.transmission_error import peaks_to_peaks
 from ...system.system import Array
 from ..response import Unstable
-from ..response.measures import Range, held_pairs, link_statistics
+from ..response.measures import record_link_measures
 from ..response.response import Response
 from ..response.spectra import lateral_pairs
 from ..transient.equation import Motion, constant, in_modes_of_its_speed, motion
@@ -457,7 +457,7 @@ def _record_links(ready: Response, speed: float, moving: Motion, times: Array, r
     With them the ranges of transmission errors.
     """
     system, follows = reported_links(ready)
-    pairs, orders, links = lateral_pairs(system), {line.frequency for line in moving.system.lines}, system.links
+    orders, links = {line.frequency for line in moving.system.lines}, system.links
     if ready.frame_speed != "kinematic":
         links = replace(links, skew=links.skew / speed)
     lines = tuple(line for line in system.lines if line.frequency in orders)
@@ -465,14 +465,9 @@ def _record_links(ready: Response, speed: float, moving: Motion, times: Array, r
     if follows.size:
         laws = ready.lawful.laws
         force[follows] = laws.force(group_stretch(moving, times, record))[:, ~laws.row_memory].T
-    span = Range(
-        low=force.min(axis=1),
-        high=force.max(axis=1),
-        length=np.hypot(force[pairs[:, 0]], force[pairs[:, 1]]).max(axis=1),
-    )
-    held = held_pairs(pairs, system.links.turn)
+
     errors = peaks_to_peaks(system.errors, np.ptp(record[:, 0] @ system.error_rows, axis=0))
-    measures = link_statistics(span, force.mean(axis=1), force.var(axis=1), pairs, held, np.zeros(len(held)))
+    measures = record_link_measures(force, lateral_pairs(system), system.links.turn)
     return measures | {name: values for name, (_, values) in errors.items()}
 
 

@@ -305,17 +305,16 @@ def harmonic_weights(kernel: Kernel) -> Array:
 def truncated_product_adjoint(kernel: Kernel, force: Array) -> Array:
     """Transpose of `truncated_product`, unweighted: truncated harmonics (m, P, 2 T) to harmonics kept (m, P, 2 J)."""
     if len(kernel.axes) == 1:
-        only: Array = np.matmul(force, kernel.axes[0].own_tail.transpose(0, 2, 1))
+        only: Array = np.matmul(force, kernel.axes[0].truncated.own_matrix.transpose(0, 2, 1))
         return only
     out = np.zeros((*force.shape[:2], 2 * len(kernel.lattice.points)))
-    for axis in kernel.axes:
-        m, P = len(axis.meshes), force.shape[1]
-        sizes = [axis.own_tail.shape[2], axis.every.place.shape[0] * axis.line_tail.shape[2]]
-        slots = _scattered(force[axis.meshes], axis.tail_back, sum(sizes))
-        own = slots[:, :, : sizes[0]] @ axis.own_tail.transpose(0, 2, 1)
-        lines = slots[:, :, sizes[0] :].reshape(m, -1, axis.line_tail.shape[2]) @ axis.line_tail.transpose(0, 2, 1)
-        size = out.shape[2]
-        out[axis.meshes] += _scattered(own, axis.own, size) + _scattered(lines.reshape(m, P, -1), axis.every, size)
+    for meshes, _, to in kernel.axes:
+        m, P, wide, size = len(meshes), force.shape[1], to.line_matrix.shape[2], out.shape[2]
+        first = to.own_matrix.shape[2]
+        slots = _scattered(force[meshes], to.back, first + to.lines.place.shape[0] * wide)
+        own = slots[:, :, :first] @ to.own_matrix.transpose(0, 2, 1)
+        lines = slots[:, :, first:].reshape(m, -1, wide) @ to.line_matrix.transpose(0, 2, 1)
+        out[meshes] += _scattered(own, to.own, size) + _scattered(lines.reshape(m, P, -1), to.lines, size)
     return out
 
 

@@ -371,10 +371,8 @@ def _soft_link_changes(stencil: _Stencil) -> list[Array] | None:
 def _without_rounding(change: SystemNumbers, value: SystemNumbers, step: float) -> SystemNumbers:
     """Derivatives with zeros for arrays that are rounding of the quotient, below 1e-13 of the value over the step."""
     limits = (_ROUNDING * float(np.abs(array).max(initial=0.0)) / step for array in value)
-    rounded = (np.abs(array).max(initial=0.0) <= limit for array, limit in zip(change, limits, strict=True))
-    return SystemNumbers(
-        *(np.zeros_like(array) if zero else array for array, zero in zip(change, rounded, strict=True))
-    )
+    pairs = zip(change, limits, strict=True)
+    return SystemNumbers._make(np.zeros_like(a) if np.abs(a).max(initial=0.0) <= limit else a for a, limit in pairs)
 
 
 def _smooth(coarse: SystemNumbers, change: SystemNumbers) -> bool:
