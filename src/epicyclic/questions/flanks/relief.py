@@ -134,9 +134,7 @@ def relief(drive: Drive, options: ReliefOptions, *, progress: Callable[[float], 
             problem,
             len(variables),
             len(objectives),
-            population=options.population,
-            generations=options.generations,
-            seed=options.seed,
+            options,
             start=drawn,
             kept=kept.part("generations"),
             progress=lambda done: told(_SEARCHED * done),
@@ -395,10 +393,8 @@ def genetic_search(
     evaluate: Callable[[Array], Array],
     variables: int,
     objectives: int,
+    options: ReliefOptions,
     *,
-    population: int,
-    generations: int,
-    seed: int,
     start: Array | None = None,
     kept: KeptPart | None = None,
     progress: Callable[[float], None] | None = None,
@@ -410,8 +406,8 @@ def genetic_search(
     Parameters
     ----------
     evaluate : candidates (P, v) in the unit cube -> objectives (P, o), nan where one could not be computed.
-    variables, objectives : v and o.  population, generations : P and their number.
-    seed : equal seeds give equal searches.
+    variables, objectives : v and o.  options : population P, number of generations, seed; equal seeds give equal
+        searches.
     start : (k, v) candidates of the first generation; a Latin hypercube gives the others.
     kept : keeps the evaluations of every generation; those that lie there are not made again.
     progress : called with the share done, 0..1.
@@ -422,6 +418,7 @@ def genetic_search(
     """
     kept = kept or RunFolder().part("generations")
     evaluated: list[tuple[Array, Array]] = []
+    population, generations, seed = options.population, options.generations, options.seed
     # a Latin hypercube [mckay1979] whose first candidates are replaced by the given ones
     random = np.random.default_rng(seed)
     stratum = np.stack([random.permutation(population) for _ in range(variables)], axis=1)
