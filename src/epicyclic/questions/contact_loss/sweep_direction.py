@@ -47,8 +47,8 @@ from .solutions import (
     with_stability,
 )
 
-# A small error of every pitch at the lowest orders, as a part of the dynamic gap; removed in these parts.
-_PITCH, _ORDERS, _PARTS = 0.2, 2, (1.0, 0.5, 0.2, 0.05, 0.0)
+# A small error of every pitch at the lowest orders, as a part of the dynamic gap; removed in these parts, so many draws.
+_PITCH, _ORDERS, _PARTS, _SEEDS = 0.2, 2, (1.0, 0.5, 0.2, 0.05, 0.0), 3
 # Kicks along the most unstable disturbance, per the whole size of the motion: what parts teeth is as large as the load.
 _KICKS = (1.0, 2.0, 0.5, 4.0, 0.25)
 # Least and largest of random kicks, per the whole size of the motion.
@@ -292,15 +292,13 @@ def _perturbed(start: Array) -> Array:
 # --- branch switching -------------------------------------------------------------------------------------------------
 
 
-def symmetry_broken_motions(refinement: Refinement, at: Solution, *, seeds: int = 3) -> Iterator[Solution]:
+def symmetry_broken_motions(refinement: Refinement, at: Solution) -> Iterator[Solution]:
     """Stable motions with less symmetry: a random pitch error of either sign, removed again by homotopy (derived here).
 
     Where that finds none, kicks along the growing disturbance are tried.
     """
     known = list[Solution]()
-    yield from _new_stable(
-        refinement, at, _without_pitch_error(at.balance, at, seeds), at.balance, known, "symmetry broken"
-    )
+    yield from _new_stable(refinement, at, _without_pitch_error(at.balance, at), at.balance, known, "symmetry broken")
     if known:
         return
     kick = _kick(refinement, at, at.balance)
@@ -308,13 +306,13 @@ def symmetry_broken_motions(refinement: Refinement, at: Solution, *, seeds: int 
     yield from _new_stable(refinement, at, starts, at.balance, known, "symmetry broken")
 
 
-def _without_pitch_error(balance: Problem, at: Solution, seeds: int) -> Iterator[Array]:
+def _without_pitch_error(balance: Problem, at: Solution) -> Iterator[Array]:
     """Motions (2, J, n) that are left when a random pitch error of either sign has been taken away."""
     J, F = len(balance.omega), balance.rows.count
     rows = np.r_[1 : 1 + _ORDERS, J + 1 : J + 1 + _ORDERS]
     gap = gap_rows(balance, at.state.y)
     size = _PITCH * float(np.abs(gap[np.r_[1:J, J + 1 : 2 * J], :F]).max(initial=0.0))
-    for seed in range(seeds):
+    for seed in range(_SEEDS):
         # random amplitudes of the errors of all flanks at the lowest orders [m]
         pitch = np.zeros_like(balance.error)
         pitch[rows, :F] = size * np.random.default_rng(seed).standard_normal((rows.size, F))
