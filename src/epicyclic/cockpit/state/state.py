@@ -14,7 +14,7 @@ import json
 import secrets
 import shlex
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
 from pathlib import Path
@@ -24,7 +24,7 @@ from typing import Any, NamedTuple
 from ...document.document import MAX_BYTES, at_files, decoded, drive_text, file_text, parse_text, ready_drives
 from ...document.overrides import parse_setting
 from ...document.schema import Names, collect
-from ...document.tables import PlainTable, clean, expand, nested, split_path, value_at, value_text
+from ...document.tables import PlainTable, clean, expand, keyed, nested, split_path, value_at, value_text
 from ...errors import ModelError
 from ...rexs.file import is_rexs_name
 
@@ -63,15 +63,6 @@ def spelling_of(tables: PlainTable) -> Spelling:
     places = {keys: _places(keys, value, names) for keys, value in written.items()}
     key_of = {place: keys for keys, several in places.items() for place in several}
     return Spelling(names=names, written=written, places=places, key_of=key_of)
-
-
-def keyed(table: Mapping[str, Any], above: Keys = ()) -> Iterator[tuple[Keys, object]]:
-    """Keys and values of everything that is no table, and of empty tables."""
-    for key, value in table.items():
-        if isinstance(value, Mapping) and value:
-            yield from keyed(value, (*above, key))
-        else:
-            yield (*above, key), value
 
 
 def _places(keys: Keys, value: object, names: Names) -> frozenset[Keys]:
