@@ -142,16 +142,11 @@ def job_frame(
     return PageFrame(rev=0, kind="job", head=head, arrays=drawn.arrays)
 
 
-def _said(result: xr.Dataset) -> str:
-    """The findings of a result, as terminal and report say them; its warnings where it has found nothing."""
-    said = [finding.text for finding in findings_of({"": result})]
-    warnings = json.loads(str(result.attrs.get("warnings", "[]")))
-    return " ".join(said or [f"{str(text).partition(' [')[0].capitalize()}." for text in warnings])
-
-
 def found_frame(kind: JobKind, result: xr.Dataset, drawn: Drawn) -> PageFrame:
-    """What any result shows: its findings, what is drawn, and the first finding as the answer of its question."""
-    findings = findings_of({kind.name: result})
+    """What any result shows: its findings, or its warnings where it has none, what is drawn, and the first finding as
+    the answer of its question."""
+    findings, warnings = findings_of({kind.name: result}), json.loads(str(result.attrs.get("warnings", "[]")))
+    said = [one.text for one in findings] or [f"{str(text).partition(' [')[0].capitalize()}." for text in warnings]
     answers = []
     if kind.question and findings:
         first = findings[0]
@@ -160,7 +155,7 @@ def found_frame(kind: JobKind, result: xr.Dataset, drawn: Drawn) -> PageFrame:
         answer = partial(Answer, kind.question, figure=value, limit=limit, evidence=kind.name, job=kind.name)
         answers.append(answer(f"{first.text} {first.change}".strip(), level=LEVELS[first.tone]))
     title = drawn.title or kind.label
-    return job_frame(kind.name, title, _said(result), drawn, answers=answers, tables=drawn.tables)
+    return job_frame(kind.name, title, " ".join(said), drawn, answers=answers, tables=drawn.tables)
 
 
 def first_variable(result: xr.Dataset, train: Train, _: Mapping[str, Any]) -> Drawn:
