@@ -23,7 +23,6 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "mass": ("kg", "mass"),
     "inertia": ("kg m2", "moment of inertia about the axis"),
     "tilt_inertia": ("kg m2", "moment of inertia about a diameter"),
-    "branch_angle": ("rad", "polar angle of the branch"),
     # check: what the train is made of (texts "" and numbers nan where there is none)
     "kind": ("", "kind of body: sun, planet, ring, carrier, gear, body"),
     "member": ("", "what the model file calls the body"),
