@@ -238,6 +238,7 @@ def compact(values: ArrayLike, *, digits: int = 5) -> list[float | None]:
 
 ARCMIN = 180 * 60 / np.pi
 """Minutes of arc per radian."""
+ARCSEC = 60 * ARCMIN
 
 
 def engineering(value: float, digits: int = 4) -> str:

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..show.elements import Company, Drawing, KeyFigure, Section, Table, force_table
-from ..show.errors_shown import error_tables
+from ..show.elements import Company, Drawing, KeyFigure, Section, Table, error_tables, force_table
 from ..show.series import ARCMIN, engineering, numbers, texts
 from ..show.views import ResultView
 

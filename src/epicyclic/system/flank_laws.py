@@ -34,7 +34,8 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from .link_laws import STRAIGHT, Array, cubic, cubic_energy, energy_before
+from ..teeth.mesh_stiffness import cubic
+from .link_laws import STRAIGHT, Array, cubic_energy, energy_before
 
 Index = NDArray[np.int64]
 

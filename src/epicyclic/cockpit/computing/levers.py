@@ -66,7 +66,8 @@ class Lever:
 
     def scaled(self, si: float) -> float:
         """A value in SI in the unit of the lever."""
-        return si / _si_of(self.unit)
+        factors = (factor(self.unit, target) for target in ("m", "N/m", "rad", "N m", "W", "N/m^2") if self.unit)
+        return si / next(filter(None, factors), 1.0)
 
     def written(self) -> object:
         """Value of the override."""
@@ -208,12 +209,6 @@ class _Model:
             else:
                 continue
             yield self.lever("design", full, label, number, log=log)
-
-
-def _si_of(unit: str) -> float:
-    """SI value of one of a unit."""
-    factors = (factor(unit, target) for target in ("m", "N/m", "rad", "N m", "W", "N/m^2") if unit)
-    return next(filter(None, factors), 1.0)
 
 
 # Natural frequencies that are compared: the lowest, which operation meets.
