@@ -33,6 +33,7 @@ from ...show.series import (
     system_quantiles,
     tenth_less,
     texts,
+    zones_of,
 )
 from ...show.views import cases_tables, findings_of, tables_of
 from ...system.tooth_pairs import first_mesh
@@ -349,10 +350,17 @@ def output_frame(result: xr.Dataset) -> PageFrame:
     return job_frame("output", f"Angle of {result.attrs['shaft']}", _said(result), drawn, tables=tables_of(result))
 
 
-def life_frame(result: xr.Dataset) -> PageFrame:
-    """Life of every bearing over all cases, and the tables."""
+_BEARINGS = ("life", "load zones")
+
+
+def life_frame(result: xr.Dataset, train: Train, options: Mapping[str, Any]) -> PageFrame:
+    """Life of every bearing over all cases, or the loads of its elements, and the tables."""
     hours = result["bearing_duty_life_reference"].values / 3600
     drawn = bars("life L10r [h]", texts(result, "bearing"), np.where(np.isfinite(hours), hours, 0.0))
+    if options.get("show") == _BEARINGS[1]:
+        angle = np.linspace(-180.0, 180.0, 361)
+        zones = {name: np.interp(angle, *zone, period=360.0) for name, zone in zones_of(result).items()}
+        drawn = lines("angle from the most loaded element [deg]", "load of an element [kN]", angle, zones)
     return job_frame("life", "Life of bearings", _said(result), drawn, tables=tables_of(result))
 
 
@@ -669,8 +677,9 @@ _KINDS = (
         effort=(15, 15),
         grows={"instants": 256},
         options=("instants",),
+        views=_BEARINGS,
         verb="life",
-        frame=lambda result, train, options: life_frame(result),
+        frame=life_frame,
     ),
     JobKind(
         name="cases",
