@@ -32,6 +32,7 @@ from ...show.series import (
     system_quantiles,
     tenth_less,
     texts,
+    zones_of,
 )
 from ...show.views import cases_tables, findings_of, tables_of
 from ...system.tooth_pairs import first_mesh
@@ -346,10 +347,17 @@ def angle_over_torque(result: xr.Dataset, *_: Any) -> Drawn:
     return drawn._replace(title=f"Angle of {result.attrs['shaft']}", tables=tables_of(result))
 
 
-def bearing_lives(result: xr.Dataset, *_: Any) -> Drawn:
-    """Life of every bearing over all cases, and the tables."""
+_BEARINGS = ("life", "load zones")
+
+
+def bearing_lives(result: xr.Dataset, _: Train, options: Mapping[str, Any]) -> Drawn:
+    """Life of every bearing over all cases, or the loads of its elements, and the tables."""
     hours = result["bearing_duty_life_reference"].values / 3600
     drawn = bars("life L10r [h]", texts(result, "bearing"), np.where(np.isfinite(hours), hours, 0.0))
+    if options.get("show") == _BEARINGS[1]:
+        angle = np.linspace(-180.0, 180.0, 361)
+        zones = {name: np.interp(angle, *zone, period=360.0) for name, zone in zones_of(result).items()}
+        drawn = lines("angle from the most loaded element [deg]", "load of an element [kN]", angle, zones)
     return drawn._replace(title="Life of bearings", tables=tables_of(result))
 
 
@@ -669,6 +677,7 @@ _KINDS = (
         effort=(15, 15),
         grows={"instants": 256},
         options=("instants",),
+        views=_BEARINGS,
         draw=bearing_lives,
     ),
     JobKind(

@@ -188,11 +188,19 @@ def sampled_loops(
     stiffness[:, drawn.rows[of_mesh]] = varied[:, of_mesh]
     here = excitation_of(system, values, np.zeros((len(u), max(1, len(system.tones)))), stiffness=stiffness)
     torque, sense = both_senses(abs(rated_of(system)) * np.unique([*shares, *RANGE])), np.sign(rated_of(system))
-    pieces = np.array_split(np.arange(len(u)), -(-len(u) // _AT_ONCE))
+    own = drawn.own_trains(u, drawn.laws, np.ones(len(drawn.entries)).tolist())
+    pieces = np.array_split(np.arange(len(u)), len(u) if own else -(-len(u) // _AT_ONCE))
+
+    def loops(at: NDArray[np.int64]) -> Loop:
+        """Loops of samples; of one by itself where each has laws of its own."""
+        train = own(int(at[0])) if own else held
+        if train is None:
+            raise ModelError("clearances that are drawn are not allowed", path="tolerance")
+        return loop_at(train, here.at(at), torque)
 
     def lost(piece: NDArray[np.int64]) -> Array:
         """Numbers of a piece; a sample without equilibrium does not stop the others."""
-        found = attempt(lambda at: loop_at(held, here.at(at), torque), piece)
+        found = attempt(loops, piece)
         if found.value is not None or piece.size == 1:
             if (loop := found.value) is None:
                 return np.full((1, len(shares) + 1), np.nan)

@@ -15,8 +15,7 @@ import numpy as np
 import plotly.graph_objects as go
 import xarray as xr
 
-from ...results.dataset import first_largest, largest
-from ..series import ARCMIN, Series, by_panel, engineering, members_of, merged, numbers, texts
+from ..series import ARCMIN, Series, by_panel, engineering, members_of, merged, numbers, texts, zones_of
 from .renderers import Bars, Curve, Heat, Mark, Panel, Stems, Trace, chart, level_bars, pair_panels, points
 from .style import INK, PALE, PALETTE, branch_colour, kind_colour, panels
 
@@ -167,24 +166,10 @@ def load_zones(result: xr.Dataset) -> go.Figure:
     ----------
     result : Dataset of `life`: element_load, element_angle (bearing, case, element).
     """
-    load = result["element_load"].transpose("bearing", "case", "element").values / 1e3
-    angle = np.degrees(result["element_angle"].transpose("bearing", "case", "element").values)
-    curves, cases = [], texts(result, "case")
-    for place, name in enumerate(texts(result, "bearing")):
-        case = first_largest(np.fmax.reduce(load[place], axis=1))[0]
-        most = largest(load[place, case])
-        turn = (angle[place, case] - angle[place, case, most] + 180) % 360 - 180
-        order = np.argsort(turn, kind="stable")
-        curves.append(
-            Curve(
-                turn[order],
-                load[place, case][order],
-                name=name + (f", {cases[case]}" if len(cases) > 1 else ""),
-                points=6,
-                width=1.2,
-                colour=PALETTE[place % len(PALETTE)],
-            )
-        )
+    curves = [
+        Curve(angle, load, name=name, points=6, width=1.2, colour=PALETTE[place % len(PALETTE)])
+        for place, (name, (angle, load)) in enumerate(zones_of(result).items())
+    ]
     return chart("Load zones", Panel(curves, x="angle from the most loaded element [deg]", y="load of an element [kN]"))
 
 
