@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from ..document.schema import ModelFile
 from ..document.schema_fields import SectionTable
+from ..document.validation import MOST_BODIES
 from ..errors import ModelError
 from .links import end_to_end, shaft_stiffness
 from .stage_bodies import seated
@@ -72,7 +73,8 @@ def bent_shafts(
 
     Raises
     ------
-    ModelError : sections that overlap, leave a gap or do not reach a place; a member that has no such shaft.
+    ModelError : sections that overlap, leave a gap or do not reach a place; a member that has no such shaft; more
+        bodies than matrices have room for.
     """
     found = Shafts(list(bodies), list(links), [])
     by_name = {body.name: body for body in bodies}
@@ -98,6 +100,9 @@ def bent_shafts(
             link, span = _span(path, body, left, right, _between(pieces, left.station, right.station))
             found.links.append(link)
             found.spans.append(span)
+    if found.spans and len(found.bodies) > MOST_BODIES:
+        problem, allowed = f"{len(found.bodies)} bodies with the places on shafts", f"at most {MOST_BODIES} bodies"
+        raise ModelError(problem, path="stages", allowed=allowed)
     return found
 
 
@@ -110,11 +115,11 @@ def moved_loads(loads: Sequence[Load], bodies: Sequence[Body]) -> list[Load]:
 def warn_of_spans(spans: Sequence[ShaftSpan], mesh_frequencies: Sequence[float], log: ResolutionLog) -> None:
     """Warn of the spans whose own modes are not far above the highest mesh frequency [Hz]."""
     highest = max(mesh_frequencies, default=0.0)
-    for span in spans:
-        if span.frequency < _APART * highest:
-            text = f"{span.name}: its lowest bending mode with clamped ends, {span.frequency:.4g} Hz, is below "
-            text += f"{_APART:g} times the highest mesh frequency, {highest:.4g} Hz: statics alone condenses it"
-            log.coded("shaft-span-resonates", text)
+    near = [f"{span.name} at {span.frequency:.4g} Hz" for span in spans if span.frequency < _APART * highest]
+    if near:
+        text = f"bending modes of spans with clamped ends below {_APART:g} times the highest mesh frequency, "
+        text += f"{highest:.4g} Hz: {', '.join(near)}; condensed by statics, they are missing"
+        log.coded("shaft-span-resonates", text)
 
 
 def _stated(body: Body, plans: Sequence[Plan], model: ModelFile) -> tuple[str, Mapping[str, SectionTable], Levels]:

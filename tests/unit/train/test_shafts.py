@@ -202,3 +202,10 @@ def test_a_place_without_a_bearing(pair: dict[str, Any]) -> None:
     forces = [result.link_force.sel(link_row=same).values for result in (one, other)]
     assert np.abs(forces[0] - forces[1]).max() < 1e-6 * np.abs(forces[0]).max()
     assert modes(pair, overrides=more).sizes["dof"] == modes(pair).sizes["dof"] + 6
+
+
+def test_as_many_places_as_a_train_has_room_for(pair: dict[str, Any]) -> None:
+    many = {f"l{i}": {"on": "pinion", "at": f"{i / 10} mm"} for i in range(1, 500)}
+    with pytest.raises(ModelError, match="503 bodies") as caught:
+        load(pair, overrides={"loads": many})
+    assert caught.value.allowed == "at most 500 bodies"
