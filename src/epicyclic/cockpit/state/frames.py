@@ -252,7 +252,8 @@ def body_labels(train: Train) -> dict[str, str]:
     several = len(train.planets) > 1
     labels = {}
     for body in train.bodies:
-        label = _seat(body, body.side)
+        place = body.name.removeprefix(body.shaft_of or body.name).replace("/", " ")
+        label = _seat(body, body.side) + place
         labels[body.name] = f"{body.frame}: {label}" if several and body.frame in train.planets else label
     return labels
 
