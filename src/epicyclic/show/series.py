@@ -598,10 +598,11 @@ class ReliefEffect(NamedTuple):
 
 
 def zones_of(result: xr.Dataset) -> dict[str, tuple[Array, Array]]:
-    """Load zone of every bearing of `life` by its name, with the case that loads it most.
+    """Load zone of every bearing of `life` by its name, with the case that loads it most; of `static` without cases.
 
     Angles from the element that bears most, ascending [deg], and loads of the elements [kN].
     """
+    result = result if "case" in result.dims else result[["element_load", "element_angle"]].expand_dims(case=[""])
     load = result["element_load"].transpose("bearing", "case", "element").values / 1e3
     angle = np.degrees(result["element_angle"].transpose("bearing", "case", "element").values)
     zones, cases = {}, texts(result, "case")

@@ -39,6 +39,7 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from ..errors import ConvergenceError, ModelError
+from ..system.contact_sets import ContactSetLaw
 from ..system.flank_laws import LinearAt
 from ..system.gaps import FlanksAt
 from ..system.link_laws import Laws, stacked
@@ -458,6 +459,21 @@ def equilibrium(
         f"no static equilibrium after {max_iterations} steps at {todo.size} of {len(gap)} instants; "
         "check that supports and meshes can carry the load"
     )
+
+
+def unbalanced(error: ConvergenceError, system: System) -> ConvergenceError:
+    """The error of a train without equilibrium, with the bearings that carry thrust in one sense alone named in it."""
+    seats: dict[str, dict[str, Array]] = {}
+    for group in system.groups:
+        if isinstance(group.law, ContactSetLaw) and f"{group.name}/z" in group.rows:
+            thrust = group.law.contacts.normals[:, group.rows.index(f"{group.name}/z")]
+            seats.setdefault(group.name.partition(f"/{group.kind}")[0], {})[group.name] = thrust
+    every = {", ".join(own): np.concatenate(list(own.values())) for own in seats.values()}
+    alone = [names for names, thrust in every.items() if (thrust > 0).all() or (thrust < 0).all()]
+    if not alone:
+        return error
+    needs = "a second row (rows = 2) or bearing, of the opposite contact angle, has to carry the other sense"
+    return ConvergenceError(f"{error}; thrust in one sense alone is carried by {', '.join(alone)}: {needs}")
 
 
 def _residual(

@@ -28,7 +28,7 @@ from ..system.link_laws import STATES, Laws
 from ..system.system import Array, Faces, System, elastic_rows, faces
 from ..warning_codes import CodedText, coded
 from . import StaticOptions
-from .equilibrium import Compliance, Equilibrium, compliance, compliance_of, equilibrium, require_balance
+from .equilibrium import Compliance, Equilibrium, compliance, compliance_of, equilibrium, require_balance, unbalanced
 from .record import (
     Record,
     RecordExcitation,
@@ -157,16 +157,19 @@ def settled(
         linear = LinearAt(stiffness=np.hstack([here.stiffness, here.far_stiffness]))
         count = linear.stiffness.shape[1]
         contact = FlanksAt(parts=((linear, slice(0, count)),), count=count)
-    state = equilibrium(
-        held.whole,
-        stiffness=here.stiffness,
-        gap=gap,
-        force=here.force,
-        flanks=contact,
-        laws=held.laws,
-        anchor=anchor,
-        start=start,
-    )
+    try:
+        state = equilibrium(
+            held.whole,
+            stiffness=here.stiffness,
+            gap=gap,
+            force=here.force,
+            flanks=contact,
+            laws=held.laws,
+            anchor=anchor,
+            start=start,
+        )
+    except ConvergenceError as error:
+        raise unbalanced(error, held.system) from error
     return replace(state, displacement=state.displacement + held.touch, approach=state.approach + to_touch)
 
 
@@ -501,6 +504,8 @@ def _dataset(
     coords |= error_labels
     if system.groups:
         coords["group"] = np.array([group.name for group in system.groups], dtype=object)
+        coords["group_row"] = np.array(list(rows := group_row_forces(system, pieces)), dtype=object)
+        angles["group_row_force"] = (("group_row", "time"), np.array(list(rows.values())))
     result = dataset(
         {
             "mesh_force": (("mesh", "time"), mesh_force),
@@ -562,6 +567,13 @@ def _slice_columns(face: Faces, force: Array, lost: np.ndarray) -> Columns:
         "slice_force": (("mesh_slice", "time"), force.T[face.cut]),
         "slice_contact_lost": ("mesh_slice", lost[face.cut]),
     }
+
+
+def group_row_forces(system: System, pieces: Sequence[RecordPiece]) -> dict[str, Array]:
+    """Force (T,) [N, N m] of every row of the links that follow a law, by its name."""
+    rows = [row for group in system.groups for row in group.rows]
+    force = np.concatenate([piece.state.group_force for piece in pieces])
+    return dict(zip(rows, force.T, strict=True))
 
 
 def group_columns(system: System, pieces: list[RecordPiece]) -> dict[str, tuple[tuple[str, str], np.ndarray]]:

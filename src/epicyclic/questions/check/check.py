@@ -30,13 +30,15 @@ from ...statics.equilibrium import compliance_of, require_balance
 from ...statics.record import standing_load, unheld_warnings
 from ...statics.tangent import linear
 from ...system.assembly import assemble, train_provenance
-from ...system.system import System
+from ...system.structure import structure_of
+from ...system.system import Array, System
 from ...system.tooth_pairs import loaded_mesh, mean_force, pair_of, tooth_warnings
 from ...train.power import require_contact, require_flow
 from ...train.resolution import tolerances_of
 from ...train.stage_bodies import link_row, tilt_groups
 from ...train.train import DIRECTIONS, Body, Displacement, Link, Mesh, Train, bodies_named
 from ...warning_codes import CodedText, coded
+from ..life.bearing_state import bearing_coords, bearing_state, body_turns, inner_force, rolling_links, state_columns
 from ..modes.eigen import mean_modes
 from ..response.spectra import mesh_tones, require_damping
 
@@ -156,22 +158,29 @@ def check(train: Train) -> xr.Dataset:
     coords: dict[Hashable, object] = {name: column for name, column in columns.items() if name == column[0]}
     ready = Readiness(train)
     lacking, chosen = ready.lacking(), choices(train)
+    bearings, of_bearings, bearings_said = _bearing_columns(ready)
     result = dataset(
         {
             **variables,
             **_link_columns(train),
             **_fields("choice", chosen, _texts, choice_value="value", choice_origin="origin", choice_effect="effect"),
             "verb_needs": ("verb_name", _texts("\n".join(texts) for texts in lacking.values())),
+            **bearings,
         },
         coords={
             **coords,
+            **of_bearings,
             "link": ("link", _texts(link.name for link in train.links)),
             "direction": list(DIRECTIONS),
             "choice": ("choice", _texts(choice.path for choice in chosen)),
             "verb_name": ("verb_name", _texts(lacking)),
         },
         verb="check",
-        warnings=list(dict.fromkeys([*train.warnings, *_circulation(train), *ready.teeth_said, *_equations(ready)])),
+        warnings=list(
+            dict.fromkeys(
+                [*train.warnings, *_circulation(train), *ready.teeth_said, *_equations(ready), *bearings_said]
+            )
+        ),
         provenance=train_provenance(train),
     )
     values = [[value.path, value.value, value.unit, value.origin] for value in train.values]
@@ -469,6 +478,47 @@ def _equations(ready: Readiness) -> list[CodedText]:
     if problem := ready.problem("equations"):
         return [coded("not-solvable", problem)]
     return unheld_warnings(ready.system, compliance_of(ready.system).free)
+
+
+# --- bearings by their parts -----------------------------------------------------------------------------------------
+
+
+def _bearing_columns(ready: Readiness) -> tuple[dict[str, Any], dict[Hashable, Any], list[CodedText]]:
+    """States of bearings under nominal forces, their coordinates, and a warning of each that cannot carry them."""
+    links, turns, said = rolling_links(ready.train), body_turns(ready.train), list[CodedText]()
+    if not links or ready.problem("equations"):
+        return {}, {}, []
+    rows, states = nominal_forces(ready.train), []
+    for link in links:
+        force = inner_force(link, rows)
+        try:
+            states.append(bearing_state(link, force, turns))
+        except ConvergenceError as error:
+            said.append(coded("bearing-overloaded", f"{link.name} under the nominal forces: {error}"))
+            states.append(bearing_state(link, np.full_like(force, _NAN), turns))
+    columns = state_columns(links, states)
+    origin = {value.path: value.origin for value in ready.train.values}
+    columns["clearance_origin"] = "bearing", _texts(origin.get(f"{link.path}.internal_clearance") for link in links)
+    return columns, bearing_coords(links, columns), said
+
+
+def nominal_forces(train: Train) -> dict[str, Array]:
+    """Force (1,) [N, N m] of every row of the links under the nominal torques, shared evenly by the meshes.
+
+    The forces of the meshes at their places balance with those of the links, turning apart.  Where several links could
+    carry a load, they are the ones of least squares, as of equal springs (moments count at the pitch radius of the
+    bearing); weights and inertia are left out.  nan without torques.
+    """
+    made, whole = structure_of(train), {mesh.name: mesh for mesh in train.meshes}
+    each = np.array([mean_force(train, whole[row.whole]) / max(1, len(whole[row.whole].slices)) for row in made.meshes])
+    load = -(each @ made.mesh).reshape(-1, 6)[:, :5].ravel()
+    rows = (*made.links, *made.rigids)
+    matrix = np.vstack([made.link, made.rigid]).reshape(len(rows), -1, 6)[..., :5].reshape(len(rows), -1)
+    radius = np.array([row.link.rolling.pitch_diameter / 2 if row.link.rolling else 1.0 for row in rows])
+    size = np.where([row.direction < 3 for row in rows], 1.0, radius) * [row.stiffness > 0 for row in rows]
+    known = np.isfinite(load).all()
+    force = size * np.linalg.lstsq(matrix.T * size, load)[0] if known else np.full(len(rows), _NAN)
+    return {f"{row.link.name}/{DIRECTIONS[row.direction]}": force[i : i + 1] for i, row in enumerate(rows)}
 
 
 _TILTS = ("rx", "ry")

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ...engine.plan import MOST_NUMBERS, require_memory
 from ...engine.workers import each, import_results
-from ...statics.record import idle_warnings, parallel_meshes
+from ...statics.record import Record, idle_warnings, parallel_meshes, turn_fraction
 from ...statics.static import rounding_of
 from ...statics.tangent import linear, turn_warnings
 from ...statics.transmission_error import error_waves, range_columns, ranges_of_lines
@@ -157,6 +157,28 @@ def steady(system: System, options: SteadyOptions) -> xr.Dataset:
         ],
     )
     return with_bounds_named(result, len(ready.lines.tones))
+
+
+def link_row_forces(system: System, record: Record) -> dict[str, Array]:
+    """Force (T,) [N, N m] of every row of the links at the instants of a record, at the operating speed, by its name.
+
+    Links with a law are linear about the mean load; their forces are given along the rows of the law again.
+
+    Raises
+    ------
+    ModelError, ConvergenceError : as of `periodic`.
+    """
+    ready, block = solve_speed(system, 1.0, TOLERANCE)
+    signal, links, own = link_signal(ready, block), ready.system.links, len(system.links.name)
+    lines, step = signal.line_frequencies, record.unit * record.samples
+    turns = [turn_fraction(Fraction(int(line), lines.unit) / step, record.index) for line in lines.distinct]
+    force = (lines.merged(signal.values)[:, 0] @ np.exp(2j * np.pi * np.array(turns))).real
+    rows = dict(zip(links.name[:own], force[:own], strict=True))
+    for group in system.groups:
+        of = [i for i in range(own, len(links.name)) if links.link[i] == group.name]
+        axes = np.linalg.lstsq(group.B, links.B[:, of], rcond=None)[0]
+        rows |= dict(zip(group.rows, axes @ force[of], strict=True))
+    return rows
 
 
 def _link_variables(
