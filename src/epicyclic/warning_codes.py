@@ -126,6 +126,10 @@ tilt-without-slices model-file.md
 A mesh of one row has no stiffness against tilt although its gears may tilt against each other.
 Leave slices out or set it above 1, and state face_width.
 
+shaft-span-resonates model-file.md
+A shaft between two places has a bending mode of its own near the mesh frequency, which its ends do not show.
+Name one more support with radial = 0 in the middle of the span, behind the others: its place gets mass of its own.
+
 deviation-large model-file.md
 A deviation is more than a tenth of a module.
 Check its unit: most deviations are in um.

@@ -590,6 +590,22 @@ class SolidTable(LinkTable):
         return self
 
 
+class SectionTable(SchemaTable):
+    """A cylindrical section of a shaft that bends; places along the axis from the centre of the member."""
+
+    from_: Place | None = key(None, "where it begins; default where the one before it ends", alias="from")
+    to: Place = Field(description="where it ends")
+    diameter: Length = Field(description="outer diameter")
+    bore: Annotated[float, Unit("length", low=0)] | None = key(None, "inner diameter; default 0")
+
+    @model_validator(mode="after")
+    def _hollow(self) -> Self:
+        """Refuse a bore above its diameter."""
+        if self.bore is not None and self.bore >= self.diameter:
+            raise ModelError("bore not below diameter", path="bore", given=self.bore, allowed="bore < diameter")
+        return self
+
+
 class CouplingTable(SolidTable):
     """A coupling or shaft between two members or bodies; rz rigid, the rest 0, unless named."""
 

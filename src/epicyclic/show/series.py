@@ -17,7 +17,7 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from ..limits import JUDGED_AT
-from ..results.dataset import EQUAL, largest
+from ..results.dataset import EQUAL, first_largest, largest
 
 Array = NDArray[np.float64]
 Key = TypeVar("Key")
@@ -238,6 +238,7 @@ def compact(values: ArrayLike, *, digits: int = 5) -> list[float | None]:
 
 ARCMIN = 180 * 60 / np.pi
 """Minutes of arc per radian."""
+ARCSEC = 60 * ARCMIN
 
 
 def engineering(value: float, digits: int = 4) -> str:
@@ -594,6 +595,24 @@ class ReliefEffect(NamedTuple):
     after: str
     at: str
     gain: float
+
+
+def zones_of(result: xr.Dataset) -> dict[str, tuple[Array, Array]]:
+    """Load zone of every bearing of `life` by its name, with the case that loads it most; of `static` without cases.
+
+    Angles from the element that bears most, ascending [deg], and loads of the elements [kN].
+    """
+    result = result if "case" in result.dims else result[["element_load", "element_angle"]].expand_dims(case=[""])
+    load = result["element_load"].transpose("bearing", "case", "element").values / 1e3
+    angle = np.degrees(result["element_angle"].transpose("bearing", "case", "element").values)
+    zones, cases = {}, texts(result, "case")
+    for place, name in enumerate(texts(result, "bearing")):
+        case = first_largest(np.fmax.reduce(load[place], axis=1))[0]
+        most = largest(load[place, case])
+        turn = (angle[place, case] - angle[place, case, most] + 180) % 360 - 180
+        order = np.argsort(turn, kind="stable")
+        zones[name + (f", {cases[case]}" if len(cases) > 1 else "")] = turn[order], load[place, case][order]
+    return zones
 
 
 def relief_effect(result: xr.Dataset) -> ReliefEffect:

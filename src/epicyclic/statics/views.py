@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..show.bearing_tables import bearing_tables
-from ..show.elements import Company, Drawing, KeyFigure, Section, Table, force_table
-from ..show.errors_shown import error_tables
+from ..show.elements import Company, Drawing, KeyFigure, Section, Table, error_tables, force_table
 from ..show.series import ARCMIN, engineering, numbers, texts
 from ..show.views import ResultView
 
@@ -99,7 +98,7 @@ def _link_forces(result: xr.Dataset) -> list[Table]:
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """Angles of a locked train; mesh forces over the record."""
-    from ..show.charts.bearings import load_zones
+    from ..show.charts.train import load_zones
     from ..show.charts.over_time import mesh_forces, transmission_errors
 
     parts = [Drawing(anchor="static-forces", figure=mesh_forces(result))] if "mesh_force" in result.variables else []

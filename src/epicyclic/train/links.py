@@ -66,6 +66,22 @@ def shaft_stiffness(
     }
 
 
+def end_to_end(pieces: Sequence[tuple[float, Mapping[str, float]]]) -> tuple[float, dict[str, float]]:
+    """Stiffness of shafts end to end, and the place where its six directions uncouple: their elastic centre.
+
+    Flexibilities add; about a place that is not its middle the bending of a piece also yields laterally.  At the mean
+    of the middles, each by its flexibility in bending, a moment does not displace and a force does not turn the ends
+    against each other.
+
+    pieces : middle [m] and stiffness (`shaft_stiffness`) of each.  Returns the place [m] and x y z [N/m], rx ry rz
+    [N m/rad].
+    """
+    flexible = {key: sum(1 / stiffness[key] for _, stiffness in pieces) for key in DIRECTIONS}
+    centre = sum(middle / stiffness["rx"] for middle, stiffness in pieces) / flexible["rx"]
+    levers = sum((middle - centre) ** 2 / stiffness["rx"] for middle, stiffness in pieces)
+    return centre, {key: 1 / (value + (levers if key in "xy" else 0.0)) for key, value in flexible.items()}
+
+
 def shear_coefficient(bore_ratio: float, poisson_ratio: float) -> float:
     """Shear coefficient kappa of a hollow circular section [1], that of a solid one at bore_ratio 0 [cowper1966].
 

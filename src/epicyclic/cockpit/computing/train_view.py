@@ -210,7 +210,7 @@ def _mm(value: float) -> float:
 
 def _body(train: Train, body: Body, drawn: _Drawing, label: str, relative_speed: float) -> dict[str, Any]:
     """What is told of a body, and how it moves: about its own axis, with its carrier, in the plane of the section."""
-    part, kinematics = drawn.part[body.name], train.kinematics
+    part, kinematics = drawn.part[body.shaft_of or body.name], train.kinematics
     rpm = (kinematics.speed or {}).get(body.member)
     carrier_rpm = (kinematics.frame_speed or {}).get(body.frame) if body.carried_by else None
     mesh = next((one for one in drawn.meshes if body.name in (one.a, one.b)), None)

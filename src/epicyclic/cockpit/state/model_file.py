@@ -15,11 +15,12 @@ from tomlkit.exceptions import TOMLKitError
 
 from ...document.document import read
 from ...document.overrides import layer_of, parse_setting, replace_alternatives, stepwise
-from ...document.tables import PlainTable, merge, split_path, union, value_at
+from ...document.schema import collect
+from ...document.tables import PlainTable, keyed, merge, split_path, union, value_at
 from ...document.writer import commented_text
 from ...errors import ModelError
 from ...terms import Explanation, Schema, explained_paths, forms_of, schema
-from .state import Keys, PageState, keyed, request_of, spelling_of, tables_of, text_spelling, typed_text
+from .state import Keys, PageState, request_of, spelling_of, tables_of, text_spelling, typed_text
 
 # Rounds of writing what still differs from the aim: the first writes the overrides, the second what follows from them
 # (masses after teeth, reasons of values that are not assumed any more); the commented writer stands behind.
@@ -399,22 +400,12 @@ def _is_member(node: Schema) -> bool:
 
 def _names_of(tables: Mapping[str, Any], words: tuple[str, ...]) -> tuple[str, ...]:
     """Names of the user's that a table may have although the file does not state them there: members of the stage."""
-    stages = tables.get("stages")
-    if not isinstance(stages, Mapping):
-        return ()
+    stages = collect(tables).stages
     if words in _BY_MEMBER:
-        return _members(next(iter(stages.values()))) if len(stages) == 1 else tuple(stages)
+        return tuple(next(iter(stages.values())) if len(stages) == 1 else stages)
     if len(stages) > 1 and words and words[0] in ("deviations", "operation"):
-        return _members(stages.get(words[-1]))
+        return tuple(stages.get(words[-1], ()))
     return ()
-
-
-def _members(stage: object) -> tuple[str, ...]:
-    """Members of a stage as the file names them."""
-    if not isinstance(stage, Mapping):
-        return ()
-    known = {key for key, entry in _children(schema()["$defs"]["Stage"]).items() if not _is_member(entry)}
-    return tuple(key for key, value in stage.items() if isinstance(value, Mapping) and key not in known)
 
 
 def all_fields(tables: Mapping[str, Any], path: str = "", deep: int = 0) -> Iterator[Field]:

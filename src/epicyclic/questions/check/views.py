@@ -104,6 +104,7 @@ def check_tables(result: xr.Dataset) -> Sequence[Table]:
         *_deviations(result),
         *_tolerances(result),
         _links(result),
+        *_spans(result),
         *bearing_tables(result, NOMINAL),
         *_choices(result),
         *_readiness(result),
@@ -337,6 +338,27 @@ def _links(result: xr.Dataset) -> Table:
         columns[f"{direction} [{_UNITS[direction]}]"] = list(stiffness)
     columns["clearance [µm]"] = [1e6 * value or np.nan for value in numbers(result, "link_clearance", "link")]
     return Table(title="Supports, bearings, couplings (inf = rigid)", columns=columns)
+
+
+def _spans(result: xr.Dataset) -> list[Table]:
+    """Spans of the shafts that bend, with the stiffness of their links at the elastic centre."""
+    if "span_start" not in result.variables:
+        return []
+    links = result.sel(link=result["span"].values)
+    columns: dict[str, Any] = {
+        "span": texts(result, "span"),
+        **{
+            f"{end} [mm]": list(1e3 * numbers(result, f"span_{name}"))
+            for end, name in (("from", "start"), ("to", "end"))
+        },
+        "elastic centre [mm]": list(1e3 * numbers(links, "link_station", "link")),
+        "mass [kg]": list(numbers(result, "span_mass")),
+    }
+    for heading, direction in (("lateral [N/m]", "x"), ("bending [N m/rad]", "rx"), ("torsion [N m/rad]", "rz")):
+        columns[heading] = list(links["link_stiffness"].sel(direction=direction).values)
+    columns["lowest bending mode [Hz]"] = list(numbers(result, "span_frequency"))
+    columns["per mesh frequency [-]"] = list(numbers(result, "span_frequency_ratio"))
+    return [Table(title="Shafts that bend, between their supports (mode with clamped ends)", columns=columns)]
 
 
 def _choices(result: xr.Dataset) -> list[Table]:

@@ -223,10 +223,11 @@ def _not_counted(train: Train, links: Sequence[Link]) -> list[CodedText]:
     """
     helical = {body for mesh in train.meshes if mesh.base_helix and not mesh.side for body in (mesh.a, mesh.b)}
     planets = {body.name for body in train.bodies if body.branch is not None}
+    whose = {body.name: body.shaft_of or body.name for body in train.bodies}
     rigid = [
         link.name
         for link in links
-        if (loaded := helical & {link.first, link.second})
+        if (loaded := helical & {whose[link.first], whose.get(link.second or "")})
         and np.isinf(link.stiffness[3 if loaded <= planets else 2 : 5]).any()
     ]
     if not rigid:

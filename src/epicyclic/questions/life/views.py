@@ -90,7 +90,7 @@ def findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """Load zones, and the tables."""
-    from ...show.charts.bearings import load_zones
+    from ...show.charts.train import load_zones
 
     parts: list[Part] = [Drawing(anchor="load-zones", figure=load_zones(result)), *tables(result)]
     return [Section(anchor="life", title="Life of bearings", parts=parts)]

@@ -173,6 +173,13 @@ def held_pairs(pairs: Index, turn: Sequence[Fraction]) -> list[int]:
     return [pair for pair, row in enumerate(pairs[:, 0]) if turn and turn[row]]
 
 
+def record_link_measures(force: Array, pairs: Index, turn: Sequence[Fraction]) -> dict[str, Array]:
+    """The same of forces (p, T) over time; none of a lateral force is known to stand still in the housing."""
+    length = np.hypot(*force[pairs.T]).max(axis=1, initial=0.0)
+    span, held = Range(force.min(axis=1), force.max(axis=1), length), held_pairs(pairs, turn)
+    return link_statistics(span, force.mean(axis=1), force.var(axis=1), pairs, held, np.zeros(len(held)))
+
+
 def link_statistics(
     span: Range, average: Array, square: Array, pairs: Index, held: Sequence[int], standing: Array
 ) -> dict[str, Array]:

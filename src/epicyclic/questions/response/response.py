@@ -158,12 +158,7 @@ class Block:
 
 
 @lru_cache(maxsize=2)  # with its kernels, for the curve and for the resonances of one train
-def response(
-    system: System,
-    *,
-    frame_speed: FrameSpeed = "kinematic",
-    asks_laws: bool = False,
-) -> Response:
+def response(system: System, *, frame_speed: FrameSpeed = "kinematic", asks_laws: bool = False) -> Response:
     """Prepare a System for its steady response; tangents stand for laws (`statics.tangent.linear`).
 
     Parameters
@@ -304,7 +299,7 @@ def _block(
         column = {tuple(point): i for i, point in enumerate(more)}
         y = np.zeros((speed.size, 2, len(more), before.mesh.y.shape[3]))
         y[:, :, [column[tuple(point)] for point in points]] = before.mesh.y
-        guess = Guess(y=y, scale=before.mesh.scale)
+        guess = y, before.mesh.scale
     mesh = _solve(ready, speed, truncation=truncation, tolerance=tolerance, shifted=False, guess=guess)
     residual = np.maximum(mesh.residual, truncation_norm(mesh.truncation_residual))
     return Block(index=index, speed=speed, truncation=truncation, mesh=mesh, shaft=None, residual=residual)

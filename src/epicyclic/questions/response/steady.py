@@ -243,13 +243,6 @@ def tension_warnings(system: System, lowest: Array, factor: Array) -> list[Coded
     ]
 
 
-def _lost_warnings(status: NDArray[np.object_]) -> list[CodedText]:
-    """Warning of speeds, by their status (P,), at which the balance did not converge."""
-    lost = int((~np.isin(status, ("ok", MEAN_UNSTABLE, NO_SPEED))).sum())
-    where = f"at {lost} of {status.size} speeds: see status; the largest values are those of the others"
-    return [coded("no-motion-found", f"no motion was found {where}")] if lost else []
-
-
 def factor_warnings(system: System, factor: Array) -> list[CodedText]:
     """A warning of the pairs of gears without a K_v (m, P) at any speed, where another pair has one."""
     loaded = _with_factor(system, factor)
@@ -348,28 +341,14 @@ def sweep(
     ready = response(system, frame_speed=options.frame_speed)
     speed = speeds_of(ready, options)
     table = solved_table(ready, speed, options, progress=progress, kept=kept)
-    return sweep_dataset(
-        table,
-        ready.system,
-        speed=speed,
-        tone=float(ready.lines.tone),
-        options={
-            "frame_speed": options.frame_speed,
-            "shaft_orders": options.shaft_orders,
-            "orders": options.orders,
-            "tolerance": options.tolerance,
-            **options.range_taken,
-        },
-        warnings=[
-            *ready.system.warnings,
-            *([] if options.forces_alone else turn_warnings(system)),
-            *instability_warnings(ready, speed[table.status == MEAN_UNSTABLE]),
-            *_lost_warnings(table.status),
-            *tension_warnings(ready.system, table.minimum_force, table.values["dynamic_factor"]),
-            *factor_warnings(ready.system, table.values["dynamic_factor"]),
-        ],
-        further={"cross_order": ("speed", table.cross_order)} if len(ready.lines.tones) > 1 else None,
-    )
+    warnings = [*ready.system.warnings, *([] if options.forces_alone else turn_warnings(system))]
+    warnings += instability_warnings(ready, speed[table.status == MEAN_UNSTABLE])
+    if lost := int((~np.isin(table.status, ("ok", MEAN_UNSTABLE, NO_SPEED))).sum()):  # the balance did not converge
+        where = f"at {lost} of {speed.size} speeds: see status; the largest values are those of the others"
+        warnings.append(coded("no-motion-found", f"no motion was found {where}"))
+    warnings += tension_warnings(ready.system, table.minimum_force, table.values["dynamic_factor"])
+    warnings += factor_warnings(ready.system, table.values["dynamic_factor"])
+    return sweep_dataset(table, ready, speed, options, warnings)
 
 
 def solved_table(
@@ -381,14 +360,8 @@ def solved_table(
     kept: RunFolder | None = None,
 ) -> SweepTable:
     """The filled table of a sweep over relative speeds (P,); progress, kept : as of `sweep`."""
-    table = empty_table(
-        ready.system,
-        ready.lines,
-        speed.size,
-        orders=options.orders,
-        shafts=options.shaft_orders,
-        harmonics=options.forces_alone,
-    )
+    orders, shafts, harmonics = options.orders, options.shaft_orders, options.forces_alone
+    table = empty_table(ready, speed.size, orders=orders, shafts=shafts, harmonics=harmonics)
     usable = np.isfinite(speed) & (speed > 0)
     table.status[~usable] = NO_SPEED
     unstable = np.zeros(speed.size, dtype=bool)
@@ -412,7 +385,7 @@ def solved_table(
     return table
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class _Measured:
     """Measures of one block of speeds.
 
@@ -481,11 +454,4 @@ def _block_measures(ready: Response, block: Block, layout: Layout, options: Swee
         else:
             status.append("ok" if uncertainty <= accepted else "resonance too sharp for double precision")
     minimum = force_extremes(rows, axis=ready.lines.axis)[0] if face.cut.any() else values["mesh_force_minimum"]
-    return _Measured(
-        index=block.index,
-        truncation=block.truncation,
-        values=values,
-        minimum=minimum,
-        residual=block.residual,
-        status=status,
-    )
+    return _Measured(block.index, block.truncation, values, minimum, block.residual, status)
