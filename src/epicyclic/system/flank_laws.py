@@ -34,8 +34,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ..teeth.mesh_stiffness import cubic
-from .link_laws import STRAIGHT, Array, cubic_energy, energy_before
+from .link_laws import STRAIGHT, Array, cubic, cubic_energy, energy_before
 
 Index = NDArray[np.int64]
 

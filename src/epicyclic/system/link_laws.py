@@ -34,7 +34,6 @@ from typing import Any, ClassVar, Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ..teeth.mesh_stiffness import cubic
 from .contact_sets import Contacts, ContactSetLaw
 
 Array = NDArray[np.float64]
@@ -179,6 +178,15 @@ class PowerProfile:
 
 # Slopes that differ by less than this of the largest are one: rounding of a table computed from a straight line.
 STRAIGHT = 1e-9
+
+
+def cubic(force: tuple[Array, Array], slope: tuple[Array, Array], width: Array, t: Array) -> tuple[Array, Array]:
+    """Force [N] and slope [N/m] at the place t (0 .. 1) of a cell, from those at both ends of it."""
+    (f0, f1), (k0, k1) = force, slope
+    rest = 1 - t
+    value = f0 * (1 + 2 * t) * rest**2 + f1 * t**2 * (3 - 2 * t) + width * (k0 * t * rest**2 - k1 * t**2 * rest)
+    rate = 6 * t * rest * (f1 - f0) / width + k0 * rest * (1 - 3 * t) + k1 * t * (3 * t - 2)
+    return value, rate
 
 
 def cubic_energy(force: tuple[Array, Array], slope: tuple[Array, Array], width: Array, t: Array) -> Array:

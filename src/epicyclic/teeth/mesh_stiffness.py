@@ -389,7 +389,7 @@ class ForceCurve:
         cell = np.clip(np.searchsorted(x, deflection, side="right") - 1, 0, len(x) - 2)
         h = x[cell + 1] - x[cell]
         t = np.clip((deflection - x[cell]) / h, 0.0, 1.0)
-        force = cubic((f[cell], f[cell + 1]), (k[cell], k[cell + 1]), h, t)[0]
+        force = _cubic((f[cell], f[cell + 1]), (k[cell], k[cell + 1]), h, t)[0]
         return np.asarray(force + k[-1] * np.maximum(deflection - x[-1], 0.0))
 
     def inverse(self, force: ArrayLike) -> tuple[Array, Array]:
@@ -401,7 +401,7 @@ class ForceCurve:
         low, high = np.zeros_like(forces), np.ones_like(forces)
         t = np.clip((forces - f0) / (f1 - f0), 0.0, 1.0)
         for _ in range(_SEARCH):
-            value, rate = cubic((f0, f1), (k0, k1), h, t)
+            value, rate = _cubic((f0, f1), (k0, k1), h, t)
             low, high = np.where(value < forces, t, low), np.where(value < forces, high, t)
             trial = t - (value - forces) / np.where(rate > 0, h * rate, 1.0)
             trial = np.where((rate > 0) & (trial >= low) & (trial <= high), trial, (low + high) / 2)
@@ -409,7 +409,7 @@ class ForceCurve:
             if change <= _PLACE:
                 break
         t = np.where(forces <= f0, 0.0, np.where(forces >= f1, 1.0, t))
-        slope = np.where(forces >= f[-1], k[-1], cubic((f0, f1), (k0, k1), h, t)[1])
+        slope = np.where(forces >= f[-1], k[-1], _cubic((f0, f1), (k0, k1), h, t)[1])
         return x[cell] + t * h + np.maximum(forces - f[-1], 0.0) / k[-1], slope
 
 
@@ -491,11 +491,11 @@ def _deviations(curve: ForceCurve, forces: Array) -> Array:
     """Largest force (L - 1,) [N] by which cubics between loads (L,) miss a curve whose points they have."""
     x, k = curve.inverse(forces)
     h = np.diff(x)
-    probed = cubic((forces[:-1], forces[1:]), (k[:-1], k[1:]), h, _PROBES[:, None])[0]
+    probed = _cubic((forces[:-1], forces[1:]), (k[:-1], k[1:]), h, _PROBES[:, None])[0]
     return np.asarray(np.abs(probed - curve.at(x[:-1] + _PROBES[:, None] * h)).max(axis=0))
 
 
-def cubic(force: tuple[Array, Array], slope: tuple[Array, Array], width: Array, t: Array) -> tuple[Array, Array]:
+def _cubic(force: tuple[Array, Array], slope: tuple[Array, Array], width: Array, t: Array) -> tuple[Array, Array]:
     """Force [N] and slope [N/m] at the place t (0 .. 1) of a cell, from those at both ends of it."""
     (f0, f1), (k0, k1) = force, slope
     rest = 1 - t
