@@ -47,7 +47,7 @@ from .solutions import (
     with_stability,
 )
 
-# A small error of every pitch at the lowest orders, as a part of the dynamic gap; removed in these parts, so many draws.
+# A small error of every pitch at the lowest orders, as a part of the dynamic gap; removed in these parts; tries.
 _PITCH, _ORDERS, _PARTS, _SEEDS = 0.2, 2, (1.0, 0.5, 0.2, 0.05, 0.0), 3
 # Kicks along the most unstable disturbance, per the whole size of the motion: what parts teeth is as large as the load.
 _KICKS = (1.0, 2.0, 0.5, 4.0, 0.25)
