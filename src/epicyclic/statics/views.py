@@ -98,8 +98,8 @@ def _link_forces(result: xr.Dataset) -> list[Table]:
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """Angles of a locked train; mesh forces over the record."""
-    from ..show.charts.train import load_zones
     from ..show.charts.over_time import mesh_forces, transmission_errors
+    from ..show.charts.train import load_zones
 
     parts = [Drawing(anchor="static-forces", figure=mesh_forces(result))] if "mesh_force" in result.variables else []
     if "transmission_error_rotation" in result.variables:
