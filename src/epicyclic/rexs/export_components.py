@@ -418,11 +418,6 @@ def load_of(train: Train, member: str) -> Values:
     return {"torque_around_u_axis": float(kinematics.torque[member]), "defines_torque": member in kinematics.stated}
 
 
-def load_name(member: str) -> str:
-    """Name of the component of an external torque."""
-    return f"{member} torque"
-
-
 def add_loads(draft: Draft) -> None:
     """Add the external torques of members that are not held: those stated define, those that balance follow."""
     done: set[str] = set()
@@ -432,7 +427,7 @@ def add_loads(draft: Draft) -> None:
         if load and member not in done:
             done.add(member)
             place = {"transmits_torque": True, "u_coordinate_on_shaft": shaft.station - shaft.start}
-            draft.add("external_load", load_name(member), {**load, **place}, within=shaft.number)
+            draft.add("external_load", f"{member} torque", {**load, **place}, within=shaft.number)
 
 
 def gravity_of(train: Train) -> Values:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ..document.cases import at_case
@@ -18,8 +19,8 @@ from ..document.schema import CaseTable
 from ..engine.source import train_of
 from ..errors import ModelError
 from ..train.train import Train
-from .export_components import Draft, Values, attributes_of, load_name, load_of, speed_of
-from .file import Attribute, Component, LoadCase
+from .export_components import Draft, Values, attributes_of, load_of, speed_of
+from .file import Component, LoadCase
 from .table import CASE_NAME
 
 if TYPE_CHECKING:
@@ -32,7 +33,6 @@ _FACTORS = {
     "transverse_load_factor_contact_stress_iso_6336_2019": "accuracy_load_factor",
 }
 """Attribute of a cylindrical stage -> variable of `load_factors` (case, mesh)."""
-_WITHOUT_FACE = {key: name for key, name in _FACTORS.items() if name != "face_load_factor"}
 _OF_GEAR = {"torque": "pair_torque", "number_of_load_cycles": "load_cycles"}
 """Attribute of the data of a gear in a stage -> variable of `load_factors` (case, mesh_pair, mesh_gear)."""
 _NO_PLACE = {
@@ -62,15 +62,14 @@ def spectrum_of(draft: Draft, factors: xr.Dataset | None) -> tuple[tuple[LoadCas
         trains = trains or {"operation": draft.train}
         for name in sorted(_NO_PLACE.keys() & factors.variables.keys()):
             draft.drop(f"load_factors.{name}", _NO_PLACE[name])
-    known = [(name, train) for name, train in trains.items() if train is not None]
-    hours = [case.duration or 0.0 for case in cases.values()]
-    found = [
-        LoadCase(number, tuple(_components(draft, {**_time(cases.get(name), sum(hours)), CASE_NAME: name}, train, of)))
-        for number, (name, train) in enumerate(known, start=1)
-        for of in [factors.sel(case=name) if factors is not None and name in factors.case.values else None]
-    ]
-    whole = attributes_of({"operating_time": sum(hours)})
-    return tuple(found), (_over(draft, draft.unit, whole),) if sum(hours) > 0 else ()
+    whole = math.fsum(case.duration or 0.0 for case in cases.values())
+    found = list[LoadCase]()
+    for name, train in trains.items():
+        if train is not None:
+            own = factors.sel(case=name) if factors is not None and name in factors.case.values else None
+            time = {**_time(cases[name], whole), CASE_NAME: name} if name in cases else {}
+            found.append(LoadCase(len(found) + 1, tuple(_components(draft, time, train, own))))
+    return tuple(found), (_over(draft, draft.unit, {"operating_time": whole}),) if whole else ()
 
 
 def _train_at(draft: Draft, name: str) -> Train | None:
@@ -87,26 +86,21 @@ def _train_at(draft: Draft, name: str) -> Train | None:
     return train
 
 
-def _time(case: CaseTable | None, whole: float) -> Values:
-    """Time of a load case, and its share of the time that all cases sum to; what the model does not say is left out."""
-    if case is None:
-        return {}
-    if case.duration is None:
-        return {"operating_time_fraction": case.share}
-    return {"operating_time": case.duration, "operating_time_fraction": case.duration / whole if whole else None}
+def _time(case: CaseTable, whole: float) -> Values:
+    """Time of a load case, and its share of the time that all cases sum to; None of what the model does not say."""
+    share = case.duration / whole if case.duration and whole else case.share
+    return {"operating_time": case.duration, "operating_time_fraction": share}
 
 
 def _components(draft: Draft, time: Values, train: Train, factors: xr.Dataset | None) -> Iterator[Component]:
     """Components of a load case that say more than, or other than, those of the file."""
-    yield _over(draft, draft.unit, attributes_of(time))
+    yield _over(draft, draft.unit, time)
     loads = {one.name: one.id for one in draft.components if one.type == "external_load"}
     for shaft in draft.central_shafts:
         member = shaft.first.member
-        if speed := speed_of(train, member):
-            yield _over(draft, shaft.number, attributes_of(speed))
-        if load := load_of(train, member):
-            if (number := loads.pop(load_name(member), None)) is not None:
-                yield _over(draft, number, attributes_of(load))
+        yield _over(draft, shaft.number, speed_of(train, member))
+        if (load := load_of(train, member)) and (number := loads.pop(f"{member} torque", 0)):
+            yield _over(draft, number, load)
     if factors is not None:
         yield from _factor_components(draft, factors)
 
@@ -115,27 +109,21 @@ def _factor_components(draft: Draft, factors: xr.Dataset) -> Iterator[Component]
     """Load factors of every mesh of a case, and torque and load cycles of a tooth of its gears in all of their pair."""
     pairs = {mesh.name: mesh.pair for mesh in draft.train.meshes}
     stages = {one.id: one.name for one in draft.components if one.type == "cylindrical_stage"}
-    data: dict[int, list[int]] = {}
-    for relation in draft.relations:
-        if relation.type == "stage_gear_data":
-            (_, stage), _, (_, own) = relation.refs
-            data.setdefault(stage, []).append(own)
     for stage, name in stages.items():
         of_mesh = factors.sel(mesh=name)
-        known = _FACTORS if not str(of_mesh.face_load_basis.item()).startswith("not") else _WITHOUT_FACE
-        yield _over(draft, stage, attributes_of(_finite(of_mesh, known)))
-        for gear, number in zip("ab", data[stage], strict=True):
-            of_gear = factors.sel(mesh_pair=pairs[name], mesh_gear=gear)
-            yield _over(draft, number, attributes_of(_finite(of_gear, _OF_GEAR)))
+        unknown = str(of_mesh.face_load_basis.item()).startswith("not")
+        yield _over(draft, stage, _finite(of_mesh, _FACTORS, "face_load_factor" if unknown else ""))
+        # as `add_meshes` adds them, the data of both gears follow their stage
+        for number, gear in enumerate("ab", start=stage + 1):
+            yield _over(draft, number, _finite(factors.sel(mesh_pair=pairs[name], mesh_gear=gear), _OF_GEAR))
 
 
-def _finite(found: xr.Dataset, names: Mapping[str, str]) -> Values:
+def _finite(found: xr.Dataset, names: Mapping[str, str], without: str = "") -> Values:
     """Values by attribute, of the variables that there are and are finite."""
-    values = {key: float(found[name]) for key, name in names.items() if name in found}
+    values = {key: float(found[name]) for key, name in names.items() if name in found and name != without}
     return {key: value for key, value in values.items() if math.isfinite(value)}
 
 
-def _over(draft: Draft, number: int, attributes: Mapping[str, Attribute]) -> Component:
+def _over(draft: Draft, number: int, values: Values) -> Component:
     """What stands in place of, or beside, the attributes of a component."""
-    own = draft.components[number - 1]
-    return Component(own.id, own.type, own.name, attributes)
+    return replace(draft.components[number - 1], attributes=attributes_of(values))

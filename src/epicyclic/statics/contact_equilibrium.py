@@ -13,14 +13,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import ConvergenceError, ModelError
 from ..system.flank_laws import ROWS, FaceContact, FaceForce
-from ..system.system import Array, System
+from ..system.system import Array, Index, System
 from .equilibrium import Compliance
-
-Index = NDArray[np.int64]
 
 # Residual per coordinate, of the sum of sizes of its terms; where nothing loads one, of the largest scaled sum.
 _TOLERANCE, _FLOOR = 1e-12, 1e-13

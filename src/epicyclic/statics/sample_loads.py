@@ -461,13 +461,6 @@ def _forces_of(
     stiffness : (S, M), asked where `rows` vary [N/m].  sign : (w,) as of `nominal_signs`.  held : as of `sample_loads`.
     """
 
-    def lawful(laws: LawMap, sample: int, values: Array, k: Array | None) -> tuple[Array, NDArray[np.bool_]]:
-        """The forces of one sample with laws of its own."""
-        train = held(sample) if held else None
-        if train is None:
-            return np.full((len(values), loads.mesh_count), np.nan), np.zeros(len(values), bool)
-        return law_forces(replace(laws, held=train), values, k)
-
     def forces(at: NDArray[np.int64], units: ComplexArray) -> tuple[Array, NDArray[np.bool_]]:
         """The forces of some samples."""
         T, m = units.shape[2], loads.mesh_count
@@ -478,12 +471,12 @@ def _forces_of(
         elif held is None:
             net, known = law_forces(laws, values, None if k is None else k[:, :m])
         else:
-            each = [slice(i * T, (i + 1) * T) for i in range(at.size)]
-            own = [
-                lawful(laws, sample, values[one], None if k is None else k[one, :m])
-                for sample, one in zip(at.tolist(), each, strict=True)
-            ]
-            net, known = (np.concatenate(parts) for parts in zip(*own, strict=True))
+            net, known = np.full((at.size * T, m), np.nan), np.zeros(at.size * T, bool)
+            for place, sample in enumerate(at.tolist()):
+                if (train := held(sample)) is not None:
+                    one = slice(place * T, (place + 1) * T)
+                    own = None if k is None else k[one, :m]
+                    net[one], known[one] = law_forces(replace(laws, held=train), values[one], own)
         whole = sign * loads.face.total(net.reshape(at.size, T, m), axis=2)
         return whole, np.asarray(known.reshape(at.size, T).all(axis=1))
 

@@ -35,6 +35,7 @@ from .flank_laws import LawRows
 from .link_laws import LawGroup, Laws, stacked
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 ComplexArray = NDArray[np.complex128]
 Number = TypeVar("Number", bound=np.inexact)
 # Relative speeds this near to 1 are 1: rounding of a speed in Hz or rpm.

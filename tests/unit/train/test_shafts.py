@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import re
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -10,11 +11,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from epicyclic import check, modes, static, write_rexs
-from epicyclic.cockpit.state.frames import body_labels
+from epicyclic import check, life, modes, static, write_rexs
+from epicyclic.cockpit.computing.train_view import train_head
+from epicyclic.cockpit.state.frames import body_labels, mesh_labels
 from epicyclic.document.writer import model_text
 from epicyclic.errors import ModelError
 from epicyclic.show.drawing.painter import train_front, train_section
+from epicyclic.system.assembly import assemble
 from epicyclic.train.resolution import load, resolved_document
 
 PAIR = """
@@ -49,6 +52,12 @@ SHAFT = "stages.main.pinion.shaft_sections"
 @pytest.fixture(scope="module")
 def pair() -> dict[str, Any]:
     return tomllib.loads(PAIR)
+
+
+@pytest.fixture(scope="module", params=[True, False], ids=["bent", "rigid"])
+def shaft(request: pytest.FixtureRequest) -> dict[str, Any]:
+    """Overrides with which the shaft of the pinion bends, or not."""
+    return {} if request.param else {SHAFT: None}
 
 
 @pytest.mark.parametrize(
@@ -143,6 +152,10 @@ def test_places_spans_and_masses(pair: dict[str, Any]) -> None:
     centre = sum(body.mass * body.station for body in places)
     sections = sum(m * z for m, z, _ in masses) + beyond @ [0.19 - 0.18, 0.12 - 0.21]
     assert centre == pytest.approx(sections)
+    # in front half of the span, with the inertia of its slices, and the stub, which tilts about the place
+    slices = 7850 * np.pi / 64 * np.array([0.05**4 * 0.12 * (1 - 0.06 / 0.18), 0.06**4 * 0.06 * 0.03 / 0.18])
+    stub = beyond[0] * (0.05**2 / 16 + 0.02**2 / 12 + 0.01**2)
+    assert places[0].tilt_inertia == pytest.approx(slices.sum() + stub)
 
 
 def test_nothing_else_counts_the_places(pair: dict[str, Any], tmp_path: Path) -> None:
@@ -157,8 +170,17 @@ def test_nothing_else_counts_the_places(pair: dict[str, Any], tmp_path: Path) ->
     assert set(static(pair).shaft.values) == set(static(pair, overrides={SHAFT: None}).shaft.values)
     assert body_labels(load(pair))["main/pinion/shaft/front"] == "pinion shaft front"
     path = tmp_path / "pair.rexs"
-    write_rexs(load(pair), path)
-    assert path.read_text().count('type="shaft"') == 2
+    written = []
+    for overrides in ({}, {SHAFT: None}):
+        write_rexs(load(pair, overrides=overrides), path)
+        written.append(re.findall(r'type="shaft"|u_coordinate_on_shaft[^<]*', path.read_text()))
+    assert written[0] == written[1]
+    names = ["main/pinion/rz", "main/wheel/rz"]
+    system = assemble(load(pair))
+    (row,) = system.errors.B.T[-len(system.errors.shaft) :]
+    assert [name for name, weight in zip(system.dofs.names, row, strict=True) if weight] == names
+    head = train_head(load(pair), body_labels(load(pair)), mesh_labels(load(pair)))
+    assert [body["name"] for body in head["bodies"]][:2] == ["main/pinion", "main/wheel"]
 
 
 def test_check_lists_the_spans_and_warns_of_their_modes(pair: dict[str, Any]) -> None:
@@ -204,8 +226,46 @@ def test_a_place_without_a_bearing(pair: dict[str, Any]) -> None:
     assert modes(pair, overrides=more).sizes["dof"] == modes(pair).sizes["dof"] + 6
 
 
-def test_as_many_places_as_a_train_has_room_for(pair: dict[str, Any]) -> None:
-    many = {f"l{i}": {"on": "pinion", "at": f"{i / 10} mm"} for i in range(1, 500)}
-    with pytest.raises(ModelError, match="503 bodies") as caught:
-        load(pair, overrides={"loads": many})
-    assert caught.value.allowed == "at most 500 bodies"
+def test_as_many_places_as_a_train_has_room_for(pair: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("epicyclic.train.shafts.MOST_BODIES", 3)
+    load(pair, overrides={SHAFT: None})
+    with pytest.raises(ModelError, match="4 bodies") as caught:
+        load(pair)
+    assert caught.value.allowed == "at most 3 bodies"
+
+
+def test_a_gear_on_rigid_bearings_tilts_as_its_shaft_bends(pair: dict[str, Any], shaft: dict[str, Any]) -> None:
+    """Rigid bearings at a distance hold a rigid member in tilt: its mesh is one row; not so a shaft that bends."""
+    rigid = {f"stages.main.pinion.support.{name}.radial": "inf" for name in ("front", "rear")}
+    (mesh,) = load(pair, overrides=rigid | shaft).meshes
+    assert len(mesh.slices) == (0 if shaft else 10)
+
+
+def test_friction_and_torque_are_those_of_the_member(pair: dict[str, Any], shaft: dict[str, Any]) -> None:
+    """Friction of a bearing by the whole torque of its member; a held member has all of its reaction."""
+    friction = {"friction": {"coefficient": 0.1, "radius": "40 mm"}, "clearance": "10 um"}
+    bearing = {f"stages.main.pinion.support.front.{key}": value for key, value in friction.items()}
+    (group,) = assemble(load(pair, overrides=bearing | shaft)).groups
+    assert group.law.friction == pytest.approx(0.1 * 400 / 0.04)
+    held = copy.deepcopy(PLANETS)
+    held["operation"]["torque"] = {"sun": "100 N m"}
+    ring = held["stages"]["main"]["ring"]
+    ring["support"] = {name: {"at": at, "radial": "1e9 N/m"} for name, at in (("front", "-30 mm"), ("rear", "30 mm"))}
+    ring |= {} if shaft else {"shaft_sections": [SECTION[0] | {"diameter": "500 mm", "bore": "400 mm"}]}
+    result = check(held)
+    assert float(result.torque.sel(body="main/ring")) == pytest.approx(100 * 84 / 24)
+
+
+def test_the_life_says_which_thrust_it_does_not_count(pair: dict[str, Any], shaft: dict[str, Any]) -> None:
+    """Helical teeth push along z, which the first bearing holds rigidly, wherever it stands on the shaft."""
+    large = ROLLER | {
+        "elements": 20,
+        "element_diameter": "20 mm",
+        "element_length": "20 mm",
+        "pitch_diameter": "160 mm",
+    }
+    supports = {"front": {"at": "-180 mm", **large}, "rear": {"at": "120 mm", **large}}
+    overrides = {"stages.main.helix_angle": "10 deg", "stages.main.pinion.support": supports}
+    result = life(pair, overrides=overrides | shaft)
+    (text,) = [text for text in result.attrs["warnings"].split('", "') if "thrust-not-counted" in text]
+    assert "main/pinion/support/front" in text

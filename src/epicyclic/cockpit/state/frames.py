@@ -156,7 +156,7 @@ QUESTIONS: Mapping[str, str] = {
 """Key of an answer -> its question, in the order of the page."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class OfferedChange:
     """A change of the model that an answer offers: a button.
 

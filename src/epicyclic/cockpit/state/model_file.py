@@ -20,7 +20,7 @@ from ...document.tables import PlainTable, keyed, merge, split_path, union, valu
 from ...document.writer import commented_text
 from ...errors import ModelError
 from ...terms import Explanation, Schema, explained_paths, forms_of, schema
-from .state import Keys, PageState, request_of, spelling_of, tables_of, text_spelling, typed_text
+from .state import Keys, PageState, Spelling, request_of, tables_of, text_spelling, typed_text
 
 # Rounds of writing what still differs from the aim: the first writes the overrides, the second what follows from them
 # (masses after teeth, reasons of values that are not assumed any more); the commented writer stands behind.
@@ -130,7 +130,7 @@ def _laid_over(state: PageState) -> str:
         document = tomlkit.parse(state.base)
         for path, value in state.overrides.items():
             keys = split_path(path, path=path)
-            _put(document, spelling_of(document.unwrap()).same(keys, value) or keys, value)
+            _put(document, Spelling(document.unwrap()).same(keys, value) or keys, value)
         written = tomlkit.dumps(document)
         tables_of(written)
     except _WRONG as error:
@@ -143,7 +143,7 @@ def _edited(state: PageState, aim: PlainTable) -> str | None:
     with suppress(*_WRONG):  # what an editor cannot do: the document is written anew
         document = tomlkit.parse(state.base)
         # the overrides whose places the text does not give are written as they are spelled; the others follow
-        spelling = spelling_of(tables_of(state.base, state.name))
+        spelling = text_spelling(state.base, state.name)
         for path, value in state.overrides.items():
             keys = split_path(path, path=path)
             if value is not None and spelling.places_of(keys, value).isdisjoint(spelling.key_of):
@@ -159,7 +159,7 @@ def _edited(state: PageState, aim: PlainTable) -> str | None:
 
 def _approach(document: Any, tables: PlainTable, reading: PlainTable, aim: PlainTable) -> None:
     """Change what differs from the aim, each key where the text has it."""
-    spelling, now, wanted = spelling_of(tables), dict(keyed(reading)), dict(keyed(aim))
+    spelling, now, wanted = Spelling(tables), dict(keyed(reading)), dict(keyed(aim))
     differing = [place for place in (now | wanted) if now.get(place, _ABSENT) != wanted.get(place, _ABSENT)]
     keys_done: set[Keys] = set()
     removed: list[Keys] = []

@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 
 from ...document.document import MAX_BYTES, at_files, decoded, drive_text, file_text, parse_text, ready_drives
 from ...document.overrides import parse_setting
-from ...document.schema import Names, collect
+from ...document.schema import collect
 from ...document.tables import PlainTable, clean, expand, keyed, nested, split_path, value_at, value_text
 from ...errors import ModelError
 from ...rexs.file import is_rexs_name
@@ -31,22 +31,25 @@ from ...rexs.file import is_rexs_name
 Keys = tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Spelling:
-    """The keys of a model text.
+    """The keys of the tables of a model text.
 
     names : of its stages, members and bodies.  written : value by key, as the text has them.
     places : of each key, where in the document it stands.  key_of : the key that gives a place.
     """
 
-    names: Names
-    written: Mapping[Keys, object]
-    places: Mapping[Keys, frozenset[Keys]]
-    key_of: Mapping[Keys, Keys]
+    def __init__(self, tables: PlainTable) -> None:
+        self.names, self.written = collect(tables), dict(keyed(tables))
+        self.places = {keys: self.places_of(keys, value) for keys, value in self.written.items()}
+        self.key_of = {place: keys for keys, several in self.places.items() for place in several}
 
     def places_of(self, keys: Keys, value: object) -> frozenset[Keys]:
-        """Places of the document that a key with that value gives."""
-        return _places(keys, value, self.names)
+        """Places of the document that a key with that value gives; the key itself where its value is of a wrong form,
+        which validation names."""
+        try:
+            return frozenset(found for found, _ in keyed(expand(nested(keys, value), self.names)))
+        except (ModelError, AttributeError, TypeError):
+            return frozenset((keys,))
 
     def same(self, keys: Keys, value: object) -> Keys | None:
         """The key of the text that gives exactly the places of this one; None where there is none."""
@@ -54,23 +57,6 @@ class Spelling:
         keys_of_places = {self.key_of.get(place) for place in places}
         key = next(iter(keys_of_places)) if len(keys_of_places) == 1 else None
         return key if key is not None and self.places[key] == places else None
-
-
-def spelling_of(tables: PlainTable) -> Spelling:
-    """The spelling of the tables of a model text."""
-    names = collect(tables)
-    written = dict(keyed(tables))
-    places = {keys: _places(keys, value, names) for keys, value in written.items()}
-    key_of = {place: keys for keys, several in places.items() for place in several}
-    return Spelling(names=names, written=written, places=places, key_of=key_of)
-
-
-def _places(keys: Keys, value: object, names: Names) -> frozenset[Keys]:
-    """Places of one key; the key itself where its value is of a wrong form, which validation names."""
-    try:
-        return frozenset(found for found, _ in keyed(expand(nested(keys, value), names)))
-    except (ModelError, AttributeError, TypeError):
-        return frozenset((keys,))
 
 
 _NO_FILES = "numbers: a model of this page may name no file"
@@ -228,7 +214,7 @@ def _with(table: Mapping[str, object], keys: Keys, value: object) -> dict[str, o
 
 @lru_cache(maxsize=16)
 def text_spelling(text: str, name: str) -> Spelling:
-    return spelling_of(tables_of(text, name))
+    return Spelling(tables_of(text, name))
 
 
 def with_text(state: PageState, text: str) -> PageState:

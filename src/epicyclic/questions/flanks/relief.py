@@ -27,7 +27,7 @@ from ...engine.source import Drive
 from ...errors import ModelError
 from ...results.dataset import dataset
 from ...system.assembly import assemble, train_provenance
-from ...system.system import System
+from ...system.system import Array, System
 from ...teeth.form import Flank
 from ...teeth.gear_pair import check_pair
 from ...train.resolution import load
@@ -48,7 +48,6 @@ from .relief_objectives import (
     relative_speeds,
 )
 
-Array = NDArray[np.float64]
 Columns = dict[str, tuple[Any, Any]]
 
 # loads of the Harris maps before and after, relative to the operating one

@@ -18,12 +18,11 @@ from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...document.units import Bounds, read_quantity
 from ...errors import ModelError
 from ...statics.record import reference_tone
-from ...system.system import System
+from ...system.system import Array, System
 from ...system.tooth_pairs import ContactHistory, pair_of, with_contact_tangent
 from ...teeth.form import Flank, Relief
 from ...teeth.gear_pair import ContactPair, uniform_along_face
@@ -35,7 +34,6 @@ from ..response.steady import sweep
 from . import ContactOptions
 from .contact_resolution import Resolution, mesh_phases, sigma_at
 
-Array = NDArray[np.float64]
 Value = float | str
 FlankSettings = Mapping[str, Value]
 """Settings of one flank: keys of `KEYS` -> lengths [m], or a shape."""

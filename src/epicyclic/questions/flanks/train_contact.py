@@ -33,7 +33,7 @@ from ...statics.record import (
 )
 from ...statics.static import free_position_warnings, law_attributes, rounding_of
 from ...system.assembly import assemble
-from ...system.system import System, faces
+from ...system.system import Array, System, faces
 from ...system.tooth_pairs import FaceLoad, MeshFaceLaw, face_laws, tooth_warnings, with_three_rows
 from ...teeth.path_of_contact import corner_phases
 from ...train.train import Train
@@ -41,8 +41,6 @@ from ...warning_codes import CodedText, code_of, coded
 from . import ContactOptions
 from .contact import LoadedFaces, contact_columns, contact_coords, cycle_weight, flank_map, load_levels
 from .contact_resolution import Ladder, check_tolerance, estimated_error, insufficient, refined
-
-Array = NDArray[np.float64]
 
 # places along the path of contact of a flank map
 _PLACES = 81

@@ -35,7 +35,7 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
-from ...system.system import Array, ComplexArray, System
+from ...system.system import Array, ComplexArray, Index, System
 from ..modes.eigen import Modal
 from .lattice import Kernel, product, stiffness_series, to_real, truncated_product
 
@@ -205,8 +205,6 @@ def _lightly_damped(modal: Modal) -> NDArray[np.bool_]:
     light: NDArray[np.bool_] = (modal.damping**2 < 4 * _LIGHT**2 * modal.squared) & ~modal.rigid
     return light
 
-
-Index = NDArray[np.int64]
 
 # Cycles of GMRES with D^-1: a tone alone converges in one or two, with several tones the block takes over after two.
 _RESTARTS, _FIRST = 6, 2

@@ -23,9 +23,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...system.system import Array, ComplexArray, System
+from ...system.system import Array, ComplexArray, Index, System
 
-Index = NDArray[np.int64]
 Point = tuple[int, ...]
 Integers = NDArray[np.object_]
 

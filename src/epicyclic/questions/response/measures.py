@@ -31,11 +31,10 @@ from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...errors import ConvergenceError, ModelError
 from ...statics.record import MeshGroup, least_load, link_factor, loaded_meshes, samples_per_cycle
-from ...system.system import Array, ComplexArray, ErrorRows, Line, System, faces
+from ...system.system import Array, ComplexArray, ErrorRows, Index, Line, System, faces
 from .lattice import LineFrequencies, on_axis
 from .response import Block, Response, require_stable_mean, respond, response
 from .spectra import (
@@ -54,7 +53,6 @@ from .spectra import (
     whole_mesh_signal,
 )
 
-Index = NDArray[np.int64]
 # Phases of each tone on the grid: least, by the number of tones.
 _GRID = {1: 128, 2: 48, 3: 32}
 # Directions, over half a turn, from which the largest length of a pair of rows is looked for, and steps from the best

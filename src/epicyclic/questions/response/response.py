@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from ...errors import ConvergenceError
 from ...statics.tangent import linear
-from ...system.system import Array, System
+from ...system.system import Array, Index, System
 from ...warning_codes import CodedText, coded
 from ..modes.eigen import Modal, eigen, modal_form, whirl
 from .balance import Batch, Guess, HarmonicSolution, at_points, solve
@@ -29,7 +29,6 @@ from .lattice import Integers, Kernel, LineFrequencies, integer_frequencies, ker
 from .spectra import LineExcitation, excitation, line_excitation
 
 FrameSpeed = Literal["kinematic", "operating"]
-Index = NDArray[np.int64]
 Truncation = tuple[int, ...]
 """Truncation of the balance: harmonics of each tone, then the cross order of combinations."""
 

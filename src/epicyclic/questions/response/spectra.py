@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from ...errors import ModelError
 from ...statics.record import contradicting_radii, unheld, unheld_error
-from ...system.system import Array, ComplexArray, Faces, Line, System, faces
+from ...system.system import Array, ComplexArray, Faces, Index, Line, System, faces
 from ..modes.eigen import Modal
 from .lattice import (
     Lattice,
@@ -37,7 +37,6 @@ if TYPE_CHECKING:
     from .balance import HarmonicSolution
     from .response import Block, Response
 
-Index = NDArray[np.int64]
 # Torques balanced in the input leave rounding on a rigid mode, 1e-13 of the sum of magnitudes; a wrong one far more.
 _BALANCE = 1e-9
 

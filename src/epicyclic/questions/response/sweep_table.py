@@ -21,7 +21,7 @@ from ...results.dataset import first_largest, largest
 from ...statics.record import parallel_meshes
 from ...statics.static import rounding_of
 from ...statics.tangent import linear
-from ...system.system import Array, ComplexArray, System, faces
+from ...system.system import Array, ComplexArray, Index, System, faces
 from ...warning_codes import CodedText
 from ..modes.campbell import MESH_ORDERS, OPERATION, MeshCrossings, mesh_crossings, tones_of_meshes
 from ..modes.eigen import Modal
@@ -261,8 +261,6 @@ def of_one_tone(system: System, tone: Fraction, driven: NDArray[np.bool_]) -> Sy
     variation = np.where(driven[:, None], meshes.variation, 0)
     return replace(system, tones=(tone,), meshes=replace(meshes, tone=np.zeros_like(meshes.tone), variation=variation))
 
-
-Index = NDArray[np.int64]
 
 _BOUND = "bound of the largest radial force in a bearing or support, over all phases of the mesh frequencies"
 # Dimensions of every numeric variable besides speed.

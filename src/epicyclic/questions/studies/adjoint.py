@@ -19,17 +19,15 @@ from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...errors import ConvergenceError, ModelError
-from ...system.system import Array, ComplexArray, Line, System, faces
+from ...system.system import Array, ComplexArray, Index, Line, System, faces
 from ..modes.eigen import Modal, modal_weights
 from ..response.balance import Batch, HarmonicSolution, solve
 from ..response.lattice import Gather, Kernel, product, to_complex, to_real
 from ..response.response import Block, Response
 from ..response.spectra import force_signal, force_spectrum, mesh_axis, whole_mesh_signal
 
-Index = NDArray[np.int64]
 # Doubles of one batch of adjoint harmonics; larger than the forward one, whose own arrays are not held beside it.
 _BATCH = 120_000
 

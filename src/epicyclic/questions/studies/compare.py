@@ -31,7 +31,7 @@ from ...limits import SAME_SHAPE
 from ...results.dataset import EQUAL, SUFFIXES, dataset, largest, load_result
 from ...statics.tangent import linear
 from ...system.assembly import assemble
-from ...system.system import System
+from ...system.system import Array, System
 from ...train.resolution import load
 from ...train.train import Train
 from ...user_input import checked
@@ -415,7 +415,6 @@ def _texts(values: Any) -> Any:
     return np.array(list(values), dtype=object)
 
 
-Array = NDArray[np.float64]
 BY_SHAPE, BY_KIND = "mode shapes (MAC)", "kind and order"
 Of = TypeVar("Of")
 Result = TypeVar("Result")

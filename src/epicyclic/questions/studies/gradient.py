@@ -24,7 +24,7 @@ import scipy.linalg
 from numpy.typing import ArrayLike, NDArray
 
 from ...errors import ModelError
-from ...system.system import Array, ComplexArray, System, faces
+from ...system.system import Array, ComplexArray, Index, System, faces
 from ..modes.eigen import Modes, Whirl, mean_modes, modal_weights, repeated_roots
 from ..response.lattice import product
 from ..response.response import Block, Response, respond, response
@@ -39,7 +39,6 @@ from .adjoint import (
     measure,
 )
 
-Index = NDArray[np.int64]
 Values = NDArray[Any]  # complex of any kind
 Number = TypeVar("Number", bound=np.inexact)
 # Stiffness change of a rigid mode: rounding of the change itself where the mode stays free; 1e-3 of a spring on it.

@@ -33,7 +33,7 @@ from ...errors import ModelError
 from ...results.dataset import dataset
 from ...statics.tangent import flank_warnings
 from ...system.assembly import assemble, train_provenance
-from ...system.system import System
+from ...system.system import Array, System
 from ...train.resolution import load
 from ...train.train import Train
 from ...user_input import checked
@@ -60,7 +60,6 @@ if TYPE_CHECKING:
     from ...engine.run_folder import RunFolder
     from ..response.response import FrameSpeed
 
-Array = NDArray[np.float64]
 # Ratio of the limits above which the first values lie in equal ratios.
 _WIDE_RANGE = 10
 

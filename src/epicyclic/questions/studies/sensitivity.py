@@ -19,7 +19,7 @@ from ...errors import ModelError
 from ...results.dataset import dataset, largest, ranked
 from ...statics.tangent import linear
 from ...system.assembly import assemble, train_provenance
-from ...system.system import System, faces
+from ...system.system import Array, System, faces
 from ...train.train import Train
 from ..modes.eigen import classify_modes, eigen, repeated_roots, whirl
 from ..response.response import response
@@ -31,7 +31,6 @@ from .gradient import force_derivatives, frequency_derivatives, whirl_derivative
 if TYPE_CHECKING:
     import xarray as xr
 
-Array = NDArray[np.float64]
 Progress = Callable[[float], None] | None
 # Sensitivity below which a parameter has no effect [percent per percent]: rounding of the difference quotients
 _NEGLIGIBLE = 1e-9
