@@ -182,8 +182,11 @@ class _Model:
             _, stage, member, *name = path.split(".")
             label = f"{' '.join(name)} of the {member_name(self.train, f'{stage}.{member}')}"
             label += "s" if link.kind == "bearing" else ""
-            ratings = {"clearance": ("internal_clearance", "um", 0.0)}
-            ratings["rating"] = ("rating", "kN", 1e-3 * dynamic_rating(link.rolling) if link.rolling else 0.0)
+            clearance, rating = (link.rolling.clearance, dynamic_rating(link.rolling)) if link.rolling else (0.0, 0.0)
+            ratings = {
+                "clearance": ("internal_clearance", "um", 1e6 * clearance),
+                "rating": ("rating", "kN", 1e-3 * rating),
+            }
             for kind, (key, unit, value) in ratings.items():
                 number = self.number(f"{path}.{key}")
                 if number is None or not number.many:

@@ -63,6 +63,16 @@ def test_a_preloaded_bearing_stands_within_its_slider(monkeypatch: pytest.Monkey
     assert (lever.least, lever.value) == (-20, -5)
 
 
+def test_a_clearance_by_group_stands_at_that_in_operation(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The mean of C3 of a bore of 50 mm, 65 um, less 12 um 50/58 by the fit."""
+    monkeypatch.setattr(levers, "_TRIALS", 0)
+    fitted = {"group": "C3", "bore": "50 mm", "inner_fit": "12 um"}
+    lever = found(train(internal_clearance=fitted))[CLEARANCE]
+    assert lever.value == pytest.approx(65 - 12 * 50 / 58, rel=1e-3)
+    moved = epicyclic.load(train(internal_clearance=fitted), {CLEARANCE: "40 um"})
+    assert {link.rolling.clearance for link in moved.links if link.rolling} == {40e-6}
+
+
 def test_a_named_bearing_of_a_support_is_told_by_its_name(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(levers, "_TRIALS", 0)
     model = train()

@@ -14,7 +14,7 @@ from tests.unit.questions.life.test_life import train
 import epicyclic
 from epicyclic.engine.plan import SamplingPlan
 from epicyclic.errors import ModelError
-from epicyclic.questions.output import samples
+from epicyclic.questions.output import output as samples
 from epicyclic.questions.output.locked_train import locked_train, output_shaft
 from epicyclic.questions.tolerance import effects
 from epicyclic.questions.tolerance import tolerance as lots
