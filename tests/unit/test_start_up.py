@@ -59,6 +59,13 @@ def test_a_sweep_of_linear_contact_imports_only_what_it_needs(name: str) -> None
     assert "xarray" in modules
 
 
+@pytest.mark.parametrize("verb", ["static", "sharing"])
+def test_neither_units_nor_image_filters_are_imported_for_a_table(verb: str) -> None:
+    """xarray tries by import whether labels are arrays of pint, which takes 0.1 s."""
+    modules = set(facts_of(verb, "ren2021")["modules"])
+    assert modules & {"pint", "scipy.ndimage"} == set()
+
+
 def test_the_collector_rests_while_the_model_rooms_come_and_works_then() -> None:
     facts = facts_of("check", "ren2021")
     assert facts["on"]

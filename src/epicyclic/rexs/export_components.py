@@ -214,7 +214,7 @@ def _shafts_of(draft: Draft) -> list[ShaftPart]:
 def _shaft(bodies: tuple[Body, ...], hands: Mapping[Key, int]) -> ShaftPart:
     first = bodies[0]
     gears = tuple(sorted((g for body in bodies for g in _gears(body, hands)), key=lambda gear: gear.station))
-    halves = [body.station for body in bodies if body.member == first.member]
+    halves = [body.station for body in bodies if body.member == first.member and body.shaft_of is None]
     station = math.fsum(halves) / len(halves)
     return ShaftPart(
         name=first.member if first.branch is None else f"{first.member} {first.branch}",

@@ -181,7 +181,7 @@ RELATIONS = {
 _DROPPED = {
     ("lubricant",): "no lubricant in the model",
     ("material",): "strength and heat are not computed",
-    ("shaft", "shaft_section"): "shafts do not bend in the model",
+    ("shaft", "shaft_section"): "read as mass; shaft_sections of a member makes its shaft bend",
     ("side_plate",): "plates do not bend in the model",
     ("gear_casing",): "the casing is rigid",
     ("cylindrical_stage",): "load capacity, tolerances and results are not carried",

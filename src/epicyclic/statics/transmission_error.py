@@ -110,7 +110,7 @@ def error_ranges(system: System, wave: Array, period: Fraction, part: str = "") 
     for shaft, turn in system.errors.turn.items():
         if turn and (not part or abs(turn * period) >= 1):
             share = float(1 / abs(turn * period))
-            ranges[f"turn of {shaft}"] = _largest_range(wave, share, "nearest" if part else "wrap")
+            ranges[f"turn of {shaft}"] = _largest_range(wave, share, periodic=not part)
     return {**ranges, part or "common period": np.ptp(wave, axis=1)}
 
 
@@ -169,12 +169,15 @@ def _stage_tones(system: System) -> dict[str, Fraction]:
     return {stage: tone for tone, stage in tones.items()}
 
 
-def _largest_range(wave: Array, share: float, mode: str) -> Array:
-    """Largest range of waveforms (k, N) within a window of a share of their length, (k,); mode : beyond their ends."""
-    from scipy.ndimage import maximum_filter1d, minimum_filter1d
-
+def _largest_range(wave: Array, share: float, *, periodic: bool) -> Array:
+    """Largest range of waveforms (k, N) within a window of a share of their length, (k,); of a record, inside it."""
     size = math.ceil(share * wave.shape[1]) + 1
-    high, low = (find(wave, size, axis=1, mode=mode) for find in (maximum_filter1d, minimum_filter1d))
+    wave = np.concatenate([wave, wave[:, : size - 1]], axis=1) if periodic else wave
+    high, low, width = wave, wave, 1
+    while width < min(size, wave.shape[1]):  # a window of twice the width is two of it
+        step = min(width, min(size, wave.shape[1]) - width)
+        high, low = np.maximum(high[:, :-step], high[:, step:]), np.minimum(low[:, :-step], low[:, step:])
+        width += step
     return np.asarray((high - low).max(axis=1), float)
 
 

@@ -12,8 +12,18 @@ from numpy.typing import NDArray
 
 from ...limits import KGammaVerdict, k_gamma_verdict
 from ...results.dataset import largest
-from ...show.elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table, force_table, named_columns
-from ...show.errors_shown import error_tables
+from ...show.elements import (
+    Company,
+    Drawing,
+    Finding,
+    KeyFigure,
+    Part,
+    Section,
+    Table,
+    error_tables,
+    force_table,
+    named_columns,
+)
 from ...show.series import engineering, largest_coefficients, readable, short_names, stage_count, texts, unbroken
 from ...show.views import ResultView
 
@@ -129,8 +139,11 @@ def findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
 def _verdict(result: xr.Dataset) -> tuple[KGammaVerdict | None, float]:
     """K_gamma beside its limit, if any, and the largest coefficient while turning [1]; nan where it is not known."""
     # of definitions that a result is without nothing is known
-    known = result.load_sharing.reindex(definition=["mean-load", "mean-load-turning"])
-    mean, turning = known.transpose("definition", "mesh").values
+    unknown = np.full(result.sizes["mesh"], np.nan)
+    known = dict(
+        zip(texts(result, "definition"), result.load_sharing.transpose("definition", "mesh").values, strict=True)
+    )
+    mean, turning = (known.get(name, unknown) for name in ("mean-load", "mean-load-turning"))
     most = turning[np.isfinite(turning)].max(initial=-np.inf)
     return k_gamma_verdict(result, "mesh", mean.tolist()), most if np.isfinite(most) else np.nan
 

@@ -37,8 +37,7 @@ from ...train.resolution import load
 from ...train.train import Train
 from ...warning_codes import CodedText, coded
 from . import ToleranceOptions
-from .effects import effects_of, without_effect
-from .ranking import places
+from .effects import effects_of, places, without_effect
 from .statistics import CONFIDENCE, WIDTH, Band, SampleTally, piece_statistics, probabilities_of
 from .tolerance_map import ToleranceMap, tolerance_map
 

@@ -527,7 +527,7 @@ def _numbers(
     tones = np.array([float(tone) for tone in system.tones]) if system.tones else np.zeros(1)
     stiff = _modal_operators([system.Kg, system.Cskew, system.euler], shapes, top)
     return Numbers(
-        squared=squared,
+        squared=squared.copy(),  # the modes are read-only, which is another type to the compiler
         rate=2 * (system.zeta or 0.0) * np.sqrt(squared),
         damp=_modal_operators([system.C, system.G], shapes, np.sqrt(top)),
         stiff=_without_nominal_motion(stiff, system, shapes, squared == 0),
