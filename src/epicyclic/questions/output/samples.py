@@ -20,7 +20,7 @@ from ...system.system import Array
 from ...train.resolution import load
 from ..tolerance.tolerance_map import tolerance_map
 from .hysteresis import RANGE, both_senses, loop_at, rated_of
-from .kinematic_error import kinematic_error
+from .kinematic_error import error_range
 
 if TYPE_CHECKING:
     from ...train.train import Train
@@ -90,5 +90,5 @@ def sampled_kinematic_error(train: Train, shaft: OutputShaft, share: float, seed
 def _error_of_one(train: Train, shaft: OutputShaft, share: float, overrides: dict[str, object]) -> float:
     """Range of the kinematic error of the train that overrides make [rad]."""
     made = load(dict(train.document), overrides=overrides)
-    found = attempt(lambda one: kinematic_error(one, shaft, share, most=_INSTANTS), made)
-    return np.nan if found.value is None else float(found.value[0]["kinematic_error_peak_to_peak"][1])
+    found = attempt(lambda one: error_range(one, shaft, share, _INSTANTS), made)
+    return np.nan if found.value is None else found.value
