@@ -51,4 +51,8 @@ def _at(drive: "Drive", options: LoadFactorOptions, case: str) -> "xr.Dataset":
     return case_factors(type(drive)(drive.source, {**(drive.overrides or {}), "case": case}).train, options)
 
 
-VERBS = (Verb(run=load_factors, gives=("load_factors",), drawing=True, examples=({}, {"flanks": "contact"})),)
+VERBS = (
+    Verb(
+        run=load_factors, gives=("load_factors",), drawing=True, examples=({}, {"flanks": "contact", "tolerance": 0.1})
+    ),
+)
