@@ -171,14 +171,23 @@ def _stage_tones(system: System) -> dict[str, Fraction]:
 
 def _largest_range(wave: Array, share: float, *, periodic: bool) -> Array:
     """Largest range of waveforms (k, N) within a window of a share of their length, (k,); of a record, inside it."""
-    size = math.ceil(share * wave.shape[1]) + 1
-    wave = np.concatenate([wave, wave[:, : size - 1]], axis=1) if periodic else wave
-    high, low, width = wave, wave, 1
-    while width < min(size, wave.shape[1]):  # a window of twice the width is two of it
-        step = min(width, min(size, wave.shape[1]) - width)
-        high, low = np.maximum(high[:, :-step], high[:, step:]), np.minimum(low[:, :-step], low[:, step:])
-        width += step
-    return np.asarray((high - low).max(axis=1), float)
+    asked = math.ceil(share * wave.shape[1]) + 1
+
+    def largest(row: Array) -> float:
+        """Of one waveform: in blocks of a window each, a window is the end of one and the beginning of the next."""
+        row = np.concatenate([row, row[: asked - 1]]) if periodic else row
+        size = min(asked, len(row))
+        count = len(row) - size + 1
+        blocks = np.pad(row, (0, -len(row) % size), mode="edge").reshape(-1, size)
+
+        def extremes(pick: np.ufunc) -> Array:
+            begun = pick.accumulate(blocks, axis=1).ravel()[size - 1 : size - 1 + count]
+            ended = pick.accumulate(blocks[:, ::-1], axis=1)[:, ::-1].ravel()[:count]
+            return np.asarray(pick(begun, ended), float)
+
+        return float((extremes(np.maximum) - extremes(np.minimum)).max())
+
+    return np.array([largest(row) for row in wave], float)
 
 
 def largest_lines(amplitude: Array) -> NDArray[np.int64]:
