@@ -234,6 +234,10 @@ thrust-not-counted life.md
 A rolling bearing without contact angle is held rigidly along the axis or in tilt, and helical teeth load it there.
 Two rows, two named bearings at their places, a contact angle, or a bearing of its own for the thrust.
 
+bearing-overloaded life.md
+A bearing does not carry its forces: one row with a contact angle carries thrust in one sense.
+Turn the contact angle about, take two rows, or a second bearing that carries the other sense.
+
 races-stand life.md
 A bearing is loaded while its races do not turn against each other: a rating life is not defined.
 Look at false brinelling: small motions, lubrication, or a bearing that turns.

@@ -185,6 +185,15 @@ def leaves(
             yield where, value
 
 
+def keyed(table: Mapping[str, Any], above: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], object]]:
+    """tuple[str, ...] and values of everything that is no table, and of empty tables."""
+    for key, value in table.items():
+        if isinstance(value, Mapping) and value:
+            yield from keyed(value, (*above, key))
+        else:
+            yield (*above, key), value
+
+
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 
 

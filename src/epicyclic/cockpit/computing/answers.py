@@ -25,7 +25,7 @@ from ...document.writer import quantity_text
 from ...errors import ModelError
 from ...limits import RESONANCE_BAND, ResonanceVerdict, limit_in_short
 from ...questions.modes.campbell import MeshCrossings, tones_of_meshes
-from ...questions.studies.detune import NearResonance, strongest
+from ...questions.studies.detune import NearResonance, met_at, strongest
 from ...results.dataset import EQUAL
 from ...statics.equilibrium import compliance_of
 from ...statics.record import unheld_warnings
@@ -422,26 +422,13 @@ def meetings_of(system: System, modes: Mapping[str, Any], relative_speed: float)
     tones = tones_of_meshes(system)
     crossings: MeshCrossings = modes["crossings"]
     near = np.abs(crossings.relative_speed / relative_speed - 1) <= RESONANCE_BAND
-    met, force_ratio = crossings.chosen(near), modes["force_ratio"][near]
-    rows = {int(row["index"]): row for row in modes["rows"]}  # the highest modes of a large train have none
+    # the highest modes of a large train have no row
+    frequency = {int(row["index"]) - 1: float(row["frequency"]) for row in modes["rows"]}
+    near &= np.isin(crossings.mode, list(frequency))
     several = len({name.partition("/")[0] for names in tones.values() for name in names}) > 1
     words = [" and ".join(name if several else name.rpartition("/")[2] for name in names) for names in tones.values()]
     stages = words if len(tones) > 1 else [""]
-    columns = (met.mode, met.count, met.tone, met.order, met.relative_speed, force_ratio)
-    return [
-        NearResonance(
-            mode=mode,
-            multiplicity=count,
-            hertz=float(rows[mode + 1]["frequency"]),
-            stage=stages[tone],
-            order=order,
-            speed=speed,
-            away=speed / relative_speed - 1,
-            force_ratio=ratio,
-        )
-        for mode, count, tone, order, speed, ratio in zip(*(column.tolist() for column in columns), strict=True)
-        if mode + 1 in rows
-    ]
+    return met_at(crossings.chosen(near), modes["force_ratio"][near], frequency, stages, relative_speed)
 
 
 def resonance_answer(

@@ -30,13 +30,15 @@ from ...statics.equilibrium import compliance_of, require_balance
 from ...statics.record import standing_load, unheld_warnings
 from ...statics.tangent import linear
 from ...system.assembly import assemble, train_provenance
-from ...system.system import System
+from ...system.structure import structure_of
+from ...system.system import Array, System
 from ...system.tooth_pairs import loaded_mesh, mean_force, pair_of, tooth_warnings
 from ...train.power import require_contact, require_flow
 from ...train.resolution import tolerances_of
 from ...train.stage_bodies import link_row, tilt_groups
 from ...train.train import DIRECTIONS, Body, Displacement, Link, Mesh, Train, bodies_named
 from ...warning_codes import CodedText, coded
+from ..life.bearing_state import with_bearings
 from ..modes.eigen import mean_modes
 from ..response.spectra import mesh_tones, require_damping
 
@@ -174,6 +176,8 @@ def check(train: Train) -> xr.Dataset:
         warnings=list(dict.fromkeys([*train.warnings, *_circulation(train), *ready.teeth_said, *_equations(ready)])),
         provenance=train_provenance(train),
     )
+    if not ready.problem("equations"):
+        result = with_bearings(result, train, nominal_forces(train))
     values = [[value.path, value.value, value.unit, value.origin] for value in train.values]
     locked = train.kinematics.held if train.kinematics.locked else ()
     return result.assign_attrs(values=json.dumps(values, default=str), locked=json.dumps(locked))
@@ -469,6 +473,28 @@ def _equations(ready: Readiness) -> list[CodedText]:
     if problem := ready.problem("equations"):
         return [coded("not-solvable", problem)]
     return unheld_warnings(ready.system, compliance_of(ready.system).free)
+
+
+# --- bearings by their parts -----------------------------------------------------------------------------------------
+
+
+def nominal_forces(train: Train) -> dict[str, Array]:
+    """Force (1,) [N, N m] of every row of the links under the nominal torques, shared evenly by the meshes.
+
+    The forces of the meshes at their places balance with those of the links, turning apart.  Where several links could
+    carry a load, they are the ones of least squares, as of equal springs (moments count at the pitch radius of the
+    bearing); weights and inertia are left out.  nan without torques.
+    """
+    made, whole = structure_of(train), {mesh.name: mesh for mesh in train.meshes}
+    each = np.array([mean_force(train, whole[row.whole]) / max(1, len(whole[row.whole].slices)) for row in made.meshes])
+    load = -(each @ made.mesh).reshape(-1, 6)[:, :5].ravel()
+    rows = (*made.links, *made.rigids)
+    matrix = np.vstack([made.link, made.rigid]).reshape(len(rows), -1, 6)[..., :5].reshape(len(rows), -1)
+    radius = np.array([row.link.rolling.pitch_diameter / 2 if row.link.rolling else 1.0 for row in rows])
+    size = np.where([row.direction < 3 for row in rows], 1.0, radius) * [row.stiffness > 0 for row in rows]
+    known = np.isfinite(load).all()
+    force = size * np.linalg.lstsq(matrix.T * size, load)[0] if known else np.full(len(rows), _NAN)
+    return {f"{row.link.name}/{DIRECTIONS[row.direction]}": force[i : i + 1] for i, row in enumerate(rows)}
 
 
 _TILTS = ("rx", "ry")

@@ -14,7 +14,7 @@ import epicyclic
 from epicyclic.cockpit.computing.job_kinds import JOBS
 from epicyclic.engine.plan import Sampler, SamplingPlan, scramble_uniforms
 from epicyclic.questions.tolerance import ToleranceOptions
-from epicyclic.questions.tolerance.ranking import NARROWED, places, quantile_changes, variance_shares
+from epicyclic.questions.tolerance.effects import NARROWED, places, quantile_changes, variance_shares
 from epicyclic.questions.tolerance.statistics import Band
 
 Array = NDArray[np.float64]
