@@ -112,16 +112,16 @@ def test_a_stdout_that_takes_nothing_is_refused(stream: str, said: str) -> None:
 
 
 def test_a_reader_that_has_seen_enough_is_no_error() -> None:
-    shown = on_stream("systems | (exec 0<&-; sleep 2); exit ${PIPESTATUS[0]}")
+    shown = on_stream("systems | (exec 0<&-); exit ${PIPESTATUS[0]}")
     assert shown.returncode == 0
     assert not shown.stderr
 
 
-@pytest.mark.parametrize("arguments", ["--help", "modes --help", "--version", "relief -h"])
+@pytest.mark.parametrize("arguments", ["--help", "--version", "relief -h"])
 def test_a_help_that_is_not_taken_is_no_fault(arguments: str) -> None:
     full = on_stream(f"{arguments} > /dev/full")
     assert (full.returncode, full.stderr) == (2, "error: stdout: cannot be written: No space left on device\n")
-    shown = on_stream(f"{arguments} | (exec 0<&-; sleep 2); exit ${{PIPESTATUS[0]}}")
+    shown = on_stream(f"{arguments} | (exec 0<&-); exit ${{PIPESTATUS[0]}}")
     assert (shown.returncode, shown.stderr) == (0, "")
 
 

@@ -172,13 +172,16 @@ def _stage_tones(system: System) -> dict[str, Fraction]:
 def _largest_range(wave: Array, share: float, *, periodic: bool) -> Array:
     """Largest range of waveforms (k, N) within a window of a share of their length, (k,); of a record, inside it."""
     size = math.ceil(share * wave.shape[1]) + 1
-    wave = np.concatenate([wave, wave[:, : size - 1]], axis=1) if periodic else wave
-    high, low, width = wave, wave, 1
-    while width < min(size, wave.shape[1]):  # a window of twice the width is two of it
-        step = min(width, min(size, wave.shape[1]) - width)
-        high, low = np.maximum(high[:, :-step], high[:, step:]), np.minimum(low[:, :-step], low[:, step:])
-        width += step
-    return np.asarray((high - low).max(axis=1), float)
+    ranges = np.zeros(len(wave))
+    for row, one in enumerate(wave):  # one by one: they are long, and what is written anew stays in the cache
+        high = low = np.concatenate([one, one[: size - 1]]) if periodic else one
+        width, most = 1, min(size, high.size)
+        while width < most:  # a window of twice the width is two of it
+            step = min(width, most - width)
+            high, low = np.maximum(high[:-step], high[step:]), np.minimum(low[:-step], low[step:])
+            width += step
+        ranges[row] = (high - low).max()
+    return ranges
 
 
 def largest_lines(amplitude: Array) -> NDArray[np.int64]:

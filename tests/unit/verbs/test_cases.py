@@ -25,7 +25,7 @@ SPEEDS = {"low": "700 rpm", "high": "1100 rpm"}
 MODEL: dict[str, Any] = {
     "format": 2,
     "title": "Cases",
-    "damping": {"modal": 0.03},
+    "damping": {"modal": 0.06},
     "stages": {
         "main": {
             "planets": 3,

@@ -278,9 +278,7 @@ def _shift(model: _Model, parts: _Parts) -> str:
         return ""
     told, told_of_twin = (_told_modes(view, _mode_rows(model, view)) for view in (modes, of_twin))
     to_rpm = None if model.axis is None else model.axis[1]
-    return answers.resonance_shift(
-        model.system, told, twin.system, told_of_twin, relative_speed=relative_speed, to_rpm=to_rpm
-    )
+    return answers.resonance_shift([(model.system, told), (twin.system, told_of_twin)], relative_speed, to_rpm)
 
 
 def _mode_rows(model: _Model, view: ModeView) -> list[dict[str, Any]]:
@@ -344,7 +342,7 @@ def _told(model: _Model, parts: _Parts, shown: Mapping[str, Shown]) -> dict[str,
 
 def _answers(model: _Model, parts: _Parts, shown: Mapping[str, Shown]) -> dict[str, Any]:
     """Answers and checks of a frame."""
-    found = answers.answers_of(model.train, model.system, **_told(model, parts, shown), changes=parts.changes)
+    found = answers.answers_of(model.train, model.system, _told(model, parts, shown), parts.changes)
     checks = answers.checks_of(model.train, model.system)
     for missing in parts.missing:
         checks.append({"level": "warn", "code": "not-computed", "text": missing.text, "path": missing.path})

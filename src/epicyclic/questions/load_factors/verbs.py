@@ -65,7 +65,7 @@ VERBS = (
         run=load_factors,
         gives=("load_factors",),
         drawing=True,
-        examples=({}, {"flanks": "contact"}),
+        examples=({}, {"flanks": "contact", "tolerance": 0.1}),
         writers=dict.fromkeys((".rexs", ".rexsj", ".rexsz"), _rexs),
     ),
 )

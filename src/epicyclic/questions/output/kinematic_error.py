@@ -28,18 +28,33 @@ from .locked_train import OutputShaft
 _SAMPLES, _MOST, _ROUNDING = 12, 2**14, 1e-9
 
 
-def kinematic_error(
-    train: Train, shaft: OutputShaft, share: float, *, most: int = _MOST
-) -> tuple[Columns, list[CodedText]]:
+def kinematic_error(train: Train, shaft: OutputShaft, share: float) -> tuple[Columns, list[CodedText]]:
     """Columns of the kinematic error of a shaft under a share of its rated torque, and warnings of a record cut short.
-
-    most : instants of the record, unless a turn has more.
 
     Raises
     ------
     ModelError : no speed or torque of the shaft, it is what drives; a load that nothing holds.
     ConvergenceError : no equilibrium.
     """
+    system, record, error, rounding = _turned(train, shaft, share, _MOST)
+    said = list[CodedText]()
+    if record.count < record.period and np.ptp(error) > rounding:
+        text = f"kinematic error over {record.count} {record.name}, the {record.period_name} has {record.period}"
+        said.append(coded("short-record", f"{text}: phases that are not met may add to its range"))
+    return _columns(system, shaft.name, record, error, rounding), said
+
+
+def error_range(train: Train, shaft: OutputShaft, share: float, most: int) -> float:
+    """Largest range within a turn of the kinematic error [rad]; as of `kinematic_error`, without its orders.
+
+    most : instants of the record, unless a turn has more.
+    """
+    system, record, error, _ = _turned(train, shaft, share, most)
+    return _range(system, shaft.name, record, error)
+
+
+def _turned(train: Train, shaft: OutputShaft, share: float, most: int) -> tuple[System, Record, Array, float]:
+    """The train as it turns slowly, the record, the error over it (T,) [rad] and amplitude that is rounding."""
     kinematics = train.kinematics
     torque = (kinematics.torque or {}).get(shaft.name, 0.0)
     if not (torque and (kinematics.speed or {}).get(shaft.name)):
@@ -54,12 +69,7 @@ def kinematic_error(
     record = _record(system, bodies_named(shaft.name, train.bodies)[0].name, most)
     displacement = np.concatenate([piece.state.displacement for piece in quasi_static(held_train(system), record)])
     rounding = _ROUNDING * float(np.abs(displacement).max(axis=0) @ np.abs(column))
-    error = -(displacement - displacement.mean(axis=0)) @ column
-    said = list[CodedText]()
-    if record.count < record.period and np.ptp(error) > rounding:
-        text = f"kinematic error over {record.count} {record.name}, the {record.period_name} has {record.period}"
-        said.append(coded("short-record", f"{text}: phases that are not met may add to its range"))
-    return _columns(system, shaft.name, record, error, rounding), said
+    return system, record, -(displacement - displacement.mean(axis=0)) @ column, rounding
 
 
 def _record(system: System, body: str, most: int) -> Record:
@@ -74,17 +84,21 @@ def _record(system: System, body: str, most: int) -> Record:
 
 def _columns(system: System, shaft: str, record: Record, error: Array, rounding: float) -> Columns:
     """Error (T,) [rad] over a record, its range and orders; rounding : amplitude that is none."""
-    part = "" if record.count % record.period == 0 else "record"
-    ranges = error_ranges(system, error[None], record.count / record.unit, part)
     frequency, amplitude = _lines(system, record, error, rounding)
     return {
         "kinematic_error": ("shaft_turn", error),
-        "kinematic_error_peak_to_peak": ((), ranges[f"turn of {shaft}"][0]),
+        "kinematic_error_peak_to_peak": ((), _range(system, shaft, record, error)),
         "kinematic_error_order": ("shaft_order", amplitude),
         "shaft_turn": ("shaft_turn", np.arange(error.size) / record.samples),
         "shaft_order": ("shaft_order", np.array([float(one / record.unit) for one in frequency])),
         "shaft_order_cause": ("shaft_order", np.array([line_label(system, one) for one in frequency], dtype=object)),
     }
+
+
+def _range(system: System, shaft: str, record: Record, error: Array) -> float:
+    """Largest range within a turn of a shaft of an error (T,) [rad] over a record."""
+    part = "" if record.count % record.period == 0 else "record"
+    return float(error_ranges(system, error[None], record.count / record.unit, part)[f"turn of {shaft}"][0])
 
 
 def _lines(system: System, record: Record, error: Array, rounding: float) -> tuple[list[Fraction], Array]:

@@ -40,7 +40,7 @@ from ...warning_codes import CodedText, coded
 from ..tolerance.tolerance_map import tolerance_map
 from . import OutputOptions
 from .hysteresis import RANGE, Loop, both_senses, hysteresis, loop_at, rated_of, relative_torques
-from .kinematic_error import kinematic_error
+from .kinematic_error import error_range, kinematic_error
 from .locked_train import OutputShaft, locked_train, output_shaft, ports
 
 if TYPE_CHECKING:
@@ -225,8 +225,8 @@ def sampled_kinematic_error(train: Train, shaft: OutputShaft, share: float, seed
 def _error_of_one(train: Train, shaft: OutputShaft, share: float, overrides: dict[str, object]) -> float:
     """Range of the kinematic error of the train that overrides make [rad]."""
     made = load(dict(train.document), overrides=overrides)
-    found = attempt(lambda one: kinematic_error(one, shaft, share, most=_INSTANTS), made)
-    return np.nan if found.value is None else float(found.value[0]["kinematic_error_peak_to_peak"][1])
+    found = attempt(lambda one: error_range(one, shaft, share, _INSTANTS), made)
+    return np.nan if found.value is None else found.value
 
 
 # --- shafts of a train that turns -------------------------------------------------------------------------------------

@@ -442,20 +442,20 @@ def product(kernel: Kernel, gap: Array, *, joined: bool = False) -> Array:
     joined : of the `distinct` gaps (r, P, 2 J) to the sums of the forces of their rows.
     """
     axes = kernel.joined if joined else kernel.axes
-    return _product([(axis.meshes, axis.kept) for axis in axes], gap, gap.shape[2])
+    return _product([(axis.meshes, axis.kept) for axis in axes], gap, np.empty_like(gap))
 
 
 def truncated_product(kernel: Kernel, gap: Array) -> Array:
     """(k(t) - k0) gap(t) at the truncated points: gap (m, P, 2 J) [m] to (m, P, 2 T) [N]."""
-    return _product([(axis.meshes, axis.truncated) for axis in kernel.axes], gap, 2 * len(kernel.truncated))
+    out = np.empty((*gap.shape[:2], 2 * len(kernel.truncated)))
+    return _product([(axis.meshes, axis.truncated) for axis in kernel.axes], gap, out)
 
 
-def _product(parts: Sequence[tuple[Index, Convolution]], gap: Array, size: int) -> Array:
-    """Convolutions of the meshes of every tone, gap (m, P, 2 J) [m] to (m, P, size) [N]."""
+def _product(parts: Sequence[tuple[Index, Convolution]], gap: Array, out: Array) -> Array:
+    """Convolutions of the meshes of every tone, gap (m, P, 2 J) [m] to [N], entered in out where tones are several."""
     if len(parts) == 1:
         only: Array = np.matmul(gap, parts[0][1].own_matrix)
         return only
-    out = np.empty((*gap.shape[:2], size))
     for meshes, through in parts:
         out[meshes] = _convolved(gap[meshes], through)
     return out

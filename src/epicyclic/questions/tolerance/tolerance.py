@@ -246,7 +246,7 @@ def piece_of_samples(
 ) -> dict[str, NDArray[Any]]:
     """What one piece leaves: a function of its number alone; with `raw` also ``k`` (samples, D, g) [1]."""
     # samples with laws of their own are solved one by one: not those that only fill a piece up
-    most = plan.together * plan.rows if drawn.plays else PIECE
+    most = plan.together * plan.rows if drawn.plays else None
     with one_thread():
         values = drawn.evaluate(piece_uniforms(plan, piece, drawn.dimension_entry.size)[:most], method=method)
         arrays = piece_statistics(values, plan, piece)

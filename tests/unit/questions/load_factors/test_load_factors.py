@@ -52,7 +52,8 @@ ALL = {"case": "all"}
 
 def two_stages() -> dict[str, Any]:
     """Two stages in series on rigid bearings, a pin error in the first; the second case is reversed."""
-    first = {**STAGE, "sun": {"teeth": SUN_TEETH}, "planet": {"teeth": PLANET_TEETH}}
+    meshes = {pair: {"variation": {"cosine": [0.2, 0.05]}} for pair in ("sun-planet", "planet-ring")}
+    first = {**STAGE, "sun": {"teeth": SUN_TEETH}, "planet": {"teeth": PLANET_TEETH}, "meshes": meshes}
     second = {**first, "module": "6 mm", "face_width": "90 mm"}
     return {
         "format": 2,
@@ -108,7 +109,7 @@ def test_factors_of_two_stages_are_those_of_each_case() -> None:
 def test_a_mirrored_case_fills_the_other_flank_with_the_same_numbers() -> None:
     mirror = {"speed": {"sun": f"{-SPEED} rpm"}, "torque": {"sun": f"{-TORQUE} N m"}, "duration": "900 h"}
     model = MODEL | {"cases": {"full": MODEL["cases"]["full"], "mirror": mirror}}
-    found = epicyclic.load_factors(model, overrides=ALL, flanks="contact")
+    found = epicyclic.load_factors(model, overrides=ALL, flanks="contact", tolerance=0.1)
     full, other = (found.sel(case=case) for case in ("full", "mirror"))
     assert full.flank.values.tolist() == [1, -1]
     assert other.flank.values.tolist() == [-1, 1]
@@ -214,18 +215,18 @@ def test_every_stage_passes_a_whole_mesh_cycle_in_the_contact() -> None:
     """The mesh cycle of the second stage is 4.5 times that of the first: a shorter record misses its single contact."""
     model = alone(two_stages())
     del model["deviations"]
-    found = epicyclic.load_factors(model, flanks="contact").squeeze("case")
+    found = epicyclic.load_factors(model, flanks="contact", tolerance=0.1).squeeze("case")
     np.testing.assert_allclose(found.coincidence_factor, 1.0, atol=0.02)
 
 
 def test_pitch_deviations_are_what_accurate_teeth_have_not() -> None:
     plain = alone(MODEL) | {"stages": {"main": STAGE | {"helix_angle": "20 deg", "face_width": "70 mm"}}}
-    accurate = epicyclic.load_factors(plain, flanks="contact", tolerance=0.05)
+    accurate = epicyclic.load_factors(plain, flanks="contact", tolerance=0.3)
     np.testing.assert_array_equal(accurate.accuracy_load_factor, 1.0)
     steps = ", ".join(["0"] * 12 + ["15"] * 12)
     model = plain | {"deviations": {"sun": {"pitch": f"[{steps}] um"}}}
-    found = epicyclic.load_factors(model, flanks="contact", tolerance=0.05).squeeze("case")
-    options: dict[str, Any] = {"mesh": "main/sun-planet/1", "loads": (1.0,), "tolerance": 0.05}
+    found = epicyclic.load_factors(model, flanks="contact", tolerance=0.3).squeeze("case")
+    options: dict[str, Any] = {"mesh": "main/sun-planet/1", "loads": (1.0,), "tolerance": 0.3}
     real, drawn = (float(epicyclic.contact(model, deviations=on, **options).pair_share.max()) for on in (True, False))
     assert real > 1.02 * drawn
     assert float(found.accuracy_load_factor[0]) == pytest.approx(real / drawn, rel=1e-6)

@@ -14,7 +14,7 @@ from tests.unit.questions.life.test_life import train
 import epicyclic
 from epicyclic.engine.plan import SamplingPlan
 from epicyclic.errors import ModelError
-from epicyclic.questions.output import output as samples
+from epicyclic.questions.output import output as outputs
 from epicyclic.questions.output.locked_train import locked_train, output_shaft
 from epicyclic.questions.tolerance import effects
 from epicyclic.questions.tolerance import tolerance as lots
@@ -106,7 +106,7 @@ def test_a_clearance_that_no_law_follows_is_refused() -> None:
 
 
 def test_lost_motion_of_an_output_follows_the_clearance(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(samples, "sampling_plan", lambda *_, **__: replace(FEW, samples=4, scrambles=4))
+    monkeypatch.setattr(outputs, "sampling_plan", lambda *_, **__: replace(FEW, samples=4, scrambles=4))
     model = with_play()
     for mesh in model["stages"]["main"]["meshes"].values():
         mesh["backlash"] = "0.1 mm"
@@ -117,7 +117,7 @@ def test_lost_motion_of_an_output_follows_the_clearance(monkeypatch: pytest.Monk
         changes = {"tolerance": {PLAY: {"common": tolerance or "uniform(10 um, 40 um)"}}}
         made = epicyclic.load({**model, **changes}, {PLAY: play})
         locked = locked_train(made, output_shaft(made, "carrier", None, None))
-        return samples.sampled_loops(locked, [0.03], 4, 1)[0][:, 0]
+        return outputs.sampled_loops(locked, [0.03], 4, 1)[0][:, 0]
 
     found = lost("20 um")
     (least, *_), (most, *_) = (lost("20 um", f"uniform({one} um, {one + 1e-6} um)") for one in (10, 40))
