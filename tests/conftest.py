@@ -56,7 +56,7 @@ def slowness() -> float:
 def few_turning_trains() -> Iterator[None]:
     """`output` samples its error by eight trains that turn, not 64: enough where no test looks at their quantiles."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("epicyclic.questions.output.samples._TURNING", 8)
+        patch.setattr("epicyclic.questions.output.output._TURNING", 8)
         yield
 
 

@@ -131,7 +131,9 @@ def life(  # .questions.life.verbs
     source: Source,
     *,
     overrides: Overrides | None = None,
+    forces: Literal["static", "steady"] = "static",
     instants: int = 256,
+    changes: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> xr.Dataset:
     """Life of the rolling bearings that the drawing states by their parts, under static forces, over load cases."""

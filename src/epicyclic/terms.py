@@ -16,7 +16,7 @@ from importlib import resources
 from typing import Any
 
 from .document.document import ready_drives
-from .document.tables import value_text
+from .document.tables import keyed, value_text
 from .document.units import KINDS
 from .document.writer import json_schema
 from .errors import ModelError
@@ -522,12 +522,4 @@ def _written() -> tuple[tuple[Path, object, str], ...]:
     folder = resources.files("epicyclic.systems")
     drives = ("ren2021", *(name for name in ready_drives() if name != "ren2021"))
     files = {name: tomllib.loads(folder.joinpath(f"{name}.toml").read_text(encoding="utf-8")) for name in drives}
-    return tuple((path, value, name) for name, file in files.items() for path, value in _leaves(file))
-
-
-def _leaves(table: Mapping[str, object], above: Path = ()) -> Iterator[tuple[Path, object]]:
-    for name, value in table.items():
-        if isinstance(value, dict):
-            yield from _leaves(value, (*above, name))
-        else:
-            yield (*above, name), value
+    return tuple((path, value, name) for name, file in files.items() for path, value in keyed(file))

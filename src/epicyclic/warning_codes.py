@@ -126,6 +126,10 @@ tilt-without-slices model-file.md
 A mesh of one row has no stiffness against tilt although its gears may tilt against each other.
 Leave slices out or set it above 1, and state face_width.
 
+shaft-span-resonates model-file.md
+A shaft between two places has a bending mode of its own near the mesh frequency, which its ends do not show.
+Name one more support with radial = 0 in the middle of the span, behind the others: its place gets mass of its own.
+
 deviation-large model-file.md
 A deviation is more than a tenth of a module.
 Check its unit: most deviations are in um.
@@ -229,6 +233,10 @@ More mean load (a drag torque), less ripple (a softer coupling, more flywheel), 
 thrust-not-counted life.md
 A rolling bearing without contact angle is held rigidly along the axis or in tilt, and helical teeth load it there.
 Two rows, two named bearings at their places, a contact angle, or a bearing of its own for the thrust.
+
+bearing-overloaded life.md
+A bearing does not carry its forces: one row with a contact angle carries thrust in one sense.
+Turn the contact angle about, take two rows, or a second bearing that carries the other sense.
 
 races-stand life.md
 A bearing is loaded while its races do not turn against each other: a rating life is not defined.

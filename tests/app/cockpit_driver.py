@@ -11,6 +11,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
@@ -48,6 +49,8 @@ ARGUMENTS = [
 ]
 # [ms] a step may take on a machine that runs other tests besides
 PATIENCE = 40_000
+# [ms] between two looks of who waits for something on a page
+LOOK = 30
 
 
 def absent(reason: str) -> None:
@@ -171,6 +174,8 @@ class Tab:
     def __init__(self, context: Any, address: str, *, wait: bool = True) -> None:
         self.page = context.new_page()
         self.page.set_default_timeout(PATIENCE)
+        # Playwright looks at every picture, which makes the browser paint as long as somebody waits
+        self.page.wait_for_function = partial(self.page.wait_for_function, polling=LOOK)
         self.said: list[str] = []
         self.page.on("console", lambda message: self.said.append(f"{message.type}: {message.text}"))
         self.page.on("pageerror", lambda error: self.said.append(f"error: {error}"))

@@ -1,33 +1,35 @@
-"""One browser and one cockpit of each model for the tests of the page."""
+"""One browser and one cockpit for the tests of the page: a server and its processes take nine seconds to start."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack
-from functools import cache
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import pytest
 from tests.app.canvas_page import loaded, opened
 from tests.app.cockpit_driver import Cockpit, launched, running
 
+from epicyclic.cockpit.state.state import fragment_of
+from epicyclic.cockpit.state.state import opened as state_of
+
 
 @pytest.fixture(scope="package")
-def cockpits(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[str], Cockpit]]:
-    """The server that has a model open, a ready drive or a file; started for the first who asks."""
-    with ExitStack() as servers:
-
-        @cache
-        def serving(model: str) -> Cockpit:
-            return servers.enter_context(running(tmp_path_factory.mktemp("cockpit"), model))
-
-        yield serving
+def serving(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cockpit]:
+    """The server, with ren2021 open."""
+    with running(tmp_path_factory.mktemp("cockpit")) as server:
+        yield server
 
 
 @pytest.fixture(scope="module")
-def cockpit(request: pytest.FixtureRequest, cockpits: Callable[[str], Cockpit]) -> Cockpit:
-    """The server, with ren2021 open, or the `MODEL` of the module."""
-    return cockpits(str(getattr(request.module, "MODEL", "ren2021")))
+def cockpit(request: pytest.FixtureRequest, serving: Cockpit) -> Cockpit:
+    """The server; its address opens the `MODEL` of the module by a link: a ready drive, a file or a state."""
+    model = getattr(request.module, "MODEL", None)
+    if model is None:
+        return serving
+    state = state_of(model) if isinstance(model, str | Path) else model
+    return replace(serving, address=f"{serving.address}#{fragment_of(state)}")
 
 
 @pytest.fixture(scope="package")

@@ -36,10 +36,15 @@ def sized(tab: Tab, width: int, height: int) -> None:
     tab.page.wait_for_timeout(250)
 
 
-def run(tab: Tab, words: str, name: str) -> None:
-    """Run a job and wait until its result is drawn."""
+def run(tab: Tab, words: str, name: str, option: str, text: str) -> None:
+    """Run a job with an option typed, and wait until its result is drawn."""
     tab.page.get_by_role("tab", name=words, exact=True).click()
-    tab.page.locator(f"[data-job={name}]").get_by_role("button", name=re.compile("^Run")).click()
+    job = tab.page.locator(f"[data-job={name}]")
+    job.get_by_text("Options").click()
+    field = job.get_by_label(option, exact=True)
+    field.fill(text)
+    field.press("Tab")
+    job.get_by_role("button", name=re.compile("^Run")).click()
     tab.page.wait_for_function(f"() => window.cockpit.parts['job:{name}']", timeout=100_000)
     tab.page.wait_for_function(
         "() => [...cockpit.panes].find((pane) => pane.kind === 'evidence').plot?.series.length > 1"
@@ -64,8 +69,8 @@ def test_a_mesh_has_one_name_and_one_colour_in_every_chart(tab: Tab) -> None:
     rows = tab.page.evaluate(COLOURS, "evidence")
     assert len(set(rows.values())) == len(rows) == 12
     found = {"sweep": tab.page.evaluate(COLOURS, "sweep")}
-    for words, name in (("Stiffness", "stiffness"), ("Transient", "transient")):
-        run(tab, words, name)
+    for words, name, *short in (("Stiffness", "stiffness", "Samples", "32"), ("Transient", "transient", "Cycles", "3")):
+        run(tab, words, name, *short)
         found[name] = tab.page.evaluate(COLOURS, "evidence")
     for name, drawn in found.items():
         assert 1 <= len(drawn) <= 4

@@ -13,12 +13,12 @@ import pytest
 from tests.app.cockpit_driver import Cockpit, Tab, still
 
 pytestmark = pytest.mark.browser
-MODEL = "lin1999-n3"  # of the server: nothing is looked at that takes long to compute
+MODEL = "lin1999-n3"  # nothing is looked at that takes long to compute
 
 
 @pytest.fixture(scope="module")
 def cookie(cockpit: Cockpit) -> str:
-    answer = said(cockpit, request("GET", cockpit.address.removeprefix(cockpit.origin), cockpit.port))
+    answer = said(cockpit, request("GET", cockpit.address.removeprefix(cockpit.origin).partition("#")[0], cockpit.port))
     found = re.search(r"set-cookie: ([^;\r\n]+)", answer)
     assert found, answer
     return found[1]
@@ -264,7 +264,7 @@ def test_links_of_others_do_no_harm(cockpit: Cockpit, browser: Any) -> None:
             tab.page.evaluate("text => { location.hash = text; }", text)
         tab.page.get_by_text("The link cannot be opened").wait_for()
         assert tab.page.evaluate("window.hacked") is None, name
-        tab.painted()  # the model of the command line stands there instead
+        tab.painted()  # what the tab had stands there instead
     context.close()
     quick = Tab(still(browser), cockpit.address)  # the server is as before
     assert quick.rev >= 0

@@ -7,24 +7,17 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from tests.app.cockpit_driver import Cockpit, Tab, running, still
+from tests.app.cockpit_driver import Cockpit, Tab, still
 
+from epicyclic.cockpit.state.state import PageState
 from epicyclic.document.document import drive_text
 
 pytestmark = pytest.mark.browser
 
 CHANGE = "[data-answer=resonance] .ck-change:visible"
+# ren2021 at a speed where the first mesh order meets a mode and the teeth part
+MODEL = PageState(name="fast.toml", base=drive_text("ren2021").replace('"100 rpm"', '"580 rpm"'))
 SWEEP = "document.querySelector('[data-kind=sweep]')"
-
-
-@pytest.fixture(scope="module")
-def cockpit(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cockpit]:
-    """ren2021 at a speed where the first mesh order meets a mode and the teeth part."""
-    folder = tmp_path_factory.mktemp("detune")
-    model = folder / "fast.toml"
-    model.write_text(drive_text("ren2021").replace('"100 rpm"', '"580 rpm"'), encoding="utf-8")
-    with running(folder, str(model)) as server:
-        yield server
 
 
 @pytest.fixture

@@ -322,8 +322,17 @@ def radial_curve(bearing: RollingBearing, load: float) -> tuple[Array, Array, Ar
     most = displacement(bearing, [4 * load], places=_CURVE_PLACES)[0]
     deflection = play + (most - play) * np.linspace(0, 1, _CURVE) ** 2
     deflection = np.concatenate([[0.0], deflection]) if play > 0 else deflection
-    q = deflection[:, None] * np.eye(5)[0]
-    return deflection, contacts.force(q)[:, 0], contacts.tangent(q)[:, 0, 0]
+    if contacts.bend:
+        q = deflection[:, None] * np.eye(5)[0]
+        return deflection, contacts.force(q)[:, 0], contacts.tangent(q)[:, 0, 0]
+    # of contacts that keep their direction, those of one direction and gap are pressed alike
+    reached = np.flatnonzero(np.maximum(contacts.normals[:, 0] * deflection[-1], 0.0) > contacts.gap)
+    keys = np.column_stack([contacts.normals[reached, 0], contacts.gap[reached]]).round(14)
+    _, first, count = np.unique(keys, axis=0, return_index=True, return_counts=True)
+    along, n = contacts.normals[reached[first], 0], contacts.exponent
+    pressed = np.maximum(np.multiply.outer(deflection, along) - contacts.gap[reached[first]], 0.0)
+    weight = contacts.weight * contacts.coefficient * count * along * pressed ** (n - 1)
+    return deflection, (weight * pressed).sum(axis=1), n * (weight * along).sum(axis=1)
 
 
 # load zone -----------------------------------------------------------------------------------------------------------

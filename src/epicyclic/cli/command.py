@@ -355,8 +355,10 @@ def run_verb(
                 more["progress"] = lambda done, of=1: step(done if of == 1 else done / of)
             result = further(verb.run(model, overrides=overrides or None, **options, **more))
         if output is not None and not figure and (kind := output.suffix.lower()) in writers:
-            writers[kind](result, output)
+            made = writers[kind](result, output)
             complain(f"written: {output}")
+            for entry in getattr(made, "dropped", ()):
+                complain(f"not carried: {entry.path}: {entry.text}")
             print_result(result, as_json=as_json, beside_file=True)
         else:
 

@@ -183,47 +183,68 @@ _FORCE_NAME = re.compile(r"(deflection|force)(?:[^A-Za-z].*)?")
 _LENGTH = re.compile(r"\s*[+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?\s*(?:[kcdmnuµμ]?m|in|inch)\s*$")
 _FORCE_HEADING = "deflection [um], force [kN]; of several phases one column each: deflection [um], force 1 [kN], ..."
 
+FileTable = Callable[[PlainTable, str], PlainTable]
+"""Table that names a file, and its path -> what stands in its place."""
+
 
 def with_files(data: PlainTable, folder: Path | None) -> PlainTable:
     """Return a document with the numbers of the CSV files that it names, of force and of pitch, in place of the names.
 
     folder : where the files are looked for.  Raises ModelError with path, file and line.
     """
+
+    def columns(table: PlainTable, path: str, *, read: Callable[..., PlainTable], names: Sequence[str]) -> PlainTable:
+        path, name = f"{path}.file", table["file"]
+        if beside := [column for column in names if column in table]:
+            raise ModelError(f"stands beside {beside[0]}", path=path, given=name, allowed="one of the two")
+        return {**read(name, path, folder), **{other: entry for other, entry in table.items() if other != "file"}}
+
+    return at_files(
+        data,
+        forces=partial(columns, read=_force_table, names=_COLUMNS),
+        torques=partial(columns, read=_torque_table, names=("angles", "torques")),
+        pitches=partial(_pitch_list, folder=folder),
+    )
+
+
+def at_files(
+    data: PlainTable, *, forces: FileTable, torques: FileTable, pitches: Callable[[str, str], str]
+) -> PlainTable:
+    """Return a document with something else in place of the names of files, wherever it may name one.
+
+    forces, torques : of a curve and of a ripple.  pitches : of deviations of pitch.
+    """
     result = {}
     for name, value in data.items():
         if name in ("stages", "bodies", "couplings"):
-            value = _with_columns(value, name, _COLUMNS, partial(_force_table, folder=folder))
+            value = _with_columns(value, name, forces)
         elif name == "operation":
-            value = _with_ripple(value, name, folder)
+            value = _with_ripple(value, name, torques)
         elif name == "cases" and isinstance(value, dict):
-            value = {case: _with_ripple(entry, f"{name}.{case}", folder) for case, entry in value.items()}
+            value = {case: _with_ripple(entry, f"{name}.{case}", torques) for case, entry in value.items()}
         elif name == "deviations" and isinstance(value, dict):
-            value = {k: _with_pitches(entry, f"{name}.{k}", folder) for k, entry in value.items()}
+            value = {k: _with_pitches(entry, f"{name}.{k}", pitches) for k, entry in value.items()}
         result[name] = value
     return result
 
 
-def _with_columns(value: Any, path: str, columns: Sequence[str], read: Callable[[str, str], PlainTable]) -> Any:
+def _with_columns(value: Any, path: str, read: FileTable) -> Any:
     """Return a table with the columns of the files that it, or a table in it, names."""
     if isinstance(value, list):
-        return [_with_columns(entry, f"{path}.{number}", columns, read) for number, entry in enumerate(value, start=1)]
+        return [_with_columns(entry, f"{path}.{number}", read) for number, entry in enumerate(value, start=1)]
     if not isinstance(value, dict):
         return value
-    if not isinstance(name := value.get("file"), str):
-        return {key: _with_columns(entry, f"{path}.{key}", columns, read) for key, entry in value.items()}
-    if beside := [column for column in columns if column in value]:
-        raise ModelError(f"stands beside {beside[0]}", path=f"{path}.file", given=name, allowed="one of the two")
-    rest = {other: entry for other, entry in value.items() if other != "file"}
-    return {**read(name, f"{path}.file"), **rest}
+    if isinstance(value.get("file"), str):
+        return read(value, path)
+    return {key: _with_columns(entry, f"{path}.{key}", read) for key, entry in value.items()}
 
 
-def _with_ripple(operation: Any, path: str, folder: Path | None) -> Any:
-    """Return an operation with angles and torques of the files that its ripple names."""
+def _with_ripple(operation: Any, path: str, read: FileTable) -> Any:
+    """Return an operation with angles and torques of the files that its ripple names; a member may be called file."""
     if not isinstance(operation, dict):
         return operation
-    read, columns = partial(_torque_table, folder=folder), ("angles", "torques")
     ripple = {key: value for key, value in operation.items() if key.partition(".")[0] == "ripple"}
-    return operation | {key: _with_columns(value, f"{path}.{key}", columns, read) for key, value in ripple.items()}
+    return operation | {key: _with_columns(value, f"{path}.{key}", read) for key, value in ripple.items()}
 
 
 def _torque_table(name: str, path: str, folder: Path | None) -> PlainTable:
@@ -241,7 +262,7 @@ def _torque_table(name: str, path: str, folder: Path | None) -> PlainTable:
     return lists
 
 
-def _with_pitches(value: Any, path: str, folder: Path | None) -> Any:
+def _with_pitches(value: Any, path: str, read: Callable[[str, str], str]) -> Any:
     """Return a table of deviations with the lists of the files that its `pitch` names, one or one for each planet."""
     if not isinstance(value, dict):
         return value
@@ -249,11 +270,11 @@ def _with_pitches(value: Any, path: str, folder: Path | None) -> Any:
     for name, entry in value.items():
         where = f"{path}.{name}"
         if name != "pitch":
-            entry = _with_pitches(entry, where, folder)
+            entry = _with_pitches(entry, where, read)
         elif isinstance(entry, list) and all(isinstance(row, (list, str)) for row in entry):
-            entry = [_pitch_list(row, where, folder) if is_file_name(row) else row for row in entry]
-        elif is_file_name(entry):
-            entry = _pitch_list(entry, where, folder)
+            entry = [read(row, where) if _is_file_name(row) else row for row in entry]
+        elif _is_file_name(entry):
+            entry = read(entry, where)
         result[name] = entry
     return result
 
@@ -295,7 +316,7 @@ def _check_curves(table: CsvTable, columns: dict[str, list[int]], values: Sequen
             raise ModelError(where, path=table.path, given=given, allowed=allowed)
 
 
-def is_file_name(value: object) -> bool:
+def _is_file_name(value: object) -> bool:
     """Return whether what stands at `pitch` is the name of a file: a text that is neither a list nor a length."""
     return isinstance(value, str) and not value.lstrip().startswith("[") and not _LENGTH.match(value)
 

@@ -27,6 +27,7 @@ from .schema_fields import (
     MeshForceTable,
     Place,
     SchemaTable,
+    SectionTable,
     SolidTable,
     SupportTable,
     Unit,
@@ -59,6 +60,9 @@ Moment = Annotated[float, Unit("torque")]
 Amount = Annotated[float, Unit("length", low=0, likely=SMALL)]
 Lengths = Annotated[tuple[float, ...], Unit("length", lists=True)]
 Coefficients = Annotated[tuple[float, ...], Unit("ratio", lists=True)]
+
+
+_SECTIONS = "sections of its shaft from left to right, by number or name: it bends between its supports; default rigid"
 
 
 class MaterialTable(SchemaTable):
@@ -196,6 +200,7 @@ class MemberTable(GearKeys):
         None, "turn against the member it sits on; default fit"
     )
     shaft: SolidTable | None = key(None, "shaft to the member it sits on; default rigid")
+    shaft_sections: dict[str, SectionTable] = Field(default_factory=dict, description=_SECTIONS)
     neck: SolidTable | None = key(None, "neck that joins the left and the right half")
     left: SideTable | None = key(None, "keys of the left side that differ")
     right: SideTable | None = key(None, "keys of the right side that differ")
@@ -340,6 +345,7 @@ class BodyTable(SchemaTable):
     inertia: TiltInertia | None = key(None, "inertia about z; default 0")
     tilt_inertia: TiltInertia | None = key(None, "inertia about x and y; required where it tilts")
     support: SupportTable | None = key(None, "link to the housing")
+    shaft_sections: dict[str, SectionTable] = Field(default_factory=dict, description=_SECTIONS)
     frame: str | None = key(None, "stage in whose axes it moves, so that it couples laterally; default the housing")
     station: Place | None = key(None, "axial place of its centre along z; default 0")
 

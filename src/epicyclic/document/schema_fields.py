@@ -376,6 +376,7 @@ PARTS = (
     *("rows", "elements", "element_diameter", "element_length", "pitch_diameter", "contact_angle", "row_distance"),
     *("arrangement", "internal_clearance", "preload", "rating", "static_rating", "viscosity_ratio", "contamination"),
 )
+Fit = Annotated[float, Unit("length", low=0, likely=SMALL)]
 Clearance = Annotated[PerPlanet, Unit("length", low=0, many=True, likely=SMALL)]
 
 
@@ -468,6 +469,20 @@ class LinkTable(SchemaTable):
         return {d for d in ("x", "y", "z", "rx", "ry", "rz") if getattr(self, d) is not None}
 
 
+class ClearanceTable(SchemaTable):
+    """Internal clearance of a new bearing, and what its fits and its temperature take of it."""
+
+    group: Literal["C2", "CN", "C3", "C4"] | None = key(None, "group of ISO 5753-1 by the bore, the mean of its range")
+    initial: Annotated[float, Unit("length", likely=SMALL)] | None = key(None, "of the new bearing, in place of group")
+    bore: Length | None = key(None, "bore of the inner ring")
+    outside_diameter: Length | None = key(None, "outside diameter of the outer ring")
+    inner_fit: Fit | None = key(None, "effective interference of inner ring and shaft; default 0")
+    outer_fit: Fit | None = key(None, "effective interference of outer ring and housing; default 0")
+    temperature_difference: Annotated[float, Unit("temperature")] | None = key(
+        None, "inner less outer ring, below 0 where the outer one is warmer; default 0"
+    )
+
+
 class BearingTable(LinkTable):
     """A support or a bearing: directions, or a rolling bearing by its parts, which make its radial force."""
 
@@ -483,9 +498,9 @@ class BearingTable(LinkTable):
     )
     row_distance: Length | None = key(None, "between the centres of the rows; default as wide as their elements")
     arrangement: Literal["O", "X"] | None = key(None, "of two rows with a contact angle; default O")
-    internal_clearance: Annotated[PerPlanet, Unit("length", many=True, likely=SMALL)] | None = key(
-        None, "radial internal clearance when running, the whole movement, below 0 of a preloaded one; default 0"
-    )
+    internal_clearance: (
+        Annotated[PerPlanet | ClearanceTable, Unit("length", many=True, likely=SMALL, table=ClearanceTable)] | None
+    ) = key(None, "radial internal clearance when running, the whole movement, below 0 of a preloaded one; default 0")
     preload: Annotated[float, Unit("length", low=0, likely=SMALL)] | None = key(
         None, "axial approach of the races when mounted; default 0"
     )
@@ -572,6 +587,22 @@ class SolidTable(LinkTable):
         """Refuse a bore without or above its diameter."""
         if self.bore is not None and self.bore >= (self.diameter or 0.0):
             raise ModelError("bore not below diameter", allowed="bore < diameter")
+        return self
+
+
+class SectionTable(SchemaTable):
+    """A cylindrical section of a shaft that bends; places along the axis from the centre of the member."""
+
+    from_: Place | None = key(None, "where it begins; default where the one before it ends", alias="from")
+    to: Place = Field(description="where it ends")
+    diameter: Length = Field(description="outer diameter")
+    bore: Annotated[float, Unit("length", low=0)] | None = key(None, "inner diameter; default 0")
+
+    @model_validator(mode="after")
+    def _hollow(self) -> Self:
+        """Refuse a bore above its diameter."""
+        if self.bore is not None and self.bore >= self.diameter:
+            raise ModelError("bore not below diameter", path="bore", given=self.bore, allowed="bore < diameter")
         return self
 
 

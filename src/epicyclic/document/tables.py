@@ -185,6 +185,15 @@ def leaves(
             yield where, value
 
 
+def keyed(table: Mapping[str, Any], above: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], object]]:
+    """tuple[str, ...] and values of everything that is no table, and of empty tables."""
+    for key, value in table.items():
+        if isinstance(value, Mapping) and value:
+            yield from keyed(value, (*above, key))
+        else:
+            yield (*above, key), value
+
+
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 
 
@@ -291,6 +300,8 @@ def _member(table: PlainTable, path: str, stage: str, names: Names) -> PlainTabl
             value = _link(value, where, names)
         elif isinstance(value, dict) and name in SIDES:
             value = _member(value, where, stage, names)
+        elif name == "shaft_sections":
+            value = _numbered(value)
         elif name == "on" and isinstance(value, str):
             value = reference(value if "." in value else f"{stage}.{value}", names, path=where, sides=False)
         result[name] = value
@@ -329,6 +340,8 @@ def _entries(table: PlainTable, kind: str, names: Names, path: str = "") -> Plai
         result = _link(stated, path, names) if kind == "couplings" else dict(stated)
         if kind == "bodies" and isinstance(support := stated.get("support"), dict):
             result["support"] = _link(support, f"{path}.support", names)
+        if kind == "bodies" and "shaft_sections" in stated:
+            result["shaft_sections"] = _numbered(stated["shaft_sections"])
         if kind == "couplings" and isinstance(between := stated.get("between"), list):
             result["between"] = [reference(end, names, path=f"{path}.between") for end in between]
         if kind == "loads" and isinstance(on := stated.get("on"), str):
@@ -352,15 +365,20 @@ def _operation(table: PlainTable, names: Names, path: str = "operation") -> Plai
 
 def _ripples(value: Any, names: Names, path: str) -> Any:
     """Return tables with lists of tables as tables by number from 1, and full names of shafts whose turns count."""
-    if isinstance(value, list) and value and all(isinstance(entry, dict) for entry in value):
-        numbered = {str(number): entry for number, entry in enumerate(value, start=1)}
-        return Whole(_ripples(numbered, names, path))
+    value = _numbered(value)
     if not isinstance(value, dict):
         return value
-    result = {name: _ripples(entry, names, f"{path}.{name}") for name, entry in value.items()}
+    result = type(value)({name: _ripples(entry, names, f"{path}.{name}") for name, entry in value.items()})
     if isinstance(of := value.get("of"), str):
         result["of"] = reference(of, names, path=f"{path}.of", sides=False)
     return result
+
+
+def _numbered(value: Any) -> Any:
+    """Return a list of tables as tables by number from 1, that take the place of those they are laid over."""
+    if not (isinstance(value, list) and value and all(isinstance(entry, dict) for entry in value)):
+        return value
+    return Whole({str(number): entry for number, entry in enumerate(value, start=1)})
 
 
 def _cases(table: PlainTable, names: Names) -> PlainTable:

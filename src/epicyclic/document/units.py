@@ -167,6 +167,7 @@ KINDS: dict[str, Kind] = {
     "acceleration": Kind("acceleration", "m/s^2", 1e6, "m/s^2", _ACCELERATION),
     "rate": Kind("rate", "1/s", 1e12, "1/s", f"1{_OVER}{_TIME}"),
     "frequency": Kind("frequency", "Hz", 1e7, "Hz, kHz", "[kM]?Hz"),
+    "temperature": Kind("temperature difference", "K", 1e4, "K", "K"),
     "time": Kind("time", "s", 1e11, "s, ms, us, min, h", _TIME),
     "unbalance": Kind("unbalance", "kg m", 1e9, "kg m, g mm", f"{_MASS}{_TIMES}{_LENGTH}"),
 }

@@ -175,11 +175,12 @@ _ALLOWED: dict[str, set[str]] = {
     "ring": _GEAR - {"bore"} | {"support", "rim", "outer_diameter"},
     "gear": _GEAR | {"support", "direction"},
     "planet": _GEAR | {"bearing", "pin_radius", "ahead"},
-    "carrier": _COMMON | {"support", "pin_radius"},
+    "carrier": _COMMON | {"support", "pin_radius", "shaft_sections"},
 }
 
 # 50 stages take a second; 500 bodies have 3000 coordinates, matrices of 72 MB and minutes for their modes
-_MOST_STAGES, _MOST_BODIES, _MOST_ROWS = 50, 500, 20_000
+MOST_BODIES = 500
+_MOST_STAGES, _MOST_ROWS = 50, 20_000
 
 
 def check(model: ModelFile) -> None:
@@ -229,9 +230,9 @@ def _check_size(model: ModelFile) -> None:
         bodies += own
         rows += own * max((mesh.slices or 1 for mesh in stage.meshes.values()), default=1)
     size = (6 * bodies) ** 2 * 8e-9
-    if bodies > _MOST_BODIES:
+    if bodies > MOST_BODIES:
         problem = f"{bodies} bodies, whose matrices need {size:.2g} GB each"
-        raise ModelError(problem, path="stages", allowed=f"at most {_MOST_BODIES} bodies")
+        raise ModelError(problem, path="stages", allowed=f"at most {MOST_BODIES} bodies")
     if rows > _MOST_ROWS:
         problem = f"some {rows} slices of meshes, whose rows need {rows * 6 * bodies * 8e-9:.2g} GB each time"
         raise ModelError(problem, path="stages", allowed=f"at most {_MOST_ROWS} in all")

@@ -320,6 +320,10 @@ def _as_written(root: Schema, defs: Schema) -> None:
     _stage(defs["Stage"], defs)
     _links(defs)
     _deviations(defs)
+    for table in ("Member", "Body"):
+        sections = defs[table]["properties"]["shaft_sections"]
+        sections |= _either({"type": "array", "items": sections.pop("additionalProperties")}, {**sections})
+        sections.pop("type")
     _operation(defs["Operation"])
     _operation(defs["Case"])
     variation = defs["Variation"]

@@ -144,6 +144,11 @@ def piece_uniforms(plan: SamplingPlan, piece: int, dimensions: int) -> Array:
     return u
 
 
+def all_uniforms(plan: SamplingPlan, dimensions: int) -> Array:
+    """Uniforms of all scrambles one behind the other, (samples, dimensions) in (0, 1)."""
+    return np.concatenate([scramble_uniforms(plan, scramble, dimensions) for scramble in range(plan.scrambles)])
+
+
 def scramble_uniforms(plan: SamplingPlan, scramble: int, dimensions: int) -> Array:
     """Uniforms of one scramble, (rows, dimensions) in (0, 1).
 

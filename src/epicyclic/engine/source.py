@@ -89,6 +89,11 @@ class Drive:
             return system_of(self.source, overrides=self.overrides)
         return system_of(self.train)
 
+    def changed(self, changes: Overrides) -> Drive:
+        """The same model with further overrides."""
+        model = dict(self.source.document) if isinstance(self.source, Train) else self.source
+        return Drive(model, {**(self.overrides or {}), **changes})
+
     @property
     def drawing(self) -> Train | None:
         """The Train; None where the source is assembled already."""

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import closing
 from functools import partial
 from pathlib import Path
@@ -19,7 +19,7 @@ import xarray as xr
 from ..errors import ModelError
 from ..results.dataset import dataset
 from ..warning_codes import coded, placed
-from .block_store import BlockJob, hash_of, machine, run_blocks
+from .block_store import Arrays, BlockJob, hash_of, machine, run_blocks
 from .plain_data import plain_bytes, plain_value
 from .plan import Counted
 from .points import along, attempt, crossed, failures
@@ -41,32 +41,21 @@ _WARNINGS = 20
 
 
 def computed_block(
-    evaluate: Evaluate,
-    model: Mapping[str, Any],
-    options: Row,
-    rows: Sequence[Row],
-    size: int,
-    keep: Sequence[str],
-    block: int,
+    evaluate: Evaluate, study: StudyJob, rows: Sequence[Row], size: int, block: int
 ) -> dict[str, np.ndarray]:
-    """Block of a job: the results of `size` points as bytes.
-
-    Parameters
-    ----------
-    options : of every point.  rows : path -> value of each point.  keep : variables, () for all.
-    """
-    points = [_point(evaluate, model, options, row, keep) for row in rows[block * size : (block + 1) * size]]
+    """Block of a job: the results of `size` points as bytes; rows : path -> value of each point."""
+    points = [_point(evaluate, study, row) for row in rows[block * size : (block + 1) * size]]
     return {"points": np.frombuffer(plain_bytes(points), np.uint8)}
 
 
-def _point(evaluate: Evaluate, model: Mapping[str, Any], options: Row, row: Row, keep: Sequence[str]) -> dict[str, Any]:
+def _point(evaluate: Evaluate, study: StudyJob, row: Row) -> dict[str, Any]:
     """Of one point: status, reason, warnings and result (None where it failed), names of all variables."""
     overrides = {path: value for path, value in row.items() if not path.startswith(OPTIONS)}
-    options = dict(options) | {
+    options = dict(study.options) | {
         path.removeprefix(OPTIONS).replace("-", "_"): value for path, value in row.items() if path.startswith(OPTIONS)
     }
     # one point of many must not end the others, whatever its error
-    outcome = attempt(partial(evaluate, model, overrides), options, failing=(Exception,))
+    outcome = attempt(partial(evaluate, study.model, overrides), options, failing=(Exception,))
     told, result = {"status": outcome.status, "reason": outcome.reason}, outcome.value
     if result is None:
         return {**told, "warnings": [], "names": [], "kind": "", "result": None}
@@ -75,7 +64,7 @@ def _point(evaluate: Evaluate, model: Mapping[str, Any], options: Row, row: Row,
         "warnings": json.loads(result.attrs.get("warnings", "[]")),
         "names": [str(name) for name in result.data_vars],
         "kind": str(result.attrs.get("verb", "")),
-        "result": _as_kept(result, keep),
+        "result": _as_kept(result, study.keep),
     }
 
 
@@ -98,10 +87,7 @@ def run_study(
     evaluate: Callable[[str], Evaluate],
     verbs: Mapping[str, Sequence[str]],
     *,
-    store: str | Path | None = None,
-    resume: bool = False,
-    workers: int | None = None,
-    scheduler: str | None = None,
+    run: Callable[..., Generator[tuple[int, Arrays], None, None]] = run_blocks,
     progress: Callable[[float], None] | None = None,
 ) -> xr.Dataset:
     """Results of a verb at every point of a job.
@@ -109,7 +95,7 @@ def run_study(
     Parameters
     ----------
     job : a TOML file, or its tables.  evaluate : name of a verb -> what computes a point.
-    verbs : name -> options of every verb.  Others as of `run_blocks`.
+    verbs : name -> options of every verb.  run : `run_blocks` with store and workers.  progress : as of it.
 
     Returns
     -------
@@ -134,7 +120,7 @@ def run_study(
             "size": size,
         },
         count=-(-len(rows) // size),
-        compute=partial(computed_block, evaluate(study.verb), study.model, study.options, rows, size, study.keep),
+        compute=partial(computed_block, evaluate(study.verb), study, rows, size),
         ragged=("points",),
     )
 
@@ -144,8 +130,7 @@ def run_study(
             progress(Counted(min(share.done * size, len(rows)), len(rows)))
 
     points: list[dict[str, Any]] = []
-    given = run_blocks(blocks, store=store, resume=resume, workers=workers, scheduler=scheduler, progress=told)
-    with closing(given) as arriving:
+    with closing(run(blocks, progress=told)) as arriving:
         for _, arrays in arriving:
             arrived: list[dict[str, Any]] = plain_value(arrays["points"].tobytes())
             # what the verb does not give cannot be kept: seen at the first point that has a result

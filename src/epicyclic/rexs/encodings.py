@@ -40,7 +40,7 @@ from .file import (
     scalar,
     text_value,
 )
-from .table import REFERENCES, WORDS
+from .table import REFERENCES, ROW, WORDS
 
 _HEADS = ("version", "applicationId", "applicationVersion", "date")  # of the root
 _MARKS = ("id", "type", "role", "hint", "order", "name", "unit")  # what stands in a tag
@@ -117,7 +117,7 @@ def _components(table: _Table, notes: list[str]) -> Iterator[Component]:
         for attribute in _tables(component, "attributes"):
             key = _text(attribute, "id")
             where = f"component {number}, {key}"
-            if _is_custom(key):
+            if _is_custom(key) and key not in ROW:
                 notes.append(f"component {number}: {key}")
                 continue
             value = _value(attribute, where, key)

@@ -6,6 +6,7 @@ The keys of a model that the file carries are listed; every other one of a docum
 
 from __future__ import annotations
 
+import json
 import math
 import os
 import re
@@ -15,6 +16,8 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+import xarray as xr
 
 from ..document.tables import leaves
 from ..document.writer import commented_text
@@ -35,6 +38,7 @@ from .export_components import (
     gravity_of,
     place,
 )
+from .export_spectrum import spectrum_of
 from .file import RexsFile
 from .table import SHARED, rows_of
 
@@ -57,27 +61,35 @@ class RexsExport:
 
 
 @checked
-def write_rexs(source: Source, path: str | Path, *, overrides: Overrides | None = None) -> RexsExport:
-    """Write a train as a REXS file of version 1.7, whole or not at all.
+def write_rexs(source: Source | xr.Dataset, path: str | Path, *, overrides: Overrides | None = None) -> RexsExport:
+    """Write a train with its load cases as a REXS file of version 1.7, whole or not at all.
 
     The same model gives the same bytes: its date is that of the model file, or 1970-01-01 of a model without a file.
 
     Parameters
     ----------
-    source : model file, name of a ready drive, nested tables, or a Train.
+    source : model file, name of a ready drive, nested tables, a Train; or a result of `load_factors`, whose factors
+        and load cycles then stand in the load cases.
     path : ``.rexs`` (XML), ``.rexsj`` (JSON) or ``.rexsz`` (zip of the XML), also ``.rexs.xml`` and so on.
     overrides : values by path in the model file.
 
     Raises
     ------
-    ModelError : the model is wrong; planets that mesh with each other; gears that do not fit their places; a file that
-        cannot be written, or is the source.
+    ModelError : the model is wrong; a result of another verb; planets that mesh with each other; gears that do not fit
+        their places; a file that cannot be written, or is the source.
     """
     encoding = encoding_of(path)
+    factors = source if isinstance(source, xr.Dataset) else None
+    if factors is not None:
+        if factors.attrs.get("verb") != "load_factors":
+            given = factors.attrs.get("verb", "a Dataset")
+            raise ModelError("no load factors", path="source", given=given, allowed="a result of load_factors")
+        source = json.loads(factors.attrs["model"])
+    assert not isinstance(source, xr.Dataset)
     with outputs_apart():
         as_output(Path(path))
         train = train_of(source, overrides=overrides)
-    export = rexs_of(train, date=_date(source))
+    export = rexs_of(train, date=_date(source), factors=factors)
     stem = Path(path).name.split(".rexs")[0]
     raw = rexs_bytes(export.file, encoding, name=f"{stem}.rexs")
     with whole_file(path) as opened:
@@ -93,13 +105,14 @@ def _date(source: Source) -> str:
     return _NO_DATE.isoformat()
 
 
-def rexs_of(train: Train, *, date: str = _NO_DATE.isoformat()) -> RexsExport:
+def rexs_of(train: Train, *, date: str = _NO_DATE.isoformat(), factors: xr.Dataset | None = None) -> RexsExport:
     """A train as a REXS file, and what of it the format does not carry.
 
     Parameters
     ----------
     train : resolved train with at least one stage.
     date : of the file, as ISO 8601 writes it.
+    factors : of `load_factors` of the model of the train, along `case`.
 
     Raises
     ------
@@ -123,6 +136,7 @@ def rexs_of(train: Train, *, date: str = _NO_DATE.isoformat()) -> RexsExport:
     add_joints(draft)
     add_meshes(draft)
     add_loads(draft)
+    load_cases, accumulations = spectrum_of(draft, factors)
     file = RexsFile(
         version=VERSION,
         application="epicyclic",
@@ -130,6 +144,8 @@ def rexs_of(train: Train, *, date: str = _NO_DATE.isoformat()) -> RexsExport:
         date=date,
         components=tuple(draft.components),
         relations=tuple(draft.relations),
+        load_cases=load_cases,
+        accumulations=accumulations,
     )
     return RexsExport(file, tuple(dict.fromkeys([*draft.dropped, *left_out(train.document)])))
 
@@ -170,6 +186,7 @@ _CARRIED = re.compile(
     rf"|bodies\.[\w-]+\.(?:mass|inertia|tilt_inertia|station|support{_LINK})"
     r"|couplings\.[\w-]+\.(?:between|radial|x|y|z|tilt|rx|ry|rz|radius)"
     r"|operation\.(?:held|gravity|(?:speed|torque|power)\..+)"
+    r"|case|cases\.[\w-]+\.(?:duration|share|(?:speed|torque|power)\..+)"
 )
 # assumptions, costs and deviations as the entry they belong to
 _ENTRY = re.compile(
@@ -181,7 +198,7 @@ _REASONS = (
     (r"damping\..*", "the format has no damping of a whole train"),
     (r"tolerance\..*", "distributions of deviations have no place"),
     (r"deviations\..*", "deviations have no place; what they do to the mean load is in K_gamma"),
-    (r"loads\..*|operation\.loads.*", "forces on members are not written"),
+    (r"(?:cases\.[\w-]+\.)?loads\..*|operation\.loads.*", "forces on members are not written"),
     (r".*\.bore$", "only the mass that follows from it is written"),
     (r".*\.meshes\.[^.]+\.variation.*", "the file has the mean stiffness"),
     (r".*\.meshes\.[^.]+\.(?:phase|pressure_angle)", "follows from the geometry in the file"),

@@ -12,9 +12,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 
 import numpy as np
 
+from ..document.cases import at_case
+from ..document.document import read
 from ..document.tables import value_at
 from ..document.units import Bounds, read_quantity
 from ..errors import ConvergenceError, ModelError
@@ -30,6 +33,15 @@ from .table import RELATIONS, ROW, rows_of, values_of
 
 Values = Mapping[str, Value]
 """Id of an attribute -> value in SI; None where it is not written."""
+
+
+def attributes_of(values: Values) -> dict[str, Attribute]:
+    """Attributes of values in SI, in the units of version 1.7."""
+    given = ((key, value, ROW[key].unit) for key, value in values.items() if value is not None)
+    return {
+        key: Attribute(key, in_unit(value, unit) if isinstance(value, float) else value, unit)
+        for key, value, unit in given
+    }
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,12 +132,7 @@ class Draft:
     def add(self, kind: str, name: str, values: Values | None = None, *, within: int | None = None) -> int:
         """Add a component, in the units of its attributes; its id.  within : assembly that it is a part of."""
         number = len(self.components) + 1
-        attributes = {}
-        for key, value in (values or {}).items():
-            if value is not None:
-                unit = ROW[key].unit
-                attributes[key] = Attribute(key, in_unit(value, unit) if isinstance(value, float) else value, unit)
-        self.components.append(Component(number, kind, name, attributes))
+        self.components.append(Component(number, kind, name, attributes_of(values or {})))
         if within is not None:
             self.relate("assembly", within, number)
         return number
@@ -207,7 +214,7 @@ def _shafts_of(draft: Draft) -> list[ShaftPart]:
 def _shaft(bodies: tuple[Body, ...], hands: Mapping[Key, int]) -> ShaftPart:
     first = bodies[0]
     gears = tuple(sorted((g for body in bodies for g in _gears(body, hands)), key=lambda gear: gear.station))
-    halves = [body.station for body in bodies if body.member == first.member]
+    halves = [body.station for body in bodies if body.member == first.member and body.shaft_of is None]
     station = math.fsum(halves) / len(halves)
     return ShaftPart(
         name=first.member if first.branch is None else f"{first.member} {first.branch}",
@@ -243,10 +250,8 @@ def _added_shaft(draft: Draft, shaft: ShaftPart) -> ShaftPart:
     """The shaft with its id, added with its place, speed, material, rim and what the rim leaves of its mass."""
     material = _material(draft, shaft.first)
     placed: dict[str, Value] = {**place(shaft.start, *shaft.first.centre)}
-    speeds, member = draft.train.kinematics.speed, shaft.first.member
-    if speeds is not None and shaft.first.branch is None and member in speeds:
-        defines = value_at(draft.train.document, ["operation", "speed", *member.split(".")]) is not None
-        placed |= {"rotational_speed": float(speeds[member]), "defines_speed": defines}
+    if shaft.first.branch is None:
+        placed |= speed_of(draft.train, shaft.first.member)
     number = draft.add("shaft", shaft.name, placed, within=draft.unit)
     draft.relate("reference", number, material)
     for body in shaft.bodies:
@@ -391,24 +396,38 @@ def _mean(draft: Draft, link: Link, a: int, b: int, names: str) -> float:
 # loads ----------------------------------------------------------------------------------------------------------------
 
 
+def speed_of(train: Train, member: str) -> Values:
+    """Speed of a central member, and whether the operation states it; nothing where speeds are not known."""
+    speeds = train.kinematics.speed
+    if speeds is None or member not in speeds:
+        return {}
+    return {"rotational_speed": float(speeds[member]), "defines_speed": member in _stated_speeds(train)}
+
+
+@lru_cache(maxsize=2)
+def _stated_speeds(train: Train) -> frozenset[str]:
+    """Members whose speed the operation states."""
+    return frozenset(at_case(read(dict(train.document)).model).operation.speed if train.document else ())
+
+
+def load_of(train: Train, member: str) -> Values:
+    """External torque of a central member, and whether it is stated or balances; nothing of other members."""
+    kinematics = train.kinematics
+    if kinematics.torque is None or member not in {*kinematics.stated, *kinematics.reacting} - {*kinematics.held}:
+        return {}
+    return {"torque_around_u_axis": float(kinematics.torque[member]), "defines_torque": member in kinematics.stated}
+
+
 def add_loads(draft: Draft) -> None:
     """Add the external torques of members that are not held: those stated define, those that balance follow."""
-    kinematics = draft.train.kinematics
-    if kinematics.torque is None:
-        return
-    done = set(kinematics.held)
+    done: set[str] = set()
     for shaft in draft.central_shafts:
         member = shaft.first.member
-        if member in done or not (member in kinematics.stated or member in kinematics.reacting):
-            continue
-        done.add(member)
-        load = {
-            "torque_around_u_axis": float(kinematics.torque[member]),
-            "transmits_torque": True,
-            "defines_torque": member in kinematics.stated,
-            "u_coordinate_on_shaft": shaft.station - shaft.start,
-        }
-        draft.add("external_load", f"{member} torque", load, within=shaft.number)
+        load = load_of(draft.train, member)
+        if load and member not in done:
+            done.add(member)
+            place = {"transmits_torque": True, "u_coordinate_on_shaft": shaft.station - shaft.start}
+            draft.add("external_load", f"{member} torque", {**load, **place}, within=shaft.number)
 
 
 def gravity_of(train: Train) -> Values:

@@ -252,6 +252,7 @@ def _units(
 
 _UNITS = {
     "ratio": _units({}, in_si={"": 1.0, "none": 1.0, "-": 1.0, "1": 1.0, "%": 0.01, "percent": 0.01}),
+    "time": _units({"s": 1.0, "min": 60.0, "h": 3600.0}),
     "length": _units(
         {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 1e-3, "km": 1e3, "um": 1e-6, "nm": 1e-9, "in": 0.0254, "ft": 0.3048},
         like={"micron": "um", "inch": "in"},
@@ -311,7 +312,7 @@ QUANTITIES = {
     **{"none": "ratio", "mm": "length", "mum": "length", "deg": "angle", "1 / min": "speed", "kW": "power"},
     **{"N m": "torque", "N / m": "stiffness", "N mm / rad": "torsional_stiffness", "N / mm^2": "pressure"},
     **{"N / (mm mum)": "stiffness_per_width", "kg / dm^3": "density", "kg": "mass", "kg m^2": "inertia"},
-    "m / s^2": "acceleration",
+    **{"m / s^2": "acceleration", "h": "time", "%": "ratio"},
 }
 """Unit of version 1.7 -> kind of quantity."""
 # kinds that a train counts in the unit of the file: their numbers are written as they are
@@ -372,7 +373,7 @@ def number_in(value: Value, unit: str, kind: str, where: str) -> Number:
 def in_unit(value: float, unit: str) -> float:
     """A value of a train in a unit of version 1.7, infinite as programs write rigid."""
     kind = QUANTITIES[unit]
-    if kind in _AS_THEY_ARE:
+    if kind in _AS_THEY_ARE and unit != "%":
         return value
     if math.isinf(value) and kind in ("stiffness", "torsional_stiffness"):
         return _RIGID

@@ -8,19 +8,20 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence, Set
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ..errors import ModelError
+from ..options import ALL_CASES
 from ..user_input import checked
 from ..warning_codes import CodedText, coded
 from .encodings import read_rexs_file
-from .file import RexsFile
+from .file import QUANTITIES, LoadCase, RexsFile, number_of
 from .joint_tables import couplings_table, operation_table, tell_gravity
 from .members import GearUnit, body_tables, material_of, unit_of
 from .stage_tables import stage_table, x_axis_of
-from .stages import Branch, Entry, StageParts, Table, View, view_of
-from .table import ARRAYS, reason_dropped, rows_of
+from .stages import Branch, Entry, StageParts, Table, View, laid_over, view_of
+from .table import ARRAYS, CASE_NAME, reason_dropped, rows_of
 
 _MATERIAL = rows_of("material")
 # attributes whose value is a text by the standard
@@ -64,6 +65,8 @@ def _false_texts(file: RexsFile) -> list[tuple[int, str]]:
     ]
 
 
+_LABEL = re.compile(r"[A-Za-z0-9_-]{1,60}")  # name of a load case in a model file
+_STATED = (("speed",), ("torque", "power"))
 # The format has no damping, and a response needs some: the ratio that the ready drives assume too.
 _DAMPING = 0.03
 
@@ -143,6 +146,8 @@ def import_file(file: RexsFile, *, load_case: int | None = None) -> RexsImport:
     tell_gravity(unit, x_axis_of(unit, unit.stages[0]))
     if operation:
         document["operation"] = operation
+    if cases := _cases_table(unit, operation):
+        document["cases"] = cases
     _tell_cases(view, case, chosen=load_case is not None)
     for component, name in _false_texts(file):
         if name in view.asked.get(component, ()):
@@ -176,17 +181,58 @@ def traced(error: ModelError, imported: RexsImport) -> ModelError:
     return error.at(f"{error.path} (component {entry.component}, {entry.attribute})")
 
 
+def _cases_table(unit: GearUnit, operation: Table) -> Table:
+    """Load cases by name: time or share of each, and what of its speeds and loads differs from the operation.
+
+    One without a time that is the operation is no case of its own.  Durations count where some are given, else shares.
+    """
+    file, table = unit.view.file, dict[str, Table]()
+    bare = {component.id: component for component in file.components}
+    weighed = next((key for key in ("duration", "share") if any(_time(case, key) for case in file.load_cases)), "")
+    for case in file.load_cases:
+        view = replace(unit.view, components=laid_over(bare, case), entries={}, assumptions={}, losses={}, asked={})
+        stated = operation_table(replace(unit, view=view))
+        # a torque or a power stands in place of both
+        parts = [{key: one[key] for key in keys if key in one} for keys in _STATED for one in (stated, operation)]
+        own = {**(parts[0] if parts[0] != parts[1] else {}), **(parts[2] if parts[2] != parts[3] else {})}
+        if (time := _time(case, weighed)) is not None:
+            own[weighed] = time
+        if own:
+            name = _case_name(case, table)
+            table[name] = own
+            unit.view.read(None, f"load_case {case.id}", f"cases.{name}", ", ".join(own))
+    shares = sum(share for own in table.values() if isinstance(share := own.get("share"), float))
+    if shares > 1 + 1e-9:
+        unit.view.lose(None, "load_spectrum", f"shares of the load cases, which add up to {shares:g}")
+        for own in table.values():
+            own.pop("share", None)
+    return dict(table)
+
+
+def _time(case: LoadCase, key: str) -> object:
+    """Duration or share of a load case as a model file has it; None where it is not given."""
+    parts = [part for part in case.components if key and part.type == "gear_unit"]
+    found = (number_of(part, row.id, QUANTITIES[row.unit]) for part in parts for row in rows_of("gear_unit", key))
+    return next((row.text if key == "duration" else row.si for row in found if row is not None), None)
+
+
+def _case_name(case: LoadCase, taken: Mapping[str, object]) -> str:
+    """Name of a load case in a model file: its own where that is one, else by its id."""
+    names = (one.attributes[CASE_NAME].value for one in case.components if CASE_NAME in one.attributes)
+    name = str(next(names, ""))
+    return name if _LABEL.fullmatch(name) and name not in (ALL_CASES, *taken) else f"case{case.id}"
+
+
 def _tell_cases(view: View, case: int | None, *, chosen: bool) -> None:
     """Tell which load cases there are and which one counts; chosen : by the caller."""
     file = view.file
     if not file.load_cases:
         return
-    ids = ", ".join(str(other.id) for other in file.load_cases if other.id != case)
     if not chosen:
         text = f"load case {case}, the first" if case is not None else "values of the components themselves"
         view.assume(None, "load_case", "", f"{text}; another with --load-case")
-    if ids:
-        view.lose(None, "load_spectrum", f"load cases {ids} of the load spectrum")
+    reason = "of load cases, times, speeds and torques are carried: no factors, load cycles and temperatures"
+    view.lose(None, "load_spectrum", reason)
     if file.accumulations:
         view.lose(None, "accumulation", "accumulations over a load spectrum are results")
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
-from .file import QUANTITIES, Component, Number, RexsFile, Value, number_in, number_of, shown
+from .file import QUANTITIES, Component, LoadCase, Number, RexsFile, Value, number_in, number_of, shown
 from .table import BEARINGS, HELIX, RELATIONS, ROW, RexsRow, rows_of
 
 Table = dict[str, object]
@@ -144,7 +144,7 @@ class View:
         given = [number.si for number in numbers if number is not None]
         return sum(given) / len(given) if given else None
 
-    def read(self, component: int, attribute: str, path: str, text: object) -> None:
+    def read(self, component: int | None, attribute: str, path: str, text: object) -> None:
         """Note that an attribute became what stands at a path."""
         self.entries[Entry(component, attribute, path, str(text))] = None
 
@@ -226,6 +226,15 @@ class View:
         return vector / length
 
 
+def laid_over(components: Mapping[int, Component], case: LoadCase) -> dict[int, Component]:
+    """Components by id with the attributes of a load case in place of their own, or beside them."""
+    over = {one.id: components[one.id] for one in case.components if one.id in components}
+    for one in case.components:
+        if (base := over.get(one.id)) is not None:
+            over[one.id] = replace(base, attributes={**base.attributes, **one.attributes})
+    return {**components, **over}
+
+
 def view_of(file: RexsFile, load_case: int | None) -> View:
     """The view of a file, with the attributes of a load case laid over.
 
@@ -239,9 +248,7 @@ def view_of(file: RexsFile, load_case: int | None) -> View:
         if case is None:
             ids = ", ".join(str(c.id) for c in file.load_cases[:20]) or "none in this file"
             raise ModelError("no such load case", path="load_case", given=load_case, allowed=ids)
-        for over in case.components:
-            if (base := components.get(over.id)) is not None:
-                components[over.id] = replace(base, attributes={**base.attributes, **over.attributes})
+        components = laid_over(components, case)
     # those with an order say the same, and stand behind
     relations = sorted(file.relations, key=lambda relation: relation.type in _ORDERED)
     stated = [(_ORDERED.get(relation.type, relation.type), relation) for relation in relations]

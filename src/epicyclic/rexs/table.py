@@ -49,6 +49,7 @@ class RexsRow(NamedTuple):
 
 
 HELIX = "helix_angle_reference_diameter"
+CASE_NAME = "custom_load_case_name"  # the standard has no names of load cases, and leaves `custom_` to the user
 _ROWS = (
     RexsRow("place", "reference_component_for_position", form="component"),
     RexsRow("place", "support_vector", "mm", form="array"),
@@ -60,6 +61,10 @@ _ROWS = (
     RexsRow("gear_unit", "account_for_gravity"),
     RexsRow("gear_unit", "gravitational_acceleration", "m / s^2"),
     *(RexsRow("gear_unit", f"direction_vector_gravity_{axis}") for axis in "uvw"),
+    # of a load case; those of versions 1.0 to 1.2 behind those of 1.3 and later
+    *(RexsRow("gear_unit", name, "h", "duration") for name in ("operating_time", "load_duration")),
+    *(RexsRow("gear_unit", f"{name}_fraction", "%", "share") for name in ("operating_time", "load_duration")),
+    RexsRow("gear_unit", CASE_NAME),
     RexsRow("shaft", "rotational_speed", "1 / min"),
     RexsRow("shaft", "defines_speed"),
     RexsRow("shaft_section", "length", "mm"),
@@ -130,7 +135,12 @@ _ROWS = (
     ),
     *(RexsRow("cylindrical_stage", f"{end}_normal_backlash", "mm", of="backlash") for end in ("minimum", "maximum")),
     RexsRow("cylindrical_stage", "mesh_load_factor_iso_6336_2019"),
+    RexsRow("cylindrical_stage", "dynamic_factor_iso_6336_2019"),
+    RexsRow("cylindrical_stage", "face_load_factor_contact_stress_iso_6336_2019"),
+    RexsRow("cylindrical_stage", "transverse_load_factor_contact_stress_iso_6336_2019"),
     RexsRow("cylindrical_stage_gear_data", "is_driving_gear"),
+    RexsRow("cylindrical_stage_gear_data", "torque", "N m"),
+    RexsRow("cylindrical_stage_gear_data", "number_of_load_cycles"),
 )
 
 
@@ -171,7 +181,7 @@ RELATIONS = {
 _DROPPED = {
     ("lubricant",): "no lubricant in the model",
     ("material",): "strength and heat are not computed",
-    ("shaft", "shaft_section"): "shafts do not bend in the model",
+    ("shaft", "shaft_section"): "read as mass; shaft_sections of a member makes its shaft bend",
     ("side_plate",): "plates do not bend in the model",
     ("gear_casing",): "the casing is rigid",
     ("cylindrical_stage",): "load capacity, tolerances and results are not carried",

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .bearing_tables import NOMINAL, bearing_tables
 from .elements import Table, named_columns
 from .series import Member, engineering, grouped, members_of, numbers, split_name, texts
 
@@ -23,13 +24,14 @@ _WHOLE = "Bodies, gears, frequencies, links, deviations, choices and the origin 
 
 
 def brief_tables(result: xr.Dataset) -> list[Table]:
-    """Members and couplings with their speeds and torques, pairs of gears, verbs; everything else by words."""
+    """Members and couplings with speeds and torques, pairs of gears, loads of bearings, verbs; the rest by words."""
     assumed, values = (json.loads(str(result.attrs.get(name, "[]"))) for name in ("assumed", "values"))
     count = f"{len(assumed)} of {len(values)} values are assumed. " if assumed else ""
     cases = ", ".join(json.loads(str(result.attrs.get("model", "{}"))).get("cases", ()))
     others = f" Load cases: {cases}; --case NAME or --case all." if cases else ""
     tail = Table(title="", columns={}, lead=count + _WHOLE + others)
-    return [_members(result), *_couplings(result), _pairs(result), _verbs(result), tail]
+    loads = bearing_tables(result, NOMINAL)[:1]
+    return [_members(result), *_couplings(result), _pairs(result), *loads, _verbs(result), tail]
 
 
 def _members(result: xr.Dataset) -> Table:

@@ -1,8 +1,9 @@
 """What a view is made of: tables, figures, sections; `console` draws them in a terminal, `report` in a page.
 
-Rows and tables that several views share: mesh forces, largest values over speed, counts of a status; quantities that
-trains or results have, and how much each differs from the first; where the numbers of a report come from: assumed
-values, options of the analyses, every resolved value, the model.  No plotly.
+Rows and tables that several views share: mesh forces, largest values over speed, transmission errors as ranges over
+periods with the lines that make them, counts of a status; quantities that trains or results have, and how much each
+differs from the first; where the numbers of a report come from: assumed values, options of the analyses, every resolved
+value, the model.  No plotly.
 """
 
 from __future__ import annotations
@@ -15,8 +16,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..results.dataset import largest
-from .series import engineering, numbers, of_first_stage, own_tones, texts
+from ..results.dataset import largest, ranked
+from .series import ARCSEC, engineering, numbers, of_first_stage, own_tones, texts
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
@@ -287,6 +288,72 @@ def status_table(result: xr.Dataset) -> Table:
     """How many points have which status, of status with any dims."""
     names, counts = np.unique(result.status.values.astype(str), return_counts=True)
     return Table(title="Points", columns={"status": list(map(str, names)), "points": [int(one) for one in counts]})
+
+
+# kind -> what the rows are, unit shown, factor from SI, words
+ERROR_KINDS = {
+    "rotation": ("mesh", "µm", 1e6, "rotation of the gears"),
+    "approach": ("mesh", "µm", 1e6, "approach with moving centres"),
+    "shaft": ("shaft", "arcsec", ARCSEC, "shaft to shaft"),
+}
+# Lines named in a table.
+_LINES_NAMED = 3
+
+
+def error_tables(result: xr.Dataset) -> Sequence[Table]:
+    """Ranges of transmission errors over their periods and their largest lines, or the largest range over speed.
+
+    Of meshes that with the largest range of its pair [µm]; of shafts all [arcsec].
+    """
+    tables = []
+    for title, kinds in (("meshes", ("rotation", "approach")), ("shafts", ("shaft",))):
+        columns: dict[str, list[Any]] = {}
+        for kind in kinds:
+            for heading, cells in _error_columns(result, kind).items():
+                columns.setdefault(heading, []).extend(cells)
+        if columns:
+            tables.append(Table(title=f"Transmission error of {title}", columns=columns, digits=4))
+    return tables
+
+
+def _error_columns(result: xr.Dataset, kind: str) -> dict[str, list[Any]]:
+    """Rows of one kind of error, none of a result without."""
+    dim, unit, scale, words = ERROR_KINDS[kind]
+    name = f"transmission_error_{kind}"
+    if f"{name}_range" in result.variables:
+        spans = scale * result[f"{name}_range"].transpose(dim, "period").values
+        columns: dict[str, list[Any]] = {dim: texts(result, dim)}
+        columns |= {f"{one} [{unit}]": list(spans[:, i]) for i, one in enumerate(texts(result, "period"))}
+        if result.sizes["error_line"]:
+            columns[f"largest lines, amplitude [{unit}]"] = _largest_lines(result, f"{name}_line", dim, scale)
+        rank = spans[:, -1]
+    elif f"{name}_peak_to_peak" in result.variables and result[f"{name}_peak_to_peak"].dims == (dim, "speed"):
+        heading = f"largest peak to peak [{unit}]"
+        columns = largest_over_speed(result, dim, f"{name}_peak_to_peak", heading)
+        columns[heading] = [scale * value for value in columns[heading]]
+        rank = np.nan_to_num(columns[heading])
+    elif f"{name}_peak_to_peak" in result.variables and result[f"{name}_peak_to_peak"].dims == (dim,):
+        rank = scale * result[f"{name}_peak_to_peak"].values
+        columns = {dim: texts(result, dim), f"peak to peak [{unit}]": list(rank)}
+    else:
+        return {}
+    if kind == "shaft" and "wind_up" in result.variables:
+        columns["mean wind-up [arcsec]"] = list(ARCSEC * result["wind_up"].values)
+    if dim == "mesh":
+        pairs = [tuple(name.split("/")[:2]) for name in columns["mesh"]]
+        best = {pairs[place]: place for place in ranked(rank)[::-1]}
+        columns = {heading: [cells[place] for place in sorted(best.values())] for heading, cells in columns.items()}
+        columns["by"] = [words] * len(best)
+    return columns
+
+
+def _largest_lines(result: xr.Dataset, name: str, dim: str, scale: float) -> list[str]:
+    """The largest lines of every row, in words."""
+    labels, words = texts(result, "error_line"), []
+    for row in scale * result[name].transpose(dim, "error_line").values:
+        most = [int(place) for place in np.argsort(-row, kind="stable")[:_LINES_NAMED] if row[place] > 0]
+        words.append("; ".join(f"{labels[place]} {row[place]:.3g}" for place in most))
+    return words
 
 
 # Relative change that is none: rounding of eigenvalues and of linear solves.

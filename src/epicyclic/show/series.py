@@ -17,7 +17,7 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from ..limits import JUDGED_AT
-from ..results.dataset import EQUAL, largest
+from ..results.dataset import EQUAL, first_largest, largest
 
 Array = NDArray[np.float64]
 Key = TypeVar("Key")
@@ -238,6 +238,7 @@ def compact(values: ArrayLike, *, digits: int = 5) -> list[float | None]:
 
 ARCMIN = 180 * 60 / np.pi
 """Minutes of arc per radian."""
+ARCSEC = 60 * ARCMIN
 
 
 def engineering(value: float, digits: int = 4) -> str:
@@ -485,8 +486,7 @@ def judged_quantile(result: xr.Dataset) -> tuple[float, float]:
     return p, quantiles.get(p, math.nan)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class TenthLess:
+class TenthLess(NamedTuple):
     """What a tenth less spread of each tolerance changes of the K_gamma that is held against its limit, (E,) each [1].
 
     order : of the entries by their places.  first, last : places of each, alike of those that the samples do not tell
@@ -524,16 +524,8 @@ def tenth_less(result: xr.Dataset) -> TenthLess:
     judged = (one.sel(pair=pair) if pair else one).isel(probability=at)
     value, low, high = (numbers(judged, f"{kind}{end}") for end in ("", "_low", "_high"))
     first, last = (result[f"tenth_less_{name}"].values.astype(np.int64) for name in ("place", "last_place"))
-    return TenthLess(
-        order=np.lexsort((np.nan_to_num(value), first)).tolist(),
-        first=first,
-        last=last,
-        value=value,
-        low=low,
-        high=high,
-        probability=float(numbers(result, "probability")[at]),
-        samples=int(result.attrs.get("ranking_samples", 0)),
-    )
+    order, samples = np.lexsort((np.nan_to_num(value), first)).tolist(), int(result.attrs.get("ranking_samples", 0))
+    return TenthLess(order, first, last, value, low, high, float(numbers(result, "probability")[at]), samples)
 
 
 def banded(value: float, low: float, high: float) -> str:
@@ -594,6 +586,24 @@ class ReliefEffect(NamedTuple):
     after: str
     at: str
     gain: float
+
+
+def zones_of(result: xr.Dataset) -> dict[str, tuple[Array, Array]]:
+    """Load zone of every bearing of `life` by its name, with the case that loads it most; of `static` without cases.
+
+    Angles from the element that bears most, ascending [deg], and loads of the elements [kN].
+    """
+    result = result if "case" in result.dims else result[["element_load", "element_angle"]].expand_dims(case=[""])
+    load = result["element_load"].transpose("bearing", "case", "element").values / 1e3
+    angle = np.degrees(result["element_angle"].transpose("bearing", "case", "element").values)
+    zones, cases = {}, texts(result, "case")
+    for place, name in enumerate(texts(result, "bearing")):
+        case = first_largest(np.fmax.reduce(load[place], axis=1))[0]
+        most = largest(load[place, case])
+        turn = (angle[place, case] - angle[place, case, most] + 180) % 360 - 180
+        order = np.argsort(turn, kind="stable")
+        zones[name + (f", {cases[case]}" if len(cases) > 1 else "")] = turn[order], load[place, case][order]
+    return zones
 
 
 def relief_effect(result: xr.Dataset) -> ReliefEffect:

@@ -13,14 +13,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import ConvergenceError, ModelError
 from ..system.flank_laws import ROWS, FaceContact, FaceForce
-from ..system.system import Array, System
+from ..system.system import Array, Index, System
 from .equilibrium import Compliance
-
-Index = NDArray[np.int64]
 
 # Residual per coordinate, of the sum of sizes of its terms; where nothing loads one, of the largest scaled sum.
 _TOLERANCE, _FLOOR = 1e-12, 1e-13
@@ -135,6 +132,10 @@ def _evaluated(problem: ContactProblem, instants: Index, q: Array, states: Seque
     residual = elastic + pull - load + resisting @ system.group_rows.T
     sizes += np.abs(resisting) @ np.abs(system.group_rows.T)
     energy = energy + laws.potential(stretch).sum(axis=1)
+    # largest residual over its convergence limit, which follows the sizes of the terms
+    stiff = np.sqrt(np.maximum(np.diag(system.mean_stiffness), np.finfo(float).tiny))
+    allowed = np.maximum(_TOLERANCE * sizes, _FLOOR * np.max(sizes / stiff, axis=1)[:, None] * stiff)
+    relative = np.abs(residual) / np.where(allowed > 0, allowed, 1.0)
     return _Point(
         q=q,
         rows=rows,
@@ -142,16 +143,8 @@ def _evaluated(problem: ContactProblem, instants: Index, q: Array, states: Seque
         contact_states=contact_states,
         energy=energy,
         residual=residual,
-        force_residual=_relative_residual(problem, residual, sizes),
+        force_residual=np.asarray(np.max(relative, axis=1, initial=0.0)),
     )
-
-
-def _relative_residual(problem: ContactProblem, residual: Array, sizes: Array) -> Array:
-    """Largest residual (t,) [1] over its convergence limit, which follows the sizes (t, n) of the terms [N, N m]."""
-    stiff = np.sqrt(np.maximum(np.diag(problem.system.mean_stiffness), np.finfo(float).tiny))
-    floor = _FLOOR * np.max(sizes / stiff, axis=1)[:, None] * stiff
-    allowed = np.maximum(_TOLERANCE * sizes, floor)
-    return np.asarray(np.max(np.abs(residual) / np.where(allowed > 0, allowed, 1.0), axis=1, initial=0.0))
 
 
 def _newton_steps(problem: ContactProblem, point: _Point, todo: Index, scale: Array, free: Array) -> Array:

@@ -29,7 +29,8 @@ at the end with the forces of the rows.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -39,6 +40,7 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from ..errors import ConvergenceError, ModelError
+from ..system.contact_sets import ContactSetLaw
 from ..system.flank_laws import LinearAt
 from ..system.gaps import FlanksAt
 from ..system.link_laws import Laws, stacked
@@ -458,6 +460,25 @@ def equilibrium(
         f"no static equilibrium after {max_iterations} steps at {todo.size} of {len(gap)} instants; "
         "check that supports and meshes can carry the load"
     )
+
+
+@contextmanager
+def thrust_named(system: System) -> Iterator[None]:
+    """Name the bearings that carry thrust in one sense alone in the error of a train without equilibrium."""
+    try:
+        yield
+    except ConvergenceError as error:
+        seats: dict[str, dict[str, Array]] = {}
+        for group in system.groups:
+            if isinstance(group.law, ContactSetLaw) and f"{group.name}/z" in group.rows:
+                thrust = group.law.contacts.normals[:, group.rows.index(f"{group.name}/z")]
+                seats.setdefault(group.name.partition(f"/{group.kind}")[0], {})[group.name] = np.sign(thrust)
+        alone = [", ".join(own) for own in seats.values() if len(np.unique(np.concatenate([*own.values()]))) == 1]
+        if not alone:
+            raise
+        needs = "a second row (rows = 2) or bearing, of the opposite contact angle, has to carry the other sense"
+        text = f"{error}; thrust in one sense alone is carried by {', '.join(alone)}: {needs}"
+        raise ConvergenceError(text) from error
 
 
 def _residual(

@@ -42,7 +42,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ConvergenceError, ModelError
-from ..system.system import Array, ComplexArray, Faces, Line, MeshRows, System, elastic_rows, faces
+from ..system.system import Array, ComplexArray, Faces, Line, System, elastic_rows, faces
 from .equilibrium import Compliance, Values, compliance, imbalance, require_balance
 from .record import (
     MeshGroup,
@@ -419,9 +419,17 @@ def load_map(system: System, columns: Sequence[Line] = (), *, links: NDArray[np.
 
     @functools.cache
     def solved(line: Line) -> tuple[ComplexArray, ComplexArray]:
-        """Stretch and what it leaves of one line."""
-        return _closed(flexible, *_gap_and_force(system, flexible, varying, line))
+        """Stretch and what it leaves of one line. Raises ModelError for a load that nothing balances."""
+        force = force_at_rest(system, line)
+        require_balance(flexible.free, np.array([force.real, force.imag]), system)
+        # errors of links that vary are gaps of rows here, no forces
+        link_gap = line.link_gap[varying]
+        force = force - system.links.B[:, varying] @ (system.links.stiffness[varying] * link_gap)
+        return _closed(flexible, np.concatenate([system.flank_gaps(line)[: m + c], link_gap]), force)
 
+    # of each group its pair, and side where it has one
+    groups, face = parallel_meshes(meshes), faces(meshes)
+    names = [f"{meshes.pair[row]}.{meshes.side[row]}" for row in face.first[[group[0] for group in groups]].tolist()]
     return LoadMap(
         flexible=flexible,
         mesh_count=m,
@@ -429,16 +437,10 @@ def load_map(system: System, columns: Sequence[Line] = (), *, links: NDArray[np.
         far_stiffness=meshes.stiffness[far.mesh],
         stretch=line_map(system, columns, lambda line: solved(line)[0], constant=constant[0], torque=torque[0]),
         left=line_map(system, columns, lambda line: solved(line)[1], constant=constant[1], torque=torque[1]),
-        face=faces(meshes),
-        group=tuple(parallel_meshes(meshes)),
-        pair=_group_names(meshes),
+        face=face,
+        group=tuple(groups),
+        pair=tuple(name.removeprefix("stages.").removesuffix(".") for name in names),
     )
-
-
-def _group_names(meshes: MeshRows) -> tuple[str, ...]:
-    """Names of the groups of `parallel_meshes`: pair without ``stages.``, and side where it has one."""
-    rows = [int(faces(meshes).first[group[0]]) for group in parallel_meshes(meshes)]
-    return tuple(f"{meshes.pair[row]}.{meshes.side[row]}".removeprefix("stages.").removesuffix(".") for row in rows)
 
 
 def _flexible(system: System, links: NDArray[np.int64]) -> Compliance:
@@ -451,24 +453,6 @@ def _flexible(system: System, links: NDArray[np.int64]) -> Compliance:
     rows = np.hstack([meshes.B, far.B, system.links.B[:, links]])
     stiffness = np.concatenate([meshes.stiffness, k_far, system.links.stiffness[links]])
     return compliance(elastic_rows(system, links), rows, stiffness)
-
-
-def _gap_and_force(
-    system: System, flexible: Compliance, links: NDArray[np.int64], line: Line
-) -> tuple[ComplexArray, ComplexArray]:
-    """Complex errors of every row (M,) [m] and force (n,) [N, N m] of one line.
-
-    Raises
-    ------
-    ModelError : a load that nothing balances.
-    """
-    force = force_at_rest(system, line)
-    require_balance(flexible.free, np.array([force.real, force.imag]), system)
-    # errors of links that vary are gaps of rows here, no forces
-    link_gap = line.link_gap[links]
-    force = force - system.links.B[:, links] @ (system.links.stiffness[links] * link_gap)
-    gaps = system.flank_gaps(line)[: len(system.meshes.name) + system.far_flanks.mesh.size]
-    return np.concatenate([gaps, link_gap]), force
 
 
 def _closed(flexible: Compliance, gap: Values, force: Values) -> tuple[Values, Values]:

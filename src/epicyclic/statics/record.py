@@ -286,8 +286,10 @@ def record_of(
     unit, name = reference_tone(system), "mesh cycles"
     if turns is not None or of is not None:
         unit, name = _turn_rate(system, of), f"turns of {of}"
-    elif slow and cycles is None and (fastest := _fastest_slow_line(system)):
-        unit, name = fastest, "cycles of the fastest error"
+    elif slow and cycles is None and not np.any(system.meshes.variation) and not system.meshes.laws:
+        fastest = max((line.frequency for line in system.lines), default=Fraction(0))
+        if system.tones and 0 < fastest < min(system.tones):
+            unit, name = fastest, "cycles of the fastest error"
     varying = np.any(system.meshes.variation != 0, axis=1)
     for lawful in system.meshes.laws:
         varying[lawful.rows] = True
@@ -320,13 +322,6 @@ def _turn_rate(system: System, body: str | None) -> Fraction:
         allowed = ", ".join(rates) or "a train's speed"
         raise ModelError("turns are counted of a body that turns", path="of", allowed=allowed, **given)
     return rates[body]
-
-
-def _fastest_slow_line(system: System) -> Fraction | None:
-    """Frequency of the fastest line [Hz], where mesh stiffnesses are constant and no line reaches a mesh frequency."""
-    fastest = max((line.frequency for line in system.lines), default=Fraction(0))
-    constant = not np.any(system.meshes.variation) and not system.meshes.laws
-    return fastest if constant and system.tones and 0 < fastest < min(system.tones) else None
 
 
 def turn_fraction(ratio: Fraction, index: NDArray[np.int64]) -> Array:

@@ -11,6 +11,7 @@ whose rows would press otherwise by `LEFT` of the largest force.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -36,6 +37,7 @@ from .load_map import (
     units_of_largest,
 )
 from .record import MeshGroup, shares
+from .static import HeldTrain
 from .tangent import linear
 
 ContactMethod = Literal["auto", "linear", "static"]
@@ -261,6 +263,7 @@ def sample_loads(
     method: ContactMethod = "auto",
     count: int | None = None,
     laws: LawMap | None = None,
+    held: Callable[[int], HeldTrain | None] | None = None,
     dense: bool = False,
 ) -> SampleLoads:
     """Load sharing of S samples.
@@ -272,6 +275,7 @@ def sample_loads(
     method : ``auto`` solves those samples anew whose contact opens, ``static`` all of them, ``linear`` none.
     count : samples, from the first on, that are wanted, and returned; the rest only fill a piece up.
     laws : of a train with laws, which all samples ask then except with ``linear``; `loads` has tangents for them.
+    held : the train of a sample with laws of its own, None where it is no train.
     dense : open contact at four times as many slow phases, before the largest share is searched for.
 
     Raises
@@ -295,7 +299,7 @@ def sample_loads(
     failed, opens = closed.failed | ~balanced, closed.leaves.copy()
     wanted = {"auto": opens, "linear": np.zeros_like(opens), "static": np.ones_like(opens)}[method] & ~failed
     excitation = (still, turning) if laws is None else laws.excitation.values(factors, torque)
-    forces = _forces_of(loads, laws, excitation, rows, closed.stiffness, sign)
+    forces = _forces_of(loads, laws, excitation, rows, closed.stiffness, sign, held)
     phases = _LAW_PHASES if laws is not None else _DENSE_PHASES if dense else _PHASES
     even = phases if len(closed.wave) else 1
     again = np.flatnonzero(wanted)
@@ -449,11 +453,12 @@ def _forces_of(
     rows: NDArray[np.int64] | None,
     stiffness: Array,
     sign: Array,
+    held: Callable[[int], HeldTrain | None] | None,
 ) -> Forces:
     """Forces of samples in open contact, or by the laws of their train.
 
     excitation : (S, Q), (G, S, Q) what stands still and turns: stretches [m], or of the laws.
-    stiffness : (S, M), asked where `rows` vary [N/m].  sign : (w,) as of `nominal_signs`.
+    stiffness : (S, M), asked where `rows` vary [N/m].  sign : (w,) as of `nominal_signs`.  held : as of `sample_loads`.
     """
 
     def forces(at: NDArray[np.int64], units: ComplexArray) -> tuple[Array, NDArray[np.bool_]]:
@@ -463,8 +468,15 @@ def _forces_of(
         k = None if rows is None else np.repeat(stiffness[at], T, axis=0)
         if laws is None:
             net, known = net_forces(loads, values, rows, None if k is None else k[:, rows])
-        else:
+        elif held is None:
             net, known = law_forces(laws, values, None if k is None else k[:, :m])
+        else:
+            net, known = np.full((at.size * T, m), np.nan), np.zeros(at.size * T, bool)
+            for place, sample in enumerate(at.tolist()):
+                if (train := held(sample)) is not None:
+                    one = slice(place * T, (place + 1) * T)
+                    own = None if k is None else k[one, :m]
+                    net[one], known[one] = law_forces(replace(laws, held=train), values[one], own)
         whole = sign * loads.face.total(net.reshape(at.size, T, m), axis=2)
         return whole, np.asarray(known.reshape(at.size, T).all(axis=1))
 

@@ -16,7 +16,7 @@ from collections.abc import Callable, Hashable, Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from fractions import Fraction
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +28,7 @@ from ..system.link_laws import STATES, Laws
 from ..system.system import Array, Faces, System, elastic_rows, faces
 from ..warning_codes import CodedText, coded
 from . import StaticOptions
-from .equilibrium import Compliance, Equilibrium, compliance, compliance_of, equilibrium, require_balance
+from .equilibrium import Compliance, Equilibrium, compliance, compliance_of, equilibrium, require_balance, thrust_named
 from .record import (
     Record,
     RecordExcitation,
@@ -38,7 +38,7 @@ from .record import (
     parallel_meshes,
     record_of,
 )
-from .transmission_error import record_errors
+from .transmission_error import Columns, record_errors
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -157,16 +157,17 @@ def settled(
         linear = LinearAt(stiffness=np.hstack([here.stiffness, here.far_stiffness]))
         count = linear.stiffness.shape[1]
         contact = FlanksAt(parts=((linear, slice(0, count)),), count=count)
-    state = equilibrium(
-        held.whole,
-        stiffness=here.stiffness,
-        gap=gap,
-        force=here.force,
-        flanks=contact,
-        laws=held.laws,
-        anchor=anchor,
-        start=start,
-    )
+    with thrust_named(held.system):
+        state = equilibrium(
+            held.whole,
+            stiffness=here.stiffness,
+            gap=gap,
+            force=here.force,
+            flanks=contact,
+            laws=held.laws,
+            anchor=anchor,
+            start=start,
+        )
     return replace(state, displacement=state.displacement + held.touch, approach=state.approach + to_touch)
 
 
@@ -223,7 +224,18 @@ def _slider_history(held: HeldTrain, record: Record) -> tuple[Array, Array]:
     todo = np.arange(parts)
     tolerance = _SLIDER_TOLERANCE * float(np.min(laws.slip_start[laws.memory]))
     for _ in range(parts + 1):
-        ends = _step_parts(held, here, begin[todo], todo * length, length, anchors, approach)
+        ends = begin[todo]
+        start: Array | None = None
+        for step in range(length):
+            inside = todo * length + step < len(anchors)
+            index = (todo * length + step)[inside]
+            if not index.size:
+                break
+            before = ends[inside]
+            state = settled(held, here.at(index), anchor=before, start=None if start is None else start[: index.size])
+            anchors[index], approach[index] = before, state.approach
+            ends[inside] = laws.slide(state.group_stretch, before)
+            start = state.approach
         following = todo + 1 < parts
         following_parts = todo[following] + 1
         moved = np.max(np.abs(ends[following] - begin[following_parts]), axis=1, initial=0.0) > tolerance
@@ -233,36 +245,6 @@ def _slider_history(held: HeldTrain, record: Record) -> tuple[Array, Array]:
             return anchors[total:], approach[total:]
     raise ConvergenceError("the history of a sliding spline was not found")
 
-
-def _step_parts(
-    held: HeldTrain,
-    here: RecordExcitation,
-    slider: Array,
-    first: NDArray[np.int64],
-    length: int,
-    anchors: Array,
-    approach: Array,
-) -> Array:
-    """Last sliders (P, R) [m] of parts that begin at instants `first` (P,) with some sliders (P, R) [m].
-
-    The parts are stepped through in place, which fills in sliders and approach (2 T, ..) [m].
-    """
-    slider = slider.copy()
-    start: Array | None = None
-    for step in range(length):
-        inside = first + step < len(anchors)
-        index = (first + step)[inside]
-        if not index.size:
-            break
-        before = slider[inside]
-        state = settled(held, here.at(index), anchor=before, start=None if start is None else start[: index.size])
-        anchors[index], approach[index] = before, state.approach
-        slider[inside] = held.laws.slide(state.group_stretch, before)
-        start = state.approach
-    return slider
-
-
-Columns = dict[str, tuple[Sequence[str] | str, Any]]
 
 # A mesh force below this part of the largest is an open mesh: of two that open together one may just touch, with a
 # force that is rounding (1e-16 times mesh per support stiffness, 1e7).
@@ -520,6 +502,8 @@ def _dataset(
     coords |= error_labels
     if system.groups:
         coords["group"] = np.array([group.name for group in system.groups], dtype=object)
+        coords["group_row"] = np.array(list(rows := group_row_forces(system, pieces)), dtype=object)
+        angles["group_row_force"] = (("group_row", "time"), np.array(list(rows.values())))
     result = dataset(
         {
             "mesh_force": (("mesh", "time"), mesh_force),
@@ -576,15 +560,18 @@ def _slice_columns(face: Faces, force: Array, lost: np.ndarray) -> Columns:
         return {}
     mean = force.mean(axis=0)
     mean *= np.where(face.total(mean) < 0, -1.0, 1.0)[face.row]
-    total = face.total(mean)
-    largest = -face.least(-mean)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        factor = np.where((face.count > 1) & (total > 0), face.count * largest / total, np.nan)
     return {
-        "face_load_factor": ("mesh", factor),
+        "face_load_factor": ("mesh", face.load_factor(-face.least(-mean), face.total(mean))),
         "slice_force": (("mesh_slice", "time"), force.T[face.cut]),
         "slice_contact_lost": ("mesh_slice", lost[face.cut]),
     }
+
+
+def group_row_forces(system: System, pieces: Sequence[RecordPiece]) -> dict[str, Array]:
+    """Force (T,) [N, N m] of every row of the links that follow a law, by its name."""
+    rows = [row for group in system.groups for row in group.rows]
+    force = np.concatenate([piece.state.group_force for piece in pieces])
+    return dict(zip(rows, force.T, strict=True))
 
 
 def group_columns(system: System, pieces: list[RecordPiece]) -> dict[str, tuple[tuple[str, str], np.ndarray]]:

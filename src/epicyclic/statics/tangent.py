@@ -19,7 +19,7 @@ from ..system.flank_laws import LawRows, LinearLaw
 from ..system.link_laws import STATES, LawGroup, Laws
 from ..system.system import Array, Line, LinkRows, MeshRows, System, commutes, faces
 from ..warning_codes import CodedText, coded
-from .equilibrium import Equilibrium, compliance_of, equilibrium, require_balance
+from .equilibrium import Equilibrium, compliance_of, equilibrium, require_balance, thrust_named
 from .record import Record, group_gap, hunting_cycles, reference_tone, standing_excitation
 from .static import held_train, quasi_static
 
@@ -198,9 +198,10 @@ def _mean_state(system: System) -> Equilibrium:
     flexible, excited = compliance_of(system), standing_excitation(system)
     gap, force = excited[: len(flexible.stiffness)], excited[-len(system.force) :]
     require_balance(flexible.free, force[None], system)
-    return equilibrium(
-        flexible, stiffness=system.meshes.stiffness[None], gap=gap[None], force=force[None], laws=system.laws
-    )
+    with thrust_named(system):
+        return equilibrium(
+            flexible, stiffness=system.meshes.stiffness[None], gap=gap[None], force=force[None], laws=system.laws
+        )
 
 
 def _along_axes(group: LawGroup, rows: slice, stretch: Array, tangent: Array) -> _GroupTangent:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..show.elements import Company, Drawing, KeyFigure, Section, Table, force_table
-from ..show.errors_shown import error_tables
+from ..show.bearing_tables import bearing_tables
+from ..show.elements import Company, Drawing, KeyFigure, Section, Table, error_tables, force_table
 from ..show.series import ARCMIN, engineering, numbers, texts
 from ..show.views import ResultView
 
@@ -33,7 +33,8 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
     }
     title = "Torsion of supports, necks, shafts and couplings"
     twisted = [Table(title=title, columns=columns)] if torsion else []
-    return [*_angles(result), force_table(result), *error_tables(result), *_link_forces(result), *twisted]
+    first = [*_angles(result), force_table(result), *error_tables(result), *_link_forces(result), *twisted]
+    return [*first, *bearing_tables(result)]
 
 
 def _stiffness(result: xr.Dataset) -> NDArray[np.float64]:
@@ -76,6 +77,8 @@ def key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
 def _link_forces(result: xr.Dataset) -> list[Table]:
     """Forces of every link that carries one, across the axis and, where any holds it, along the axis [N]."""
     force = dict(zip(result.link_row.values, result.link_force.transpose("link_row", "time").values, strict=True))
+    if "group_row" in result.dims:
+        force |= dict(zip(result.group_row.values, result.group_row_force.values, strict=True))
     links = dict.fromkeys(str(name).rsplit("/", 1)[0] for name in force if str(name).endswith(("/x", "/y", "/z")))
     still = np.zeros(result.sizes["time"])
     parts = {link: [np.asarray(force.get(f"{link}/{axis}", still)) for axis in "xyz"] for link in links}
@@ -96,11 +99,14 @@ def _link_forces(result: xr.Dataset) -> list[Table]:
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """Angles of a locked train; mesh forces over the record."""
     from ..show.charts.over_time import mesh_forces, transmission_errors
+    from ..show.charts.train import load_zones
 
     parts = [Drawing(anchor="static-forces", figure=mesh_forces(result))] if "mesh_force" in result.variables else []
     if "transmission_error_rotation" in result.variables:
         parts.append(Drawing(anchor="static-errors", figure=transmission_errors(result)))
-    return [Section(anchor="static", title="Static forces", parts=[*_angles(result), *parts])]
+    if "element_load" in result:
+        parts.append(Drawing(anchor="load-zones", figure=load_zones(result)))
+    return [Section(anchor="static", title="Static forces", parts=[*_angles(result), *parts, *bearing_tables(result)])]
 
 
 VIEWS = (ResultView("static", 50, tables, sections, key_figures=key_figures),)

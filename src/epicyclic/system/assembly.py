@@ -339,14 +339,15 @@ def _symmetries(train: Train, T: Array, M: Array, K: Array) -> tuple[Symmetry, .
     """Cyclic symmetry of every stage, checked on M and K (n, n), K with the mean meshes; T : (6 nb, n)."""
     symmetries = []
     for stage, branches in train.planets.items():
-        members: dict[tuple[str, str | None], dict[int, int]] = {}
+        members: dict[tuple[str, str | None, str], dict[int, int]] = {}
         central = []
         for i, body in enumerate(train.bodies):
             if body.branch is None:
                 if body.frame == stage or "." not in body.member:
                     central.append(i)
             elif body.member.split(".")[0] == stage:
-                members.setdefault((body.member, body.side), {})[body.branch] = i
+                place = body.name.removeprefix(body.shaft_of or body.name)
+                members.setdefault((body.member, body.side, place), {})[body.branch] = i
         moves = [(where[b], where[b % branches + 1]) for where in members.values() for b in where]
         full = turn_operator(len(train.bodies), moves=moves, turned=central, angle=2 * math.pi / branches)
         R = reduced_operator(full, T) if branches > 1 else None

@@ -13,7 +13,7 @@ from fractions import Fraction
 import numpy as np
 
 from ..errors import ModelError
-from ..train.train import Displacement, Load, MeshError, Ripple, Train
+from ..train.train import Body, Displacement, Load, MeshError, Ripple, Train
 from .structure import Structure, own_centres, structure_of
 from .system import Array, ComplexArray, Line, eliminate
 
@@ -60,8 +60,9 @@ class _FullLine:
 class _Lines:
     """Unreduced lines of a structure, by frequency [Hz]."""
 
-    def __init__(self, structure: Structure) -> None:
+    def __init__(self, structure: Structure, bodies: Sequence[Body]) -> None:
         self.structure = structure
+        self.bodies = bodies
         self.by_frequency: dict[Fraction, _FullLine] = {}
 
     def at(self, frequency: Fraction, vector: ComplexArray, cause: str) -> tuple[_FullLine, ComplexArray]:
@@ -95,6 +96,12 @@ class _Lines:
             full.far -= structure.far[:, columns] @ vector
             return
         sign = -1.0 if feature.rows == "own" else 1.0
+        moved = [(columns, vector)]
+        for i, place in enumerate(self.bodies):
+            if place.shaft_of == feature.body:  # on its shaft, which a tilt about the centre of the body displaces
+                lever = place.station - self.bodies[body].station
+                off = lever * np.array([vector[4], -vector[3], 0, 0, 0, 0])
+                moved.append((slice(6 * i, 6 * i + 6), vector + off))
         links = set(feature.links)
         for matrix, rows, target in (
             (structure.link, structure.links, full.link),
@@ -102,7 +109,7 @@ class _Lines:
         ):
             for i, row in enumerate(rows):
                 if row.link.name in links:
-                    target[i] += sign * (matrix[i, columns] @ vector)
+                    target[i] += sign * sum(matrix[i, columns] @ motion for columns, motion in moved)
 
     def mesh_error(self, error: MeshError) -> None:
         """Add the error of a mesh to the rows of one of its flanks."""
@@ -160,7 +167,7 @@ def excitation_lines(train: Train, structure: Structure, model: FullModel) -> tu
     ------
     ModelError : a displacement that rigid connections do not admit.
     """
-    lines = _Lines(structure)
+    lines = _Lines(structure, train.bodies)
     for displacement in train.displacements:
         lines.displace(displacement)
     for error in train.mesh_errors:
@@ -209,7 +216,7 @@ def unit_lines(train: Train, deviations: Sequence[Displacement | MeshError]) -> 
     )
     units = []
     for deviation in deviations:
-        lines = _Lines(structure)
+        lines = _Lines(structure, train.bodies)
         if isinstance(deviation, Displacement):
             lines.displace(deviation)
         else:

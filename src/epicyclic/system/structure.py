@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from ..errors import ModelError
 from ..teeth.form import PLAIN
-from ..train.train import DIRECTIONS, ContactSet, Link, Mesh, Train
+from ..train.train import DIRECTIONS, ContactSet, Link, Mesh, Train, bodies_named
 from ..warning_codes import CodedText, coded
 from .contact_sets import ContactSetLaw
 from .flank_laws import LawRows, TabulatedLaw
@@ -490,7 +490,7 @@ def _torque_through(link: Link, train: Train) -> float:
             torque = ties.get(tie.name, 0.0)
             torques += [-torque] * (bodies[tie.first] == member) + [torque] * (bodies[tie.second] == member)
     through = (sum(abs(torque) for torque in torques) + abs(sum(torques))) / 2
-    return through / sum(name == member for name in bodies.values())
+    return through / len(bodies_named(member, train.bodies))
 
 
 # meshes ---------------------------------------------------------------------------------------------------------------

@@ -35,6 +35,7 @@ from .flank_laws import LawRows
 from .link_laws import LawGroup, Laws, stacked
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 ComplexArray = NDArray[np.complex128]
 Number = TypeVar("Number", bound=np.inexact)
 # Relative speeds this near to 1 are 1: rounding of a speed in Hz or rpm.
@@ -424,6 +425,11 @@ class Faces:
     def least(self, values: Array, axis: int = 0) -> Array:
         """Smallest value (..., w, ...) of the rows of each mesh, of values (..., m, ...), in their unit."""
         return np.minimum.reduceat(values, self.first, axis=axis)
+
+    def load_factor(self, largest: Array, total: Array) -> Array:
+        """Face-load factor (w,) [1] of largest forces of a slice and sums of all [N]; nan of a mesh in one piece."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.where((self.count > 1) & (total > 0), self.count * largest / total, np.nan)
 
     def any(self, values: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """(w,) meshes of which any row (m,) is true."""

@@ -17,7 +17,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from ..train.train import Train, driving_member
+from ..train.train import Train, bodies_named, driving_member
 from .structure import Structure
 from .system import Array, ErrorRows
 
@@ -39,7 +39,7 @@ def error_rows(train: Train, structure: Structure, T: Array) -> ErrorRows:
     shaft = np.zeros((len(shafts), len(T)))
     for row_of, weights in zip(shaft, shafts.values(), strict=True):
         for name, weight in weights.items():
-            turns = [6 * i + 5 for i, body in enumerate(train.bodies) if body.member == name]
+            turns = [6 * structure.index[body.name] + 5 for body in bodies_named(name, train.bodies)]
             row_of[turns] += weight / len(turns)
     return ErrorRows(
         mesh=tuple(names), shaft=tuple(shafts), turn=turn, B=(np.concatenate([rotation, approach, shaft]) @ T).T

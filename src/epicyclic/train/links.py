@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from ..bearings.checks import checked
+from ..bearings.clearance import operating_clearance
 from ..bearings.element_loads import Array, contact_set, radial_curve
 from ..bearings.rating_life import dynamic_rating, static_rating
 from ..bearings.rolling_bearing import RollingBearing
@@ -21,6 +22,7 @@ from ..document.schema_fields import (
     PARTS,
     BearingTable,
     BoltsTable,
+    ClearanceTable,
     ForceTableOf,
     LinkTable,
     SolidTable,
@@ -62,6 +64,22 @@ def shaft_stiffness(
         "ry": bending,
         "rz": shear_modulus * 2 * second_moment / length,
     }
+
+
+def end_to_end(pieces: Sequence[tuple[float, Mapping[str, float]]]) -> tuple[float, dict[str, float]]:
+    """Stiffness of shafts end to end, and the place where its six directions uncouple: their elastic centre.
+
+    Flexibilities add; about a place that is not its middle the bending of a piece also yields laterally.  At the mean
+    of the middles, each by its flexibility in bending, a moment does not displace and a force does not turn the ends
+    against each other.
+
+    pieces : middle [m] and stiffness (`shaft_stiffness`) of each.  Returns the place [m] and x y z [N/m], rx ry rz
+    [N m/rad].
+    """
+    flexible = {key: sum(1 / stiffness[key] for _, stiffness in pieces) for key in DIRECTIONS}
+    centre = sum(middle / stiffness["rx"] for middle, stiffness in pieces) / flexible["rx"]
+    levers = sum((middle - centre) ** 2 / stiffness["rx"] for middle, stiffness in pieces)
+    return centre, {key: 1 / (value + (levers if key in "xy" else 0.0)) for key, value in flexible.items()}
 
 
 def shear_coefficient(bore_ratio: float, poisson_ratio: float) -> float:
@@ -195,7 +213,16 @@ def _rolling(site: LinkSite, path: str, table: BearingTable, log: ResolutionLog)
     ModelError : parts that do not fit, a site in two halves of a carrier.
     """
     stated = {name: getattr(table, name) for name in ("type", *PARTS) if getattr(table, name) is not None}
-    clearance = of_branch(stated.pop("internal_clearance", 0.0), site.first.branch)
+    given = stated.pop("internal_clearance", 0.0)
+    if isinstance(given, ClearanceTable):
+        where, sizes = f"{path}.internal_clearance", (table.pitch_diameter or 0.0, table.element_diameter or 0.0)
+        races = sizes[0] - sizes[1], sum(sizes)
+        try:
+            given, words = operating_clearance(table.type or "", races, **given.model_dump(exclude_none=True))
+        except ModelError as error:
+            raise error.at(f"{where}.{error.path}") from None
+        log.note(where, given, "m", words)
+    clearance = of_branch(given, site.first.branch)
     for name in ("viscosity_ratio", "contamination"):
         stated.pop(name, None)
     if site.share != 1:
@@ -208,9 +235,27 @@ def _rolling(site: LinkSite, path: str, table: BearingTable, log: ResolutionLog)
     except ModelError as error:
         where = error.path.replace(f"{path}.clearance", f"{path}.internal_clearance")
         raise ModelError(error.problem, path=where, given=error.given, allowed=error.allowed) from None
+    _inside_its_gear(site, path, table, bearing)
     for name, value in (("rating", dynamic_rating(bearing)), ("static_rating", static_rating(bearing))):
         log.note(f"{path}.{name}", value, "N", *([] if name in stated else ["the parts"]))
     return bearing
+
+
+def _inside_its_gear(site: LinkSite, path: str, table: BearingTable, bearing: RollingBearing) -> None:
+    """Refuse the bearing of a planet that reaches beyond the roots of the gear in which it sits.
+
+    Raises
+    ------
+    ModelError : it does, at a place within the face of the gear.
+    """
+    gear, outside = site.first.gear, bearing.pitch_diameter + bearing.element_diameter
+    at = site.station if table.at is None else site.centre + table.at
+    if site.kind != "bearing" or gear is None or abs(at - site.first.station) >= (gear.face_width or math.inf) / 2:
+        return
+    if outside > 2 * gear.root_radius:
+        problem = f"the bearing reaches {1e3 * outside:.4g} mm, beyond the root circle of its gear"
+        allowed = f"with element_diameter less than {2e3 * gear.root_radius:.4g} mm, or a place `at` beside the face"
+        raise ModelError(problem, path=f"{path}.pitch_diameter", given=bearing.pitch_diameter, allowed=allowed)
 
 
 def _law_of_parts(

@@ -49,6 +49,7 @@ from .mesh_laws import contact_errors
 from .phasing import disc_gaps
 from .power import planet_arms, power_flow
 from .ripple import resolve_ripples
+from .shafts import bent_shafts, moved_loads, warn_of_spans
 from .stage_bodies import bodies_of_stage, coaxial, frames_of, free_bodies, member_centre, meshes_of_stage, tilt_groups
 from .stages import GearPair, Plan, gear_below, plan_stages
 from .train import DIRECTIONS, Body, Damping, Derived, Load, Mesh, ResolutionLog, Train, bodies_named, stage_axis
@@ -642,13 +643,15 @@ def resolve(document: Document) -> Train:
     by_name = {body.name: body for body in bodies}
     links = [link for shape in shapes for link in links_of_stage(shape, model, by_name, log)]
     links += [*links_of_bodies(model, by_name, log), *couplings(model, by_name, log)]
+    shafts = bent_shafts(bodies, links, plans, model, log)
     kinematics = kinematics_of(model, plans, log)
+    warn_of_spans(shafts.spans, [float(rate) for rate in (kinematics.mesh_frequency or {}).values()], log)
     if kinematics.torque is not None and (ties := kinematics.undetermined):
         text = (
             f"statics alone does not tell the torques of {', '.join(ties)}: the least ones are shown, static has those"
         )
         log.coded("torque-undetermined", f"{text} that follow from the stiffnesses")
-    tilting = tilt_groups(bodies, links, misaligned_bodies(model, bodies))
+    tilting = tilt_groups(shafts.bodies, shafts.links, misaligned_bodies(model, bodies))
     meshes = [mesh for shape in shapes for mesh in meshes_of_stage(shape, model, kinematics, tilting, log)]
     check_sizes(document, bodies, meshes, log)
     check_tolerances(document, bodies, meshes)
@@ -662,16 +665,15 @@ def resolve(document: Document) -> Train:
     )
     resolve_deviations(model, deviated)
     ripples, prescribed = resolve_ripples(model, bodies, kinematics, log)
-    links += prescribed
     gravity = model.operation.gravity or (0.0, 0.0, 0.0)
     if model.operation.gravity is not None:
         log.note(f"{model.operation_path('gravity')}.gravity", list(gravity), "m/s^2")
     return Train(
         title=model.title,
         frames=frames_of(plans),
-        bodies=tuple(bodies),
+        bodies=tuple(shafts.bodies),
         meshes=tuple(meshes),
-        links=tuple(links),
+        links=(*shafts.links, *prescribed),
         kinematics=kinematics,
         planets=planets,
         torques=body_torques(model, kinematics, bodies),
@@ -682,7 +684,8 @@ def resolve(document: Document) -> Train:
         ),
         displacements=tuple(deviated.displacements),
         mesh_errors=(*deviated.mesh_errors, *contact_errors(meshes, kinematics)),
-        loads=(*external_loads(model, bodies), *deviated.loads),
+        loads=(*moved_loads(external_loads(model, bodies), shafts.bodies), *deviated.loads),
+        spans=tuple(shafts.spans),
         ripples=tuple(ripples),
         gravity=gravity,
         damping=_damping(model, log),

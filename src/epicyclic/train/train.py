@@ -112,6 +112,8 @@ class Body:
     mass [kg], inertia about z [kg m^2], tilt_inertia about x and y [kg m^2].
     reference_radius : R of the reported base-circle displacement u = R rz [m].
     outer_radius : of a ring whose rim or outer diameter is given [m], else None.
+    shaft_of : of a place on a shaft that bends (`ShaftSpan`) the body whose shaft it is, with member, kind and branch
+        of that; ``main/sun/shaft/front`` by name.  None of all others.
     """
 
     name: str
@@ -130,6 +132,7 @@ class Body:
     reference_radius: float = 1.0
     outer_radius: float | None = None
     gear: GearData | None = None
+    shaft_of: str | None = None
 
     def __repr__(self) -> str:
         """One line: name, kind, teeth and mass."""
@@ -302,6 +305,21 @@ class Link:
         return f"Link({self.name!r}, {self.kind}, {self.first} - {self.second or 'frame'}, stiffness {values})"
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ShaftSpan:
+    """A shaft between two neighbouring places: what it carries, and each of its supports.
+
+    name : of its link, which stands at its elastic centre.  start, end : its places along the axis [m].
+    mass : of its sections [kg].  frequency : of its lowest bending mode with both ends clamped [Hz].
+    """
+
+    name: str
+    start: float
+    end: float
+    mass: float
+    frequency: float
+
+
 _WIDTH, _HEIGHT, _LABEL = 680.0, 300.0, 11  # of the drawing and of its letters [px]
 _FILL = {"sun": "#f2b134", "planet": "#6ea8d8", "ring": "none"}
 
@@ -324,7 +342,8 @@ def stage_axis(stage: str, bodies: Sequence[Body]) -> tuple[float, float]:
 def bodies_named(reference: str, bodies: Iterable[Body]) -> list[Body]:
     """Bodies of the member or half that a reference of the document names, ``main.sun``, ``main.sun.right``, ``g1``."""
     parts = reference.split(".")
-    return [b for b in bodies if b.member == ".".join(parts[:2]) and (len(parts) < 3 or b.side == parts[2])]
+    of_member = [body for body in bodies if body.member == ".".join(parts[:2]) and body.shaft_of is None]
+    return [body for body in of_member if len(parts) < 3 or body.side == parts[2]]
 
 
 def train_html(train: Train) -> str:
@@ -574,6 +593,7 @@ class Train:
     document : the file with overrides laid over it, shorthands expanded (provenance).
     planets : number of branches of each stage.
     power_paths : power through every coupling, shaft and pair that meshes; empty without speeds and torques.
+    spans : of shafts that bend, with their links among `links` and their places among `bodies`.
     """
 
     title: str
@@ -585,6 +605,7 @@ class Train:
     planets: Mapping[str, int]
     torques: Mapping[str, float] = field(default_factory=dict)
     power_paths: tuple[PowerPath, ...] = ()
+    spans: tuple[ShaftSpan, ...] = ()
     displacements: tuple[Displacement, ...] = ()
     mesh_errors: tuple[MeshError, ...] = ()
     loads: tuple[Load, ...] = ()

@@ -58,7 +58,8 @@ class Verb:
     in_report : place in the order in which a report runs verbs; 0: not part of a report.
     examples : keywords of short runs of a ready drive, which give each of the kinds; pages and tests take them.
     model_text : text of a model file made of a result, where the verb proposes a model.
-    writers : suffix -> function that writes a result to such a file, beside the formats of all results.
+    writers : suffix -> function that writes a result to such a file, beside the formats of all results; what it returns
+    may have what is not carried, `dropped`.
     reads : what its source is, where that is no model.
     """
 
@@ -68,7 +69,7 @@ class Verb:
     in_report: int = 0
     examples: tuple[Mapping[str, Any], ...] = (MappingProxyType({}),)
     model_text: Callable[[xr.Dataset], str] | None = None
-    writers: Mapping[str, Callable[[xr.Dataset, Path], Path]] = field(default_factory=lambda: MappingProxyType({}))
+    writers: Mapping[str, Callable[[xr.Dataset, Path], object]] = field(default_factory=lambda: MappingProxyType({}))
     reads: str = ""
 
     @property

@@ -8,6 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 from tests.unit.bearings.bearing_examples import ALL, ANGULAR, CYLINDRICAL, DEEP_GROOVE, DOUBLE, SPHERICAL, TAPERED
 from tests.unit.bearings.test_element_loads import OF_THE_PROGRAM
 
@@ -226,6 +227,56 @@ def test_fatigue_limits_by_hand() -> None:
         wide = replace(bearing, pitch_diameter=0.3)
         assert fatigue_limit(wide) == pytest.approx(static_rating(wide) / share * (1 / 3) ** power)
     assert fatigue_limit(replace(DEEP_GROOVE, fatigue_limit=400.0)) == 400.0
+
+
+# 6309 of the catalogue; balls and pitch circle from memory
+MEDIUM = RollingBearing(
+    type="deep groove ball",
+    elements=8,
+    element_diameter=17.462e-3,
+    pitch_diameter=72.5e-3,
+    rating=55.3e3,
+    static_rating=31.5e3,
+    fatigue_limit=1.34e3,
+)
+
+
+def test_a_worked_example_of_a_catalogue_and_one_of_its_program() -> None:
+    """6309, C = 55.3 kN, as printed.
+
+    SKF, Rolling bearings, calculation example 1: 10 kN at 3000 rpm, L10 = 169 million revolutions or 940 h.
+    A report of SKF Bearing Calculator (2015): 4 kN at 1800 rpm, C/P = 13.8, L10h = 24 500 h, C_0 = 31.5 kN.
+    """
+
+    def hours(load: float, rpm: float) -> float:
+        return float(basic_life(MEDIUM, load)) * 1e6 / 60 / rpm
+
+    assert round(float(basic_life(MEDIUM, 10e3))) == 169
+    assert hours(10e3, 3000) == pytest.approx(940, abs=1)
+    assert hours(4e3, 1800) == pytest.approx(24_500, abs=50)
+    assert dynamic_rating(MEDIUM) / 4e3 == pytest.approx(13.8, abs=0.05)
+    # of the geometry alone: C of plain 6309 is 52.7 kN, of the Explorer class 55.3 kN
+    assert 0.95 * 52.7e3 < geometric_rating(MEDIUM) < 1.05 * 55.3e3
+    assert static_rating(replace(MEDIUM, static_rating=None)) == pytest.approx(31.5e3, rel=0.03)
+
+
+def test_life_modification_of_the_same_examples() -> None:
+    """Example 1: kappa = 2.45, eta_c = 0.8, a_SKF = 8 read from a diagram (eta_c and a_SKF from memory).  The report:
+    kappa = 2.08, eta_c = 0.55, a_SKF = 20.7.
+
+    Both are of the Explorer class, whose diagram of a_SKF has a scale of its own.  ISO 281 gives less; with the fatigue
+    limit that it needs for the number of the program, it gives that of the diagram.
+    """
+
+    def factor(limit: float, load: float, kappa: float, clean: float) -> float:
+        return float(life_modification(replace(MEDIUM, fatigue_limit=limit), load, kappa=kappa, contamination=clean))
+
+    report, example = (4e3, 2.08, 0.55), (10e3, 2.45, 0.8)
+    assert factor(1.34e3, *report) == pytest.approx(13.2, rel=0.01)  # by hand
+    assert factor(1.34e3, *example) == pytest.approx(5.5, rel=0.01)
+    of_class = brentq(lambda limit: factor(limit, *report) - 20.7, 1.34e3, 2e3)
+    assert of_class / 1.34e3 == pytest.approx(1.22, abs=0.02)
+    assert factor(of_class, *example) == pytest.approx(8, rel=0.05)
 
 
 def test_miner_by_hand() -> None:

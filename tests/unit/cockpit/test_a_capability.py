@@ -60,7 +60,6 @@ KIND = JobKind(
     label="Crowding",
     purpose="Teeth of every gear",
     about="Counts the teeth of every gear.",
-    verb="crowding",
     question="crowding",
 )
 

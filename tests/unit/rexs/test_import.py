@@ -349,7 +349,8 @@ def test_load_cases(draft: Any) -> None:
     first = imported(draft)
     assert first.document["operation"]["torque"] == {"sun": "500 N m"}  # type: ignore[index]
     assert "load case 4, the first" in lines(first.assumed, None)
-    assert "load cases 8" in lines(first.dropped, None)
+    assert "of load cases, times, speeds and torques are carried" in lines(first.dropped, None)
+    assert first.document["cases"] == {"case8": {"speed": {"sun": "600 rpm"}, "power": {"sun": "30 kW"}}}
     eight: Any = imported(draft, load_case=8).document["operation"]
     assert (eight["speed"], eight["power"]) == ({"sun": "600 rpm"}, {"sun": "30 kW"})
     with pytest.raises(ModelError, match="no such load case"):

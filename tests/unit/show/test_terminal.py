@@ -19,6 +19,8 @@ from epicyclic.show.console import laid_out, show, show_table, show_warnings, wr
 from epicyclic.show.elements import Styled, Table, number, shown_columns
 from epicyclic.show.views import brief_of, tables_of
 
+pytestmark = pytest.mark.usefixtures("few_turning_trains")
+
 DRIVES = ("encased-differential", "dong2019", "xu2020")
 QUICK = ("check", "modes", "campbell", "static", "stiffness", "sharing", "efficiency")
 # verbs whose examples take seconds; their tables are drawn from made-up results where there are such

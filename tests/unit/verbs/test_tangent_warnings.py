@@ -43,7 +43,7 @@ FURTHER: dict[str, tuple[dict[str, Any], ...]] = {
 def takes_tangents(name: str, options: dict[str, Any]) -> bool:
     if options.get("contact_loss") or options.get("method") == "static":
         return False
-    return name in LINEAR or options.get("contact") == "linear"
+    return name in LINEAR or options.get("contact") == "linear" or options.get("forces") == "steady"
 
 
 CASES = [(verb, {**example}) for verb in verbs().values() for example in (*verb.examples, *FURTHER.get(verb.name, ()))]

@@ -25,7 +25,7 @@ from ...document.writer import quantity_text
 from ...errors import ModelError
 from ...limits import RESONANCE_BAND, ResonanceVerdict, limit_in_short
 from ...questions.modes.campbell import MeshCrossings, tones_of_meshes
-from ...questions.studies.detune import NearResonance, strongest
+from ...questions.studies.detune import NearResonance, met_at, strongest
 from ...results.dataset import EQUAL
 from ...statics.equilibrium import compliance_of
 from ...statics.record import unheld_warnings
@@ -422,26 +422,13 @@ def meetings_of(system: System, modes: Mapping[str, Any], relative_speed: float)
     tones = tones_of_meshes(system)
     crossings: MeshCrossings = modes["crossings"]
     near = np.abs(crossings.relative_speed / relative_speed - 1) <= RESONANCE_BAND
-    met, force_ratio = crossings.chosen(near), modes["force_ratio"][near]
-    rows = {int(row["index"]): row for row in modes["rows"]}  # the highest modes of a large train have none
+    # the highest modes of a large train have no row
+    frequency = {int(row["index"]) - 1: float(row["frequency"]) for row in modes["rows"]}
+    near &= np.isin(crossings.mode, list(frequency))
     several = len({name.partition("/")[0] for names in tones.values() for name in names}) > 1
     words = [" and ".join(name if several else name.rpartition("/")[2] for name in names) for names in tones.values()]
     stages = words if len(tones) > 1 else [""]
-    columns = (met.mode, met.count, met.tone, met.order, met.relative_speed, force_ratio)
-    return [
-        NearResonance(
-            mode=mode,
-            multiplicity=count,
-            hertz=float(rows[mode + 1]["frequency"]),
-            stage=stages[tone],
-            order=order,
-            speed=speed,
-            away=speed / relative_speed - 1,
-            force_ratio=ratio,
-        )
-        for mode, count, tone, order, speed, ratio in zip(*(column.tolist() for column in columns), strict=True)
-        if mode + 1 in rows
-    ]
+    return met_at(crossings.chosen(near), modes["force_ratio"][near], frequency, stages, relative_speed)
 
 
 def resonance_answer(
@@ -507,29 +494,23 @@ def _place(meeting: NearResonance, to_rpm: float | None) -> str:
 
 
 def resonance_shift(
-    system: System,
-    modes: Mapping[str, Any],
-    twin: System,
-    modes_of_twin: Mapping[str, Any],
-    *,
-    relative_speed: float,
-    to_rpm: float | None,
+    trains: Sequence[tuple[System, Mapping[str, Any]]], relative_speed: float, to_rpm: float | None
 ) -> str:
     """A sentence on what becomes of the strongest resonance near the speed that is shown where a train is its twin.
 
     Parameters
     ----------
-    modes, modes_of_twin : as of `resonance_answer`.  relative_speed : that is shown, per operating speed [1].
-    to_rpm : the operating speed [rpm].
+    trains : the train and its twin with their modes, as of `resonance_answer`.  relative_speed : that is shown, per
+        operating speed [1].  to_rpm : the operating speed [rpm].
     """
-    now, then = (meetings_of(*train, relative_speed) for train in ((system, modes), (twin, modes_of_twin)))
+    now, then = (meetings_of(*train, relative_speed) for train in trains)
     band = per_cent(RESONANCE_BAND)
     if not then:
         goes = f" ({marked(strongest(now), to_rpm)} now)" if now else " either way"
         return f"No resonance within {band}{' then' if now else ''}{goes}."
     last = strongest(then)
     place = marked(last, to_rpm)
-    before, after = (mode_shapes([], m["rows"], m["shape"], m["mass"]) for m in (modes, modes_of_twin))
+    before, after = (mode_shapes([], m["rows"], m["shape"], m["mass"]) for _, m in trains)
     like, frequency = like_modes(before, after), dict(zip(after.number, after.frequency, strict=True))
 
     def is_last(meeting: NearResonance) -> bool:
@@ -671,28 +652,21 @@ def relief_answer(train: Train) -> Answer:
 
 
 def answers_of(
-    train: Train,
-    system: System,
-    *,
-    modes: Part = None,
-    sharing: Part = None,
-    twin: Part = None,
-    sweep: Part = None,
-    errors: Part = None,
-    changes: Sequence[OfferedChange] = (),
+    train: Train, system: System, told: Mapping[str, Part], changes: Sequence[OfferedChange] = ()
 ) -> tuple[Answer, ...]:
     """The five answers, within 3 ms.
 
     Parameters
     ----------
-    modes, sharing, twin, sweep, errors : parts of a frame as `computing.compute` makes them, heads with their arrays
-        beside by short names; None where there are none.
+    told : parts of a frame as `computing.compute` makes them, heads with their arrays beside by short names: modes,
+        sharing, twin, sweep, errors, those that there are.
     changes : that move the resonance of the first answer away.
     """
+    sharing, errors = told.get("sharing"), told.get("errors")
     found = (
-        resonance_answer(train, system, modes, sweep, changes),
+        resonance_answer(train, system, told.get("modes"), told.get("sweep"), changes),
         planet_answer(train, sharing, errors),
-        float_answer(train, sharing, twin),
+        float_answer(train, sharing, told.get("twin")),
         error_answer(train, sharing, errors),
         relief_answer(train),
     )

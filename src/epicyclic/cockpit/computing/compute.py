@@ -59,7 +59,7 @@ _LIVE_PATIENCE, _FULL_PATIENCE = 0.05, 0.5
 _WARM = "ren2021"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class _Model:
     """A train with what follows from it for every frame."""
 
@@ -79,24 +79,24 @@ class _Missing(NamedTuple):
     path: str
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class _Parts:
     """What is known of a state so far; None: not known, and ``missing`` says why of what the model lacks.
 
-    shift : what becomes of the resonance in the twin, "" as long as nobody knows.
     seconds : that the live set took, by which the time of a job is estimated.
+    shift : what becomes of the resonance in the twin, "" as long as nobody knows.
     """
 
     modes: ModeView | None = None
     sharing: SharingView | None = None
     twin: Twin | None = None
-    shift: str = ""
     errors: Shown | None = None
     ready: SpeedModel | None = None
     curves: ForceCurves | None = None
     missing: tuple[_Missing, ...] = ()
-    changes: tuple[OfferedChange, ...] = ()
     seconds: float = 0.0
+    shift: str = ""
+    changes: tuple[OfferedChange, ...] = ()
 
 
 # The newest live set, and the request that it is of without its number.
@@ -172,14 +172,7 @@ def _live_set(request: Request, early: Callable[[PageFrame], None] | None) -> tu
     start = time.perf_counter()
     require_speed(request.relative_speed)
     train = load(request.source, dict(request.overrides))
-    model = _Model(
-        request=request,
-        train=train,
-        system=assemble(train),
-        labels=body_labels(train),
-        meshes=mesh_labels(train),
-        axis=speed_axis(train),
-    )
+    model = _Model(request, train, assemble(train), body_labels(train), mesh_labels(train), speed_axis(train))
     system, relative_speed, missing = model.system, request.relative_speed, list[_Missing]()
     curves = None
     ready = _attempt("sweep", "forces over speed", lambda: speed_model(system), missing)
@@ -199,16 +192,7 @@ def _live_set(request: Request, early: Callable[[PageFrame], None] | None) -> tu
         errors = _attempt(
             "errors", "share of the errors", lambda: error_view(train, system, request.overrides), missing
         )
-    parts = _Parts(
-        modes=modes,
-        sharing=shared,
-        twin=twin,
-        errors=errors,
-        ready=ready,
-        curves=curves,
-        missing=tuple(missing),
-        seconds=time.perf_counter() - start,
-    )
+    parts = _Parts(modes, shared, twin, errors, ready, curves, tuple(missing), time.perf_counter() - start)
     _newest = same, model, parts
     return model, parts
 
@@ -262,7 +246,7 @@ def _further_frames(model: _Model, parts: _Parts, pause: Callable[[], None]) -> 
 
         def whole_sharing() -> SharingView:
             # the search over the hunting period; a longer record where that takes more than a second
-            if not live.quick:
+            if not live.spread.quick:
                 return live_sharing(system, patience=_FULL_PATIENCE)
             return full_sharing(sharing(system, SharingOptions(method="static"), progress=lambda _: pause()), live)
 
@@ -294,9 +278,7 @@ def _shift(model: _Model, parts: _Parts) -> str:
         return ""
     told, told_of_twin = (_told_modes(view, _mode_rows(model, view)) for view in (modes, of_twin))
     to_rpm = None if model.axis is None else model.axis[1]
-    return answers.resonance_shift(
-        model.system, told, twin.system, told_of_twin, relative_speed=relative_speed, to_rpm=to_rpm
-    )
+    return answers.resonance_shift([(model.system, told), (twin.system, told_of_twin)], relative_speed, to_rpm)
 
 
 def _mode_rows(model: _Model, view: ModeView) -> list[dict[str, Any]]:
@@ -360,7 +342,7 @@ def _told(model: _Model, parts: _Parts, shown: Mapping[str, Shown]) -> dict[str,
 
 def _answers(model: _Model, parts: _Parts, shown: Mapping[str, Shown]) -> dict[str, Any]:
     """Answers and checks of a frame."""
-    found = answers.answers_of(model.train, model.system, **_told(model, parts, shown), changes=parts.changes)
+    found = answers.answers_of(model.train, model.system, _told(model, parts, shown), parts.changes)
     checks = answers.checks_of(model.train, model.system)
     for missing in parts.missing:
         checks.append({"level": "warn", "code": "not-computed", "text": missing.text, "path": missing.path})

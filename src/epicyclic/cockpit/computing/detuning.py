@@ -56,13 +56,6 @@ def changes_of(result: xr.Dataset, axis: SpeedAxis | None) -> tuple[OfferedChang
         result_text = f"{at} {signed_per_cent(away)}{rest_in_band}".strip()
         rest = f"strongest resonance left within {per_cent(RESONANCE_BAND)}: {per_cent(left)} of the mean force"
         why = "; ".join(filter(None, [rest if math.isfinite(left) else "", str(note)]))
-        offered.append(
-            OfferedChange(
-                label=str(label).replace(" -", f" {MINUS}"),
-                result=result_text,
-                why=why,
-                apply=json.loads(overrides),
-                speed=rpm,
-            )
-        )
+        name = str(label).replace(" -", f" {MINUS}")
+        offered.append(OfferedChange(name, result_text, why, json.loads(overrides), rpm))
     return tuple(offered[:_MOST])

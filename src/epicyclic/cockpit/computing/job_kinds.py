@@ -21,8 +21,7 @@ from ...document.tables import PlainTable
 from ...errors import ModelError
 from ...options import ALL_CASES, Option
 from ...results.dataset import ranked
-from ...show.elements import Finding, Table
-from ...show.errors_shown import KINDS, error_tables
+from ...show.elements import ERROR_KINDS, Finding, Table, error_tables
 from ...show.series import (
     ARCMIN,
     judged_quantile,
@@ -33,6 +32,7 @@ from ...show.series import (
     system_quantiles,
     tenth_less,
     texts,
+    zones_of,
 )
 from ...show.views import cases_tables, findings_of, tables_of
 from ...system.tooth_pairs import first_mesh
@@ -56,11 +56,14 @@ _POINTS = 16_384
 class Drawn(NamedTuple):
     """What a job draws.  head : ``lines`` or ``bars`` of its head.
 
-    arrays : ``job/x`` (n,) and ``job/y`` (curve, n), or ``job/bar`` (row,).
+    arrays : ``job/x`` (n,) and ``job/y`` (curve, n), or ``job/bar`` (row,).  title : the name of the job where empty.
+    tables : that stand above it.
     """
 
     head: Mapping[str, Any]
     arrays: Mapping[str, NDArray[np.float32]]
+    title: str = ""
+    tables: Sequence[Table] = ()
 
 
 def lines(
@@ -140,16 +143,11 @@ def job_frame(
     return PageFrame(rev=0, kind="job", head=head, arrays=drawn.arrays)
 
 
-def _said(result: xr.Dataset) -> str:
-    """The findings of a result, as terminal and report say them; its warnings where it has found nothing."""
-    said = [finding.text for finding in findings_of({"": result})]
-    warnings = json.loads(str(result.attrs.get("warnings", "[]")))
-    return " ".join(said or [f"{str(text).partition(' [')[0].capitalize()}." for text in warnings])
-
-
-def found_frame(kind: JobKind, result: xr.Dataset, train: Train) -> PageFrame:
-    """What any result shows: its findings, its first variable, and the first finding as the answer of its question."""
-    findings = findings_of({kind.name: result})
+def found_frame(kind: JobKind, result: xr.Dataset, drawn: Drawn) -> PageFrame:
+    """What any result shows: its findings, or its warnings where it has none, what is drawn, and the first finding as
+    the answer of its question."""
+    findings, warnings = findings_of({kind.name: result}), json.loads(str(result.attrs.get("warnings", "[]")))
+    said = [one.text for one in findings] or [f"{str(text).partition(' [')[0].capitalize()}." for text in warnings]
     answers = []
     if kind.question and findings:
         first = findings[0]
@@ -157,10 +155,11 @@ def found_frame(kind: JobKind, result: xr.Dataset, train: Train) -> PageFrame:
         limit = None if np.isnan(first.limit) else {"value": first.limit, "words": "", "source": "", "path": ""}
         answer = partial(Answer, kind.question, figure=value, limit=limit, evidence=kind.name, job=kind.name)
         answers.append(answer(f"{first.text} {first.change}".strip(), level=LEVELS[first.tone]))
-    return job_frame(kind.name, kind.label, _said(result), _first_variable(result, train), answers=answers)
+    title = drawn.title or kind.label
+    return job_frame(kind.name, title, " ".join(said), drawn, answers=answers, tables=drawn.tables)
 
 
-def _first_variable(result: xr.Dataset, train: Train) -> Drawn:
+def first_variable(result: xr.Dataset, train: Train, _: Mapping[str, Any]) -> Drawn:
     """The first variable of numbers over its last dim: lines over numbers, over names bars of its largest."""
     known = (one for one in result.data_vars.values() if one.dtype.kind == "f" and 1 <= one.ndim <= 2)
     values = next(known, None)
@@ -246,7 +245,7 @@ _MOST = 10
 _NO_FALL = 5e-4
 
 
-def contact_loss_frame(result: xr.Dataset, train: Train) -> PageFrame:
+def contact_loss(result: xr.Dataset, train: Train, _: Mapping[str, Any]) -> Drawn:
     """Largest and least force of any mesh over speed, run-up and coast-down, over the largest of linear contact."""
     from ...questions.response import SweepOptions
     from ...questions.response.steady import sweep
@@ -268,8 +267,7 @@ def contact_loss_frame(result: xr.Dataset, train: Train) -> PageFrame:
         }
     label, operating = speed_axis(train) or ("speed per operation [%]", 100.0)
     drawn = lines(label, f"mesh force [{unit}]", operating * relative, curves, pale="linear, largest", zero=True)
-    title = f"Teeth that part, {'with shaft orders' if shaft_orders else 'mesh orders'}"
-    return job_frame("contact_loss", title, _said(result), drawn)
+    return drawn._replace(title=f"Teeth that part, {'with shaft orders' if shaft_orders else 'mesh orders'}")
 
 
 def _of_meshes(result: xr.Dataset, train: Train, values: Array) -> dict[str, Array]:
@@ -278,7 +276,7 @@ def _of_meshes(result: xr.Dataset, train: Train, values: Array) -> dict[str, Arr
     return {labels[str(name)]: row for name, row in zip(result["mesh"].values, values, strict=True)}
 
 
-def transient_frame(result: xr.Dataset, train: Train) -> PageFrame:
+def forces_over_time(result: xr.Dataset, train: Train, _: Mapping[str, Any]) -> Drawn:
     """Forces of all meshes over time."""
     force = result["mesh_force"].transpose("mesh", "time").values
     unit, scale = force_unit(float(np.nanmax(np.abs(force), initial=0.0)))
@@ -286,14 +284,14 @@ def transient_frame(result: xr.Dataset, train: Train) -> PageFrame:
     ms, word = (1e3, "ms") if time[-1] < 1 else (1.0, "s")
     curves = _of_meshes(result, train, scale * force)
     drawn = lines(f"time [{word}]", f"mesh force [{unit}]", ms * time, curves, zero=bool((force < 0).any()))
-    return job_frame("transient", "Motion over time", _said(result), drawn)
+    return drawn._replace(title="Motion over time")
 
 
 _VIEWS = ("transmission error", "load along the face")
-_ERRORS = ("by rotation", "by approach", "shaft to shaft")  # kinds of transmission error, as KINDS has them
+_ERRORS = ("by rotation", "by approach", "shaft to shaft")  # kinds of transmission error, as ERROR_KINDS has them
 
 
-def contact_frame(result: xr.Dataset, train: Train, options: Mapping[str, Any]) -> PageFrame:
+def tooth_contact(result: xr.Dataset, train: Train, options: Mapping[str, Any]) -> Drawn:
     """Loaded transmission error over the mesh cycle at every load, or the largest load along the face."""
     loads = np.asarray(result["mesh_load"].values, dtype=float)
     if options.get("show") == _VIEWS[1]:
@@ -305,15 +303,15 @@ def contact_frame(result: xr.Dataset, train: Train, options: Mapping[str, Any]) 
         share = loads / float(result.attrs["force"])
         curves = {f"{100 * share[row]:.0f} % load": error[row] - error[row].mean() for row in range(len(loads))}
         drawn = lines("mesh cycle [1]", "error about its mean [µm]", result["mesh_phase"].values, curves)
-    return job_frame("contact", "Loaded tooth contact", _said(result), drawn)
+    return drawn._replace(title="Loaded tooth contact")
 
 
-def stiffness_frame(result: xr.Dataset, train: Train) -> PageFrame:
+def mesh_stiffness(result: xr.Dataset, train: Train, _: Mapping[str, Any]) -> Drawn:
     """Mesh stiffness over one mesh cycle, each mesh at its phase."""
     history = 1e-9 * result["mesh_stiffness"].transpose("mesh", "mesh_phase").values
     curves = _of_meshes(result, train, history)
     drawn = lines("mesh cycle [1]", "mesh stiffness [N/nm]", result["mesh_phase"].values, curves)
-    return job_frame("stiffness", "Mesh stiffness and phases", _said(result), drawn)
+    return drawn._replace(title="Mesh stiffness and phases")
 
 
 def steady_frame(result: xr.Dataset, train: Train, options: Mapping[str, Any]) -> PageFrame:
@@ -324,10 +322,10 @@ def steady_frame(result: xr.Dataset, train: Train, options: Mapping[str, Any]) -
     ModelError : errors of shafts where only one turns.
     """
     shown = options.get("show", _ERRORS[0])
-    kind = list(KINDS)[_ERRORS.index(shown)]
-    dim, unit, scale, _ = KINDS[kind]
+    kind = list(ERROR_KINDS)[_ERRORS.index(shown)]
+    dim, unit, scale, _ = ERROR_KINDS[kind]
     if (name := f"transmission_error_{kind}") not in result.variables:
-        allowed = " or ".join(view for view, key in zip(_ERRORS, KINDS, strict=True) if key != kind)
+        allowed = " or ".join(view for view, key in zip(_ERRORS, ERROR_KINDS, strict=True) if key != kind)
         raise ModelError("no two shafts turn by a ratio", path="show", given=shown, allowed=allowed)
     along = next(str(one) for one in result[name].dims if one != dim)
     values = scale * result[name].transpose(dim, along).values
@@ -340,23 +338,30 @@ def steady_frame(result: xr.Dataset, train: Train, options: Mapping[str, Any]) -
     return job_frame("steady", f"Transmission error, {shown}", said, drawn, tables=error_tables(result))
 
 
-def output_frame(result: xr.Dataset) -> PageFrame:
+def angle_over_torque(result: xr.Dataset, *_: Any) -> Drawn:
     """Angle over torque of both branches, mean over the places of the mesh cycle, and the tables."""
     rising, falling = (ARCMIN * result[f"angle_{way}"].mean("mesh_phase").values for way in ("rising", "falling"))
     one = np.allclose(rising, falling, rtol=1e-9)
     curves = {"both branches": rising} if one else {"rising": rising, "falling": falling}
     drawn = lines("torque [N m]", "angle [arcmin]", result["shaft_torque"].values, curves, zero=True)
-    return job_frame("output", f"Angle of {result.attrs['shaft']}", _said(result), drawn, tables=tables_of(result))
+    return drawn._replace(title=f"Angle of {result.attrs['shaft']}", tables=tables_of(result))
 
 
-def life_frame(result: xr.Dataset) -> PageFrame:
-    """Life of every bearing over all cases, and the tables."""
+_BEARINGS = ("life", "load zones")
+
+
+def bearing_lives(result: xr.Dataset, _: Train, options: Mapping[str, Any]) -> Drawn:
+    """Life of every bearing over all cases, or the loads of its elements, and the tables."""
     hours = result["bearing_duty_life_reference"].values / 3600
     drawn = bars("life L10r [h]", texts(result, "bearing"), np.where(np.isfinite(hours), hours, 0.0))
-    return job_frame("life", "Life of bearings", _said(result), drawn, tables=tables_of(result))
+    if options.get("show") == _BEARINGS[1]:
+        angle = np.linspace(-180.0, 180.0, 361)
+        zones = {name: np.interp(angle, *zone, period=360.0) for name, zone in zones_of(result).items()}
+        drawn = lines("angle from the most loaded element [deg]", "load of an element [kN]", angle, zones)
+    return drawn._replace(title="Life of bearings", tables=tables_of(result))
 
 
-def sensitivity_frame(result: xr.Dataset) -> PageFrame:
+def ranked_numbers(result: xr.Dataset, *_: Any) -> Drawn:
     """Per cent per per cent of the ranked mode or mesh, the largest first."""
     dim = "mode" if "mode" in result["sensitivity"].dims else "mesh"
     targets = result["ranked_by"].values.astype(bool)
@@ -365,8 +370,7 @@ def sensitivity_frame(result: xr.Dataset) -> PageFrame:
     value = np.nan_to_num(values[np.arange(len(values)), size])
     order = ranked(np.abs(value))[:_MOST]
     paths = [str(path) for path in result["path"].values]
-    drawn = bars("per cent per per cent", [_short_path(paths[i]) for i in order], value[order])
-    return job_frame("sensitivity", "Sensitivity", _said(result), drawn)
+    return bars("per cent per per cent", [_short_path(paths[i]) for i in order], value[order])
 
 
 def _short_path(path: str) -> str:
@@ -465,13 +469,13 @@ class JobKind:
     effort : time per that of the live set of the train, with one mesh frequency and with several.
     grows : options that the time is proportional to, with their defaults; of a yes how many times as long it takes.
     counted : shares of the time from and to which the progress of the verb goes; before and after it says nothing.
-    verb : that it runs.  options : its keywords that may be chosen, a job refuses others; where none are named all
-    that write or read no file.
+    runs : verb that it runs, that of its name where empty.  options : its keywords that may be chosen, a job refuses
+    others; where none are named all that write or read no file.
     defaults : its keywords unless chosen otherwise.  search : those that follow from the train.
     overrides : of the model beside those of the page.  beside : further verbs whose results stand with its own.
-    question : of `QUESTIONS`, that the first finding of its result answers.  frame : (result, train, chosen options,
-    results beside it) -> what the page shows; `found_frame` where there is none.
-    views : what that may draw, as ``show``.
+    question : of `QUESTIONS`, that the first finding of its result answers.  draw : (result, train, chosen options) ->
+    what is drawn beside its findings.  frame : the same and the results beside it -> all that the page shows in place
+    of that.  views : what that may draw, as ``show``.
     """
 
     name: str
@@ -482,7 +486,7 @@ class JobKind:
     effort: tuple[float, float] = (10, 10)
     grows: Mapping[str, float] = field(default_factory=dict)
     counted: tuple[float, float] = (0.05, 0.95)
-    verb: str
+    runs: str = ""
     options: tuple[str, ...] = ()
     defaults: Mapping[str, Any] = field(default_factory=dict)
     views: tuple[str, ...] = ()
@@ -490,7 +494,13 @@ class JobKind:
     overrides: Mapping[str, object] = field(default_factory=dict)
     beside: tuple[str, ...] = ()
     question: str = ""
+    draw: Callable[..., Drawn] = first_variable
     frame: Callable[..., PageFrame] | None = None
+
+    @property
+    def verb(self) -> str:
+        """Name of the verb that it runs."""
+        return self.runs or self.name
 
     def keywords(self) -> dict[str, tuple[Any, Any, Option]]:
         """Keyword -> default, type and option of the verb, of those that may be chosen."""
@@ -566,7 +576,9 @@ class JobKind:
 
     def shown(self, result: xr.Dataset, train: Train, options: Mapping[str, Any], *others: xr.Dataset) -> PageFrame:
         """What the page shows of a result and those beside it."""
-        return found_frame(self, result, train) if self.frame is None else self.frame(result, train, options, *others)
+        if self.frame is not None:
+            return self.frame(result, train, options, *others)
+        return found_frame(self, result, self.draw(result, train, options))
 
 
 def job_keywords(name: str, source: Source, overrides: Mapping[str, object], options: Mapping[str, Any]) -> Any:
@@ -621,10 +633,9 @@ _KINDS = (
         effort=(7, 7),
         options=("mesh", "loads", "samples", "slices", "tolerance"),
         views=_VIEWS,
-        verb="contact",
         defaults={"loads": (0.5, 1.0, 1.25)},
         search=lambda train: {"mesh": first_mesh(train)},
-        frame=contact_frame,
+        draw=tooth_contact,
     ),
     JobKind(
         name="stiffness",
@@ -634,8 +645,7 @@ _KINDS = (
         quick=True,
         effort=(0.4, 0.4),
         options=("samples",),
-        verb="stiffness",
-        frame=lambda result, train, options: stiffness_frame(result, train),
+        draw=mesh_stiffness,
     ),
     JobKind(
         name="steady",
@@ -646,7 +656,6 @@ _KINDS = (
         effort=(1, 4),
         options=("relative_speed", "contact_loss"),
         views=_ERRORS,
-        verb="steady",
         frame=steady_frame,
     ),
     JobKind(
@@ -657,20 +666,19 @@ _KINDS = (
         quick=True,
         effort=(5, 5),
         options=("shaft", "rated", "share", "samples"),
-        verb="output",
-        frame=lambda result, train, options: output_frame(result),
+        draw=angle_over_torque,
     ),
     JobKind(
         name="life",
         label="Bearings",
         purpose="Life and load zones of the bearings that are stated by their parts",
-        about="Life of every rolling bearing under the forces of a turn of the slowest body.",
+        about="Life of every rolling bearing under the forces over the turns of all bodies.",
         quick=True,
         effort=(15, 15),
         grows={"instants": 256},
-        options=("instants",),
-        verb="life",
-        frame=lambda result, train, options: life_frame(result),
+        options=("forces", "instants", "changes"),
+        views=_BEARINGS,
+        draw=bearing_lives,
     ),
     JobKind(
         name="cases",
@@ -681,7 +689,7 @@ _KINDS = (
         effort=(20, 20),
         counted=(0.05, 0.3),
         options=("samples",),
-        verb="sharing",
+        runs="sharing",
         defaults={"method": "static"},
         overrides={"case": ALL_CASES},
         beside=("modes", "check"),
@@ -695,7 +703,6 @@ _KINDS = (
         effort=(12, 12),
         grows={"population": _POPULATION, "generations": _GENERATIONS},
         options=("mesh", "vary", "objectives", "loads", "population", "generations"),
-        verb="relief",
         defaults={"loads": _LOADS, "population": _POPULATION, "generations": _GENERATIONS},
         search=_relief_search,
         frame=lambda result, train, options: relief_frame(result, train),
@@ -708,7 +715,6 @@ _KINDS = (
         effort=(30, 30),
         grows={"samples": 16_384},
         options=("samples", "seed"),
-        verb="tolerance",
         defaults={"samples": 16_384, "effects": "shares"},
         frame=lambda result, train, options: tolerance_frame(result, train),
     ),
@@ -721,9 +727,9 @@ _KINDS = (
         grows={"points": 60, "shaft_orders": 20},
         counted=(0.6, 0.95),
         options=("points", "start", "stop", "shaft_orders", "shaft_tones", "unstable"),
-        verb="sweep",
+        runs="sweep",
         defaults={"contact_loss": True, "points": 60, "shaft_orders": False},
-        frame=lambda result, train, options: contact_loss_frame(result, train),
+        draw=contact_loss,
     ),
     JobKind(
         name="transient",
@@ -733,9 +739,8 @@ _KINDS = (
         effort=(3, 3),
         grows={"cycles": 50, "samples": 32},
         options=("cycles", "start", "stop", "torque_step", "torque_ramp", "samples"),
-        verb="transient",
         defaults={"cycles": 50.0},
-        frame=lambda result, train, options: transient_frame(result, train),
+        draw=forces_over_time,
     ),
     JobKind(
         name="detune",
@@ -744,7 +749,6 @@ _KINDS = (
         about="Changes that move the strongest resonance near operation out of its band, each computed again.",
         effort=(6, 6),
         options=("mode", "order", "band", "changes"),
-        verb="detune",
         frame=lambda result, train, options: detune_frame(result, train),
     ),
     JobKind(
@@ -754,8 +758,7 @@ _KINDS = (
         about="Per cent of the lowest natural frequency per per cent of each number of the model.",
         effort=(25, 25),
         options=("of", "mode", "mesh", "harmonic"),
-        verb="sensitivity",
-        frame=lambda result, train, options: sensitivity_frame(result),
+        draw=ranked_numbers,
     ),
 )
 JOBS: Mapping[str, JobKind] = {kind.name: kind for kind in _KINDS}

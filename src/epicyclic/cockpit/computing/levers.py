@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...bearings.rating_life import dynamic_rating
 from ...document.document import file_text, parse_text
 from ...document.schema import case_states
 from ...document.tables import PlainTable, leaves, split_path, value_at
@@ -41,7 +42,8 @@ _SOFT = 0.03
 class Lever:
     """A number of the model file, and its slider once that is made.
 
-    kind : pin, run_out, sun, support, load, speed or design.  path : of the override.  label : in words.
+    kind : pin, run_out, sun, support, clearance, rating, load, speed or design.  path : of the override.
+    label : in words.
     value : in `unit`, "" of a plain number; of a candidate 0 where the model has none, inf where it is rigid.
     log : whether the slider is logarithmic.  usual : a usual value in `unit`, of a support.
     entry, count : place from 0 and number of entries, where the value is one entry of a list at the path; None of a
@@ -107,7 +109,7 @@ class _Model:
         """Candidates in the order of the page; errors of a train without load part nothing."""
         loaded = any((self.train.kinematics.torque or {}).values())
         errors = [*self.pins(), *self.run_outs()] if loaded else []
-        return [*errors, *self.supports(), *self.operation(), *self.design()]
+        return [*errors, *self.supports(), *self.bearings(), *self.operation(), *self.design()]
 
     def lever(
         self,
@@ -173,6 +175,24 @@ class _Model:
                 if kind == "sun" or 0 < lever.value < math.inf:
                     yield replace(lever, usual=float(f"{lever.scaled(_SOFT * stiffness[body.frame]):.2g}"))
 
+    def bearings(self) -> Iterator[Lever]:
+        """Internal clearance and rating of rolling bearings that are stated by their parts, those of planets first."""
+        rolling = {link.path: link for link in reversed(self.train.links) if link.rolling is not None}
+        for path, link in sorted(rolling.items(), key=lambda item: item[1].kind != "bearing"):
+            _, stage, member, *name = path.split(".")
+            label = f"{' '.join(name)} of the {member_name(self.train, f'{stage}.{member}')}"
+            label += "s" if link.kind == "bearing" else ""
+            clearance, rating = (link.rolling.clearance, dynamic_rating(link.rolling)) if link.rolling else (0.0, 0.0)
+            ratings = {
+                "clearance": ("internal_clearance", "um", 1e6 * clearance),
+                "rating": ("rating", "kN", 1e-3 * rating),
+            }
+            for kind, (key, unit, value) in ratings.items():
+                number = self.number(f"{path}.{key}")
+                if number is None or not number.many:
+                    words = f"{label}, {key.replace('_', ' ')}"
+                    yield self.lever(kind, f"{path}.{key}", words, number, unit=unit, value=value)
+
     def operation(self) -> Iterator[Lever]:
         """Torques, powers and speeds that the file states, of the case that is computed where it states them."""
         of_case = f"cases.{self.document.get('case') or None}"
@@ -212,7 +232,7 @@ class _Model:
 
 def _si_of(unit: str) -> float:
     """SI value of one of a unit."""
-    factors = (factor(unit, target) for target in ("m", "N/m", "rad", "N m", "W", "N/m^2") if unit)
+    factors = (factor(unit, target) for target in ("m", "N/m", "rad", "N m", "W", "N/m^2", "N") if unit)
     return next(filter(None, factors), 1.0)
 
 
@@ -281,7 +301,9 @@ def effect_of(now: Figures, then: Figures, where: str) -> Effect:
 
 # Levers that one screen shows beside their number boxes.
 _MOST = 7
-_ERRORS = ("pin", "run_out")
+# Beside them those of rolling bearings that are stated by their parts.
+_OF_BEARINGS = ("clearance", "rating")
+_FROM_NONE = ("pin", "run_out", "clearance")
 # Candidates that are tried, 20 ms each of a small train: a model opens meanwhile.  Those that are left move nothing
 # known.  A number and no time, so that a model has the same levers whatever else the machine does.
 _TRIALS = 12
@@ -290,6 +312,7 @@ _KNOWN = {
     "load": Effect("mesh forces follow it one to one", 2e-3),
     "speed": Effect("mesh frequencies follow it one to one", 2e-3),
     "damping": Effect("the height of the resonances", 1e-3),
+    "rating": Effect("the life of the bearing follows its third power, of rollers the power 10/3", 1e-3),
 }
 # Range of a lever per its value; errors begin at none at all.  Range of a stiffness per its power of ten: softness is
 # what is sought, and beyond ten times a support is as good as rigid.
@@ -306,7 +329,7 @@ _HELIX, _DAMPING = 40.0, 0.2
 
 
 def levers_of(source: PlainTable | Path, overrides: Mapping[str, object]) -> tuple[Lever, ...]:
-    """Levers of a model, at most seven, in the order of the page: errors, supports, load, design.
+    """Levers of a model, at most seven and two of bearings, in the order of the page: errors, supports, load, design.
 
     Raises
     ------
@@ -319,8 +342,9 @@ def levers_of(source: PlainTable | Path, overrides: Mapping[str, object]) -> tup
     ranked = sorted(range(len(candidates)), key=lambda i: (-effects[i].size, i))
     chosen = list({candidates[i].kind: i for i in reversed(ranked)}.values())  # the first of each kind
     # the places that are left go to those that move most
-    moving = [i for i in ranked if i not in chosen and effects[i].size > 0]
-    chosen += moving[: _MOST - len(chosen)]
+    beside = sum(candidates[i].kind in _OF_BEARINGS for i in chosen)
+    moving = [i for i in ranked if candidates[i].kind not in _OF_BEARINGS and i not in chosen and effects[i].size > 0]
+    chosen += moving[: _MOST + beside - len(chosen)]
     levers = []
     for i in sorted(chosen):
         lever = _lever(candidates[i], effects[i])
@@ -389,7 +413,7 @@ def _in_turn(candidates: list[Lever]) -> list[int]:
 
 def _tried(candidate: Lever) -> float:
     """Another value of a candidate: twice, of an error without a value a usual one, of design a tenth more."""
-    if candidate.kind in _ERRORS:
+    if candidate.kind in _FROM_NONE:
         return 2 * candidate.value if candidate.value else candidate.scaled(_ERROR / 3)
     if candidate.kind == "sun" and not 0 < candidate.value < math.inf:
         return candidate.usual
@@ -404,7 +428,7 @@ def _lever(candidate: Lever, effect: Effect) -> Lever:
         power = 10.0 ** math.floor(math.log10(width)) if width > 0 else 1.0
         step = max(digit for digit in (1.0, 2.0, 5.0) if digit * power <= width * (1 + 1e-9)) * power
         least, most = math.floor(least / step + 1e-9) * step, math.ceil(most / step - 1e-9) * step
-        least = least if least > 0 or value < 0 or candidate.kind in _ERRORS else step
+        least = least if least > 0 or value < 0 or candidate.kind in _FROM_NONE else step
     if candidate.kind == "sun" and not 0 < value < math.inf:
         why = ", ".join(filter(None, ["the sun floats now" if value == 0 else "rigid now", why]))
         value = value if value == 0 else most
@@ -414,8 +438,8 @@ def _lever(candidate: Lever, effect: Effect) -> Lever:
 def _range(candidate: Lever) -> tuple[float, float]:
     """Ends of a slider in the unit of the candidate."""
     value = candidate.value
-    if candidate.kind in _ERRORS:
-        return 0.0, max(_MOST_TIMES * abs(value), candidate.scaled(_ERROR))
+    if candidate.kind in _FROM_NONE:
+        return min(0.0, _MOST_TIMES * value), max(_MOST_TIMES * abs(value), candidate.scaled(_ERROR))
     if candidate.log:
         middle = value if 0 < value < math.inf else candidate.usual
         power = 10.0 ** round(math.log10(middle))
@@ -424,7 +448,7 @@ def _range(candidate: Lever) -> tuple[float, float]:
         return _LEAST * value, min(_MOST_TIMES * value, candidate.scaled(math.radians(_HELIX)))
     if candidate.path.startswith("damping"):
         return _LEAST * value, min(_MOST_TIMES * value, max(_DAMPING, value))
-    if candidate.kind == "design":
+    if candidate.kind in ("design", "rating"):
         return 0.5 * value, 2 * value
     return _LEAST * value, _MOST_TIMES * value
 

@@ -38,7 +38,7 @@ _CARRIED = (("moves radially", "move radially"), ("moves tangentially", "move ta
 _ROTATES = 4
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class ModeView:
     """Elastic modes, at most 60, the lowest first.
 
@@ -128,21 +128,10 @@ def mode_view(
     label, body = _labels(train, system, full, labels)
     radius = _radii(train)
     frequency = np.sqrt(squared) / (2 * np.pi)
-    tones = tones_of_meshes(system)
-    crossings, force_ratio, at_rest = _crossings(system, frequency, np.real(kinds.vectors), relative_speed)
-    return ModeView(
-        number=elastic + 1,
-        frequency=frequency[elastic],
-        shape=_drawn(train, full, radius),
-        mass=_masses(system, full) / np.repeat([np.ones_like(radius), radius**2], 3, axis=0).T,
-        label=label,
-        kind=tuple(kinds.kind[i] for i in elastic),
-        body=body,
-        crossings=crossings,
-        force_ratio=force_ratio,
-        at_rest=at_rest,
-        tones=tones,
-    )
+    shape, kind = _drawn(train, full, radius), tuple(kinds.kind[i] for i in elastic)
+    mass = _masses(system, full) / np.repeat([np.ones_like(radius), radius**2], 3, axis=0).T
+    met = _crossings(system, frequency, np.real(kinds.vectors), relative_speed)
+    return ModeView(elastic + 1, frequency[elastic], shape, mass, label, kind, body, *met, tones_of_meshes(system))
 
 
 def _crossings(

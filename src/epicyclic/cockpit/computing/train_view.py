@@ -22,7 +22,7 @@ from ...errors import ConvergenceError, ModelError
 from ...limits import KGammaLimit, nearest_verdict
 from ...questions.check.check import drawing
 from ...questions.sharing.definitions import DEFINITIONS, mesh_limits
-from ...questions.sharing.sharing import spread_sharing
+from ...questions.sharing.sharing import SpreadSharing, spread_sharing
 from ...show.drawing.bodies import Mating, Part, drawn_train, pitch_radius
 from ...show.drawing.display import Stroke, bounds, plain, polygon
 from ...show.drawing.front import front_centres, front_parts, front_shapes
@@ -210,7 +210,7 @@ def _mm(value: float) -> float:
 
 def _body(train: Train, body: Body, drawn: _Drawing, label: str, relative_speed: float) -> dict[str, Any]:
     """What is told of a body, and how it moves: about its own axis, with its carrier, in the plane of the section."""
-    part, kinematics = drawn.part[body.name], train.kinematics
+    part, kinematics = drawn.part[body.shaft_of or body.name], train.kinematics
     rpm = (kinematics.speed or {}).get(body.member)
     carrier_rpm = (kinematics.frame_speed or {}).get(body.frame) if body.carried_by else None
     mesh = next((one for one in drawn.meshes if body.name in (one.a, one.b)), None)
@@ -344,27 +344,25 @@ _PARTS = 256
 _SOFT = 1e-9
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class SharingView:
     """Load sharing of w whole meshes.
 
     coefficient, turning : (w,) N F_i / sum F without mesh-frequency content, and the largest of that over the hunting
         period [1], nan of meshes without load.  cycle_peak : (w,) largest deviation of a cycle peak, 1 + max |b - 1|.
     over_period : (w, parts) largest ratio b in each part of the hunting period [1].  load : (w,) mean force over the
-        mean of its parallel meshes [1].  period : mesh cycles.  whole : whether every cycle or the search is behind it.
-    quick : whether that takes less than a second.  limits : (w,) of K_gamma.
+        mean of its parallel meshes [1].  limits : (w,) of K_gamma.  spread : cycles that it comes from.
+    whole : whether every cycle or the search is behind it.
     """
 
-    mesh: tuple[str, ...]
+    spread: SpreadSharing
     limits: tuple[KGammaLimit, ...]
     coefficient: Array
     turning: Array
     cycle_peak: Array
     over_period: Array
     load: Array
-    period: int
-    whole: bool
-    quick: bool
+    whole: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -398,18 +396,8 @@ def live_sharing(system: System, *, patience: float = 0.1) -> SharingView:
         total = float(spread.mean[group].mean())
         if total > least:
             load[group] = np.where(np.isnan(coefficient[group]), spread.mean[group] / total, coefficient[group])
-    return SharingView(
-        mesh=spread.mesh,
-        limits=tuple(mesh_limits(system, None)),
-        coefficient=coefficient,
-        turning=turning,
-        cycle_peak=spread.cycle_peak,
-        over_period=spread.over_period(parts),
-        load=load,
-        period=spread.period,
-        whole=False,
-        quick=spread.quick,
-    )
+    limits, over_period = tuple(mesh_limits(system, None)), spread.over_period(parts)
+    return SharingView(spread, limits, coefficient, turning, spread.cycle_peak, over_period, load)
 
 
 def full_sharing(result: xr.Dataset, live: SharingView) -> SharingView:
@@ -432,19 +420,19 @@ def sharing_head(view: SharingView, twin: Twin | None, train: Train, labels: Map
     labels : of the meshes.
     """
     pair = {mesh.name: mesh.pair.rpartition(".")[2] for mesh in train.meshes}
-    verdict = nearest_verdict(view.mesh, view.coefficient.tolist(), view.limits, assumed=train.assumed)
+    verdict = nearest_verdict(view.spread.mesh, view.coefficient.tolist(), view.limits, assumed=train.assumed)
     head = {
         "definition": "mean-load",
         "stage": "whole" if view.whole else "at rest",
         "rows": [
             {"label": labels.get(name, name), "mesh": row, "pair": pair.get(name, "")}
-            for row, name in enumerate(view.mesh)
+            for row, name in enumerate(view.spread.mesh)
         ],
         "k_gamma": largest_known(view.coefficient),
         "k_gamma_turning": largest_known(view.turning),
         "verdict": None if verdict is None else {**verdict._asdict(), "passes": verdict.passes},
         "cycle_peak": largest_known(view.cycle_peak),
-        "cycles": view.period,
+        "cycles": view.spread.period,
         "parts": view.over_period.shape[1],
         "twin": None if twin is None else twin.head,
     }
@@ -462,7 +450,7 @@ def twin_of(train: Train, view: SharingView) -> Twin | None:
     stage_of = {mesh.name: mesh.stage for mesh in train.meshes}
     loaded = [
         (value, stage_of[name])
-        for name, value in zip(view.mesh, view.coefficient, strict=True)
+        for name, value in zip(view.spread.mesh, view.coefficient, strict=True)
         if stage_of.get(name) in suns and value > 0
     ]
     if not loaded:

@@ -1,5 +1,5 @@
-"""The answers: five lines, what fails above them, what may be applied; and the evidence for them: load sharing, errors,
-the modes as a list, a tab for each job with its options, a list of all jobs."""
+"""The answers: five lines, what fails above them, what may be applied, the limit of K_gamma; and the evidence for them:
+load sharing, errors, the modes as a list, a tab for each job with its options, a list of all jobs."""
 
 from __future__ import annotations
 
@@ -8,16 +8,17 @@ from dataclasses import asdict
 from functools import partial
 from typing import Any
 
+from nicegui import ui
 from nicegui.element import Element
 
 from ...errors import ModelError
+from ...limits import TABLES, stated_limit
 from ..computing.job_kinds import JOBS
 from ..processes.jobs import Job, newest_of
 from ..processes.session import Session
 from ..state.frames import QUESTIONS, Answer, number
-from .controls import Board, Words, applied, box, button, hide, prop, refused
+from .controls import Board, Words, applied, box, button, hide, plain_button, prop, refused, window
 from .job_bar import JobBar, JobsList, progress_text, result_of
-from .limit_window import LimitButton
 
 _MODES = "number, frequency [Hz]; a row swings in the drawing"
 
@@ -313,6 +314,52 @@ class _Changes:
         self._pane.apply(self._changes[place]["apply"], str(self._changes[place]["label"]))
 
 
+class LimitButton:
+    """The number of a limit; a click opens the window that sets another one, where the model states it."""
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self._limit: Mapping[str, Any] = {}
+        self.root = button("", self._open, classes="ck-figure ck-limit")
+        self.follow(None)
+
+    def follow(self, limit: Mapping[str, Any] | None) -> None:
+        """Show the limit of an answer; None leaves its column empty."""
+        self._limit = limit or {}
+        number = f"{limit['value']:g}" if limit else ""
+        words = f"Limit of K_gamma {number}: {limit['source']}. A click sets another one." if limit else ""
+        settable = bool(limit and limit["path"])
+        self.root.say(number)
+        prop(self.root, "disabled", None if settable else True)
+        prop(self.root, "title", words if settable else None)
+        prop(self.root, "aria-label", words if settable else f"limit {number}")
+
+    def _open(self) -> None:
+        path = str(self._limit["path"])
+        with window("Limit of K_gamma", width=440) as dialog:
+            ui.label(f"Now {self._limit['value']:g}: {self._limit['source']}.")
+            field = ui.input("Limit of K_gamma", value=f"{self._limit['value']:g}").classes("w-full").props("autofocus")
+            tables = " or ".join(TABLES)
+            ui.label(f"A number from 1 on, or a table by the number of planets: {tables}. Written to {path}.")
+
+            def put(value: object) -> None:
+                if applied(self._session, {path: value}, "limit of K_gamma"):
+                    dialog.close()
+
+            def take() -> None:
+                try:
+                    limit = stated_limit(str(field.value or "").strip(), path)
+                except ModelError as error:
+                    field.error = f"allowed: {error.allowed}"
+                else:
+                    put(limit)
+
+            field.on("keydown.enter", take)
+            with ui.row().classes("w-full justify-end"):
+                plain_button("As the table has it", lambda: put(None))
+                plain_button("Set the limit", take, main=True)
+
+
 class _Line:
     """One answer: what a frame says, or what its job has found of the same state."""
 
@@ -384,7 +431,6 @@ class _Line:
             for name in ("aria-label", "title"):
                 prop(self._job, name, f"Compute {answer.get('job') or ''}")
             prop(self._evidence, "aria-label", f"Show {answer.get('evidence') or ''}")
-            prop(self._row, "data-stale", "true" if answer.get("stale") else None)
         hide(self._apply, not answer.get("apply") or (met and answer["key"] in _OF_K_GAMMA))
         hide(self._job, not answer.get("job") or runs or by_job)
         hide(self._cancel, not runs)

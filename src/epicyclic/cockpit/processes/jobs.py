@@ -117,12 +117,10 @@ def job_file(path: Path, kind: str) -> bytes:
 
 
 def _content(result: xr.Dataset, kind: str, folder: Path) -> bytes:
-    from ...results.dataset import save_csv, save_result, save_xlsx
+    from ...results.dataset import save_result
 
     with tempfile.TemporaryDirectory(dir=folder) as inner:
-        target = Path(inner) / f"result.{kind}"
-        {"nc": save_result, "csv": save_csv, "xlsx": save_xlsx}[kind](result, target)
-        return target.read_bytes()
+        return save_result(result, Path(inner) / f"result.{kind}").read_bytes()
 
 
 def figure_of(model: Loadable, verb: str, name: str) -> dict[str, Any]:

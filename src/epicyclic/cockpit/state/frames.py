@@ -156,7 +156,7 @@ QUESTIONS: Mapping[str, str] = {
 """Key of an answer -> its question, in the order of the page."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class OfferedChange:
     """A change of the model that an answer offers: a button.
 
@@ -180,7 +180,7 @@ class Answer:
     all trains.  Each with its unit, "" without one.
     apply : overrides by path that act on it, None without.  apply_label : what they do.
     evidence : what shows why: sweep, sharing, errors, relief or modes.
-    job : that says more, None without.  stale : whether it belongs to an earlier state.
+    job : that says more, None without.
     limit : that they are held against: its ``value``, ``words`` and ``source``, ``path`` at which the model states it.
     assumed : reasons by path of the assumed values that it rests on.
     mode : number of the mode that it is about, None without one.  speed : that it is about, on the axis of the sweep
@@ -199,7 +199,6 @@ class Answer:
     apply_label: str = ""
     evidence: str = ""
     job: str | None = None
-    stale: bool = False
     limit: Mapping[str, object] | None = None
     assumed: Mapping[str, str] = field(default_factory=dict)
     mode: int | None = None
@@ -253,7 +252,8 @@ def body_labels(train: Train) -> dict[str, str]:
     several = len(train.planets) > 1
     labels = {}
     for body in train.bodies:
-        label = _seat(body, body.side)
+        place = body.name.removeprefix(body.shaft_of or body.name).replace("/", " ")
+        label = _seat(body, body.side) + place
         labels[body.name] = f"{body.frame}: {label}" if several and body.frame in train.planets else label
     return labels
 
@@ -362,10 +362,6 @@ def ordinal(number: int) -> str:
 
 def listed(numbers: Sequence[int]) -> str:
     """Rising whole numbers in short: ``1-3, 5``."""
-    runs: list[list[int]] = []
-    for number in numbers:
-        if runs and number == runs[-1][-1] + 1:
-            runs[-1].append(number)
-        else:
-            runs.append([number])
-    return ", ".join(f"{run[0]}-{run[-1]}" if len(run) > 2 else ", ".join(map(str, run)) for run in runs)
+    from ...show.series import spans
+
+    return spans(numbers).replace("\u2013", "-")

@@ -15,11 +15,12 @@ from tomlkit.exceptions import TOMLKitError
 
 from ...document.document import read
 from ...document.overrides import layer_of, parse_setting, replace_alternatives, stepwise
-from ...document.tables import PlainTable, merge, split_path, union, value_at
+from ...document.schema import collect
+from ...document.tables import PlainTable, keyed, merge, split_path, union, value_at
 from ...document.writer import commented_text
 from ...errors import ModelError
 from ...terms import Explanation, Schema, explained_paths, forms_of, schema
-from .state import Keys, PageState, keyed, request_of, spelling_of, tables_of, text_spelling, typed_text
+from .state import Keys, PageState, Spelling, request_of, tables_of, text_spelling, typed_text
 
 # Rounds of writing what still differs from the aim: the first writes the overrides, the second what follows from them
 # (masses after teeth, reasons of values that are not assumed any more); the commented writer stands behind.
@@ -129,7 +130,7 @@ def _laid_over(state: PageState) -> str:
         document = tomlkit.parse(state.base)
         for path, value in state.overrides.items():
             keys = split_path(path, path=path)
-            _put(document, spelling_of(document.unwrap()).same(keys, value) or keys, value)
+            _put(document, Spelling(document.unwrap()).same(keys, value) or keys, value)
         written = tomlkit.dumps(document)
         tables_of(written)
     except _WRONG as error:
@@ -142,7 +143,7 @@ def _edited(state: PageState, aim: PlainTable) -> str | None:
     with suppress(*_WRONG):  # what an editor cannot do: the document is written anew
         document = tomlkit.parse(state.base)
         # the overrides whose places the text does not give are written as they are spelled; the others follow
-        spelling = spelling_of(tables_of(state.base, state.name))
+        spelling = text_spelling(state.base, state.name)
         for path, value in state.overrides.items():
             keys = split_path(path, path=path)
             if value is not None and spelling.places_of(keys, value).isdisjoint(spelling.key_of):
@@ -158,7 +159,7 @@ def _edited(state: PageState, aim: PlainTable) -> str | None:
 
 def _approach(document: Any, tables: PlainTable, reading: PlainTable, aim: PlainTable) -> None:
     """Change what differs from the aim, each key where the text has it."""
-    spelling, now, wanted = spelling_of(tables), dict(keyed(reading)), dict(keyed(aim))
+    spelling, now, wanted = Spelling(tables), dict(keyed(reading)), dict(keyed(aim))
     differing = [place for place in (now | wanted) if now.get(place, _ABSENT) != wanted.get(place, _ABSENT)]
     keys_done: set[Keys] = set()
     removed: list[Keys] = []
@@ -399,22 +400,12 @@ def _is_member(node: Schema) -> bool:
 
 def _names_of(tables: Mapping[str, Any], words: tuple[str, ...]) -> tuple[str, ...]:
     """Names of the user's that a table may have although the file does not state them there: members of the stage."""
-    stages = tables.get("stages")
-    if not isinstance(stages, Mapping):
-        return ()
+    stages = collect(tables).stages
     if words in _BY_MEMBER:
-        return _members(next(iter(stages.values()))) if len(stages) == 1 else tuple(stages)
+        return tuple(next(iter(stages.values())) if len(stages) == 1 else stages)
     if len(stages) > 1 and words and words[0] in ("deviations", "operation"):
-        return _members(stages.get(words[-1]))
+        return tuple(stages.get(words[-1], ()))
     return ()
-
-
-def _members(stage: object) -> tuple[str, ...]:
-    """Members of a stage as the file names them."""
-    if not isinstance(stage, Mapping):
-        return ()
-    known = {key for key, entry in _children(schema()["$defs"]["Stage"]).items() if not _is_member(entry)}
-    return tuple(key for key, value in stage.items() if isinstance(value, Mapping) and key not in known)
 
 
 def all_fields(tables: Mapping[str, Any], path: str = "", deep: int = 0) -> Iterator[Field]:

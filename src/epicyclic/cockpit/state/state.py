@@ -14,39 +14,42 @@ import json
 import secrets
 import shlex
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 from pprint import pformat
 from typing import Any, NamedTuple
 
-from ...document.document import MAX_BYTES, decoded, drive_text, file_text, is_file_name, parse_text, ready_drives
+from ...document.document import MAX_BYTES, at_files, decoded, drive_text, file_text, parse_text, ready_drives
 from ...document.overrides import parse_setting
-from ...document.schema import Names, collect
-from ...document.tables import PlainTable, clean, expand, nested, split_path, value_at, value_text
+from ...document.schema import collect
+from ...document.tables import PlainTable, clean, expand, keyed, nested, split_path, value_at, value_text
 from ...errors import ModelError
 from ...rexs.file import is_rexs_name
 
 Keys = tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Spelling:
-    """The keys of a model text.
+    """The keys of the tables of a model text.
 
     names : of its stages, members and bodies.  written : value by key, as the text has them.
     places : of each key, where in the document it stands.  key_of : the key that gives a place.
     """
 
-    names: Names
-    written: Mapping[Keys, object]
-    places: Mapping[Keys, frozenset[Keys]]
-    key_of: Mapping[Keys, Keys]
+    def __init__(self, tables: PlainTable) -> None:
+        self.names, self.written = collect(tables), dict(keyed(tables))
+        self.places = {keys: self.places_of(keys, value) for keys, value in self.written.items()}
+        self.key_of = {place: keys for keys, several in self.places.items() for place in several}
 
     def places_of(self, keys: Keys, value: object) -> frozenset[Keys]:
-        """Places of the document that a key with that value gives."""
-        return _places(keys, value, self.names)
+        """Places of the document that a key with that value gives; the key itself where its value is of a wrong form,
+        which validation names."""
+        try:
+            return frozenset(found for found, _ in keyed(expand(nested(keys, value), self.names)))
+        except (ModelError, AttributeError, TypeError):
+            return frozenset((keys,))
 
     def same(self, keys: Keys, value: object) -> Keys | None:
         """The key of the text that gives exactly the places of this one; None where there is none."""
@@ -54,32 +57,6 @@ class Spelling:
         keys_of_places = {self.key_of.get(place) for place in places}
         key = next(iter(keys_of_places)) if len(keys_of_places) == 1 else None
         return key if key is not None and self.places[key] == places else None
-
-
-def spelling_of(tables: PlainTable) -> Spelling:
-    """The spelling of the tables of a model text."""
-    names = collect(tables)
-    written = dict(keyed(tables))
-    places = {keys: _places(keys, value, names) for keys, value in written.items()}
-    key_of = {place: keys for keys, several in places.items() for place in several}
-    return Spelling(names=names, written=written, places=places, key_of=key_of)
-
-
-def keyed(table: Mapping[str, Any], above: Keys = ()) -> Iterator[tuple[Keys, object]]:
-    """Keys and values of everything that is no table, and of empty tables."""
-    for key, value in table.items():
-        if isinstance(value, Mapping) and value:
-            yield from keyed(value, (*above, key))
-        else:
-            yield (*above, key), value
-
-
-def _places(keys: Keys, value: object, names: Names) -> frozenset[Keys]:
-    """Places of one key; the key itself where its value is of a wrong form, which validation names."""
-    try:
-        return frozenset(found for found, _ in keyed(expand(nested(keys, value), names)))
-    except (ModelError, AttributeError, TypeError):
-        return frozenset((keys,))
 
 
 _NO_FILES = "numbers: a model of this page may name no file"
@@ -90,9 +67,6 @@ _MOST_OVERRIDES = 2000
 # Speeds per operating speed that a page shows: no sweep of the package goes beyond.
 _SPEEDS = (1e-3, 100.0)
 _REASON = "assumed."
-# Tables whose entries may name a file beside those of ripple: of force over deflection, of pitch deviations
-# (`document.document`).
-_NAMING = ("stages", "bodies", "couplings", "deviations")
 
 
 Origin = tuple[Path | None, str | None, str]
@@ -240,7 +214,7 @@ def _with(table: Mapping[str, object], keys: Keys, value: object) -> dict[str, o
 
 @lru_cache(maxsize=16)
 def text_spelling(text: str, name: str) -> Spelling:
-    return spelling_of(tables_of(text, name))
+    return Spelling(tables_of(text, name))
 
 
 def with_text(state: PageState, text: str) -> PageState:
@@ -296,41 +270,11 @@ def _placed(tables: PlainTable, folder: Path | None) -> PlainTable:
     ------
     ModelError : a file is named and there is no folder, or it lies outside of it.
     """
-    placed: PlainTable = {}
-    for key, value in tables.items():
-        if key in _NAMING:
-            value = _with_files(value, key, folder)
-        elif key == "operation":
-            value = _with_ripple(value, key, folder)
-        elif key == "cases" and isinstance(value, Mapping):
-            value = {case: _with_ripple(entry, f"{key}.{case}", folder) for case, entry in value.items()}
-        placed[key] = value
-    return placed
 
+    def whole(table: PlainTable, path: str) -> PlainTable:
+        return {**table, "file": _file(table["file"], f"{path}.file", folder)}
 
-def _with_ripple(operation: Any, path: str, folder: Path | None) -> Any:
-    """An operation; a member of it may be called ``file``."""
-    if not isinstance(operation, Mapping):
-        return operation
-    of_ripple = (key for key in operation if key.partition(".")[0] == "ripple")
-    return {**operation, **{key: _with_files(operation[key], f"{path}.{key}", folder) for key in of_ripple}}
-
-
-def _with_files(value: Any, path: str, folder: Path | None) -> Any:
-    if isinstance(value, list):
-        return [_with_files(entry, f"{path}.{number}", folder) for number, entry in enumerate(value, start=1)]
-    if not isinstance(value, Mapping):
-        return value
-    placed: PlainTable = {}
-    for key, entry in value.items():
-        where = f"{path}.{key}"
-        if key == "pitch" and isinstance(entry, list):
-            placed[key] = [_file(name, where, folder) if is_file_name(name) else name for name in entry]
-        elif (key == "pitch" and is_file_name(entry)) or (key == "file" and isinstance(entry, str)):
-            placed[key] = _file(entry, where, folder)
-        else:
-            placed[key] = _with_files(entry, where, folder)
-    return placed
+    return at_files(tables, forces=whole, torques=whole, pitches=partial(_file, folder=folder))
 
 
 def _file(name: str, path: str, folder: Path | None) -> str:

@@ -30,13 +30,15 @@ from ...statics.equilibrium import compliance_of, require_balance
 from ...statics.record import standing_load, unheld_warnings
 from ...statics.tangent import linear
 from ...system.assembly import assemble, train_provenance
-from ...system.system import System
+from ...system.structure import structure_of
+from ...system.system import Array, System
 from ...system.tooth_pairs import loaded_mesh, mean_force, pair_of, tooth_warnings
 from ...train.power import require_contact, require_flow
 from ...train.resolution import tolerances_of
 from ...train.stage_bodies import link_row, tilt_groups
-from ...train.train import DIRECTIONS, Body, Displacement, Link, Mesh, Train
+from ...train.train import DIRECTIONS, Body, Displacement, Link, Mesh, Train, bodies_named
 from ...warning_codes import CodedText, coded
+from ..life.bearing_state import with_bearings
 from ..modes.eigen import mean_modes
 from ..response.spectra import mesh_tones, require_damping
 
@@ -146,6 +148,7 @@ def check(train: Train) -> xr.Dataset:
         **_gear_columns(train),
         **_mesh_columns(train),
         **_stage_columns(train),
+        **_span_columns(train),
         **_order_columns(train),
         **_path_columns(train),
         **_deviation_columns(train),
@@ -173,6 +176,8 @@ def check(train: Train) -> xr.Dataset:
         warnings=list(dict.fromkeys([*train.warnings, *_circulation(train), *ready.teeth_said, *_equations(ready)])),
         provenance=train_provenance(train),
     )
+    if not ready.problem("equations"):
+        result = with_bearings(result, train, nominal_forces(train))
     values = [[value.path, value.value, value.unit, value.origin] for value in train.values]
     locked = train.kinematics.held if train.kinematics.locked else ()
     return result.assign_attrs(values=json.dumps(values, default=str), locked=json.dumps(locked))
@@ -210,7 +215,7 @@ def _fields(
 
 
 def _body_columns(train: Train) -> Columns:
-    bodies = train.bodies
+    bodies = [body for body in train.bodies if body.shaft_of is None]
     speed = np.array([_member_speed(train, body) for body in bodies])
     torque = np.array([_torque(train, body) for body in bodies])
     return {
@@ -240,7 +245,7 @@ def _torque(train: Train, body: Body) -> float:
         return _NAN
     if body.name in train.torques:
         return train.torques[body.name]
-    same = [other.name for other in train.bodies if other.member == body.member]
+    same = [other.name for other in bodies_named(body.member, train.bodies)]
     rest = torques.get(body.member, 0.0) - sum(train.torques.get(name, 0.0) for name in same)
     return rest / sum(name not in train.torques for name in same)
 
@@ -295,12 +300,28 @@ def _mesh_columns(train: Train) -> Columns:
 
 
 def _link_columns(train: Train) -> dict[str, tuple[str | tuple[str, str], NDArray[np.generic]]]:
-    links = train.links
+    links, whose = train.links, {body.name: body.shaft_of or body.name for body in train.bodies}
     return {
-        **_fields("link", links, _texts, link_first="first", link_second="second", link_kind="kind"),
+        "link_first": ("link", _texts(whose[link.first] for link in links)),
+        "link_second": ("link", _texts(whose.get(link.second or "") for link in links)),
+        **_fields("link", links, _texts, link_kind="kind"),
         **_fields("link", links, _numbers, link_station="station"),
         "link_stiffness": (("link", "direction"), np.array([link.stiffness for link in links]).reshape(-1, 6)),
         **_fields("link", links, _numbers, link_clearance="clearance"),
+    }
+
+
+def _span_columns(train: Train) -> Columns:
+    """Places, mass and lowest bending mode of the spans of shafts that bend; nothing without one."""
+    if not train.spans:
+        return {}
+    highest = max((train.kinematics.mesh_frequency or {}).values(), default=0)
+    modes = np.array([span.frequency for span in train.spans])
+    return {
+        **_fields("span", train.spans, _texts, span="name"),
+        **_fields("span", train.spans, _numbers, span_start="start", span_end="end", span_mass="mass"),
+        "span_frequency": ("span", modes),
+        "span_frequency_ratio": ("span", modes / float(highest) if highest else np.full(len(modes), _NAN)),
     }
 
 
@@ -454,6 +475,28 @@ def _equations(ready: Readiness) -> list[CodedText]:
     return unheld_warnings(ready.system, compliance_of(ready.system).free)
 
 
+# --- bearings by their parts -----------------------------------------------------------------------------------------
+
+
+def nominal_forces(train: Train) -> dict[str, Array]:
+    """Force (1,) [N, N m] of every row of the links under the nominal torques, shared evenly by the meshes.
+
+    The forces of the meshes at their places balance with those of the links, turning apart.  Where several links could
+    carry a load, they are the ones of least squares, as of equal springs (moments count at the pitch radius of the
+    bearing); weights and inertia are left out.  nan without torques.
+    """
+    made, whole = structure_of(train), {mesh.name: mesh for mesh in train.meshes}
+    each = np.array([mean_force(train, whole[row.whole]) / max(1, len(whole[row.whole].slices)) for row in made.meshes])
+    load = -(each @ made.mesh).reshape(-1, 6)[:, :5].ravel()
+    rows = (*made.links, *made.rigids)
+    matrix = np.vstack([made.link, made.rigid]).reshape(len(rows), -1, 6)[..., :5].reshape(len(rows), -1)
+    radius = np.array([row.link.rolling.pitch_diameter / 2 if row.link.rolling else 1.0 for row in rows])
+    size = np.where([row.direction < 3 for row in rows], 1.0, radius) * [row.stiffness > 0 for row in rows]
+    known = np.isfinite(load).all()
+    force = size * np.linalg.lstsq(matrix.T * size, load)[0] if known else np.full(len(rows), _NAN)
+    return {f"{row.link.name}/{DIRECTIONS[row.direction]}": force[i : i + 1] for i, row in enumerate(rows)}
+
+
 _TILTS = ("rx", "ry")
 _NO_LEVER = 1e-12  # [m, or 1 of an angle] rounding of cosines, a lever of no rigid direction
 
@@ -489,6 +532,9 @@ def choices(train: Train) -> list[Choice]:
 def _tilt(train: Train, body: Body, group: dict[str, str], origins: dict[str, str]) -> Choice:
     """What holds the tilt of one body, the first of its member: links to what carries it, about its own centre."""
     links = [link for link in train.links if body.name in (link.first, link.second)]
+    spans = {span.name for span in train.spans}
+    if path := next((link.path for link in links if link.name in spans), ""):
+        return Choice(path, "bends", "given", f"{body.member} tilts as its shaft bends between its supports")
     seats = [link for link in links if link.kind in ("support", "bearing") and _holds(link, body)] or links
     path = f"{seats[0].path.rsplit('.bolts', 1)[0]}.tilt" if seats else f"{body.member}.tilt"
     stated = [origins.get(f"{link.path}.{name}", "default") for link in seats for name in _TILTS]

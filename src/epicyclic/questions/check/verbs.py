@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 from ...results.files import MATRIX_FILES, save_matrices
 from ...verbs.record import Verb, takes
+from ..life import EXAMPLE
 from . import MatricesOptions
 
 if TYPE_CHECKING:
@@ -47,6 +48,6 @@ def matrices(drive: "Drive", options: MatricesOptions) -> "xr.Dataset":
 
 
 VERBS = (
-    Verb(run=check, gives=("check",), drawing=True, in_report=10),
+    Verb(run=check, gives=("check",), drawing=True, in_report=10, examples=({}, EXAMPLE)),
     Verb(run=matrices, gives=("matrices",), writers=dict.fromkeys(MATRIX_FILES, save_matrices)),
 )

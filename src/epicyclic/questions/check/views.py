@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ...show.bearing_tables import NOMINAL, bearing_tables
 from ...show.brief_check import brief_tables, check_over_cases, driven_kinds, locked_words, power_ends, ratio_of
 from ...show.elements import (
     Company,
@@ -103,6 +104,8 @@ def check_tables(result: xr.Dataset) -> Sequence[Table]:
         *_deviations(result),
         *_tolerances(result),
         _links(result),
+        *_spans(result),
+        *bearing_tables(result, NOMINAL),
         *_choices(result),
         *_readiness(result),
         *assumed_tables(result),
@@ -207,7 +210,7 @@ def _operation(check: xr.Dataset) -> list[Part]:
     parts.append(_members(check))
     if check.sizes.get("order_name", 0):
         parts.append(Drawing(anchor="orders", figure=orders(check)))
-    return parts
+    return [*parts, *bearing_tables(check, NOMINAL)]
 
 
 def _mesh_parts(check: xr.Dataset, stiffness: xr.Dataset | None) -> list[Part]:
@@ -335,6 +338,27 @@ def _links(result: xr.Dataset) -> Table:
         columns[f"{direction} [{_UNITS[direction]}]"] = list(stiffness)
     columns["clearance [µm]"] = [1e6 * value or np.nan for value in numbers(result, "link_clearance", "link")]
     return Table(title="Supports, bearings, couplings (inf = rigid)", columns=columns)
+
+
+def _spans(result: xr.Dataset) -> list[Table]:
+    """Spans of the shafts that bend, with the stiffness of their links at the elastic centre."""
+    if "span_start" not in result.variables:
+        return []
+    links = result.sel(link=result["span"].values)
+    columns: dict[str, Any] = {
+        "span": texts(result, "span"),
+        **{
+            f"{end} [mm]": list(1e3 * numbers(result, f"span_{name}"))
+            for end, name in (("from", "start"), ("to", "end"))
+        },
+        "elastic centre [mm]": list(1e3 * numbers(links, "link_station", "link")),
+        "mass [kg]": list(numbers(result, "span_mass")),
+    }
+    for heading, direction in (("lateral [N/m]", "x"), ("bending [N m/rad]", "rx"), ("torsion [N m/rad]", "rz")):
+        columns[heading] = list(links["link_stiffness"].sel(direction=direction).values)
+    columns["lowest bending mode [Hz]"] = list(numbers(result, "span_frequency"))
+    columns["per mesh frequency [-]"] = list(numbers(result, "span_frequency_ratio"))
+    return [Table(title="Shafts that bend, between their supports (mode with clamped ends)", columns=columns)]
 
 
 def _choices(result: xr.Dataset) -> list[Table]:

@@ -436,7 +436,12 @@ def _enter_branch(trace: _Trace, points: list[PathPoint], harmonics: int, end: _
                 if at is not None:
                     trace.branches.crossings[asked].append(Crossing(solution=at, part=part))
     solutions = [_as_solution(trace.refinement, point, harmonics) for point in points]
-    _enter_start(trace, solutions[0], parts[0])
+    # a start that no closed segment leads to, where it lies at a speed asked for
+    begin = points[0].state.speed
+    at_begin = int(np.searchsorted(scan.speeds, begin))
+    asked = int(scan.asked[at_begin]) if at_begin < scan.speeds.size and scan.speeds[at_begin] == begin else -1
+    if asked >= 0 and not trace.branches.crossings[asked]:
+        trace.branches.crossings[asked].append(Crossing(solution=solutions[0], part=parts[0]))
     trace.branches.segments.append(Segment(solutions=solutions, parts=parts, branch=True))
     last = points[-1].state.speed
     behind = int(np.searchsorted(scan.speeds, last, side="right"))
@@ -453,14 +458,6 @@ def _enter_branch(trace: _Trace, points: list[PathPoint], harmonics: int, end: _
         if all(distinct(each.solution, closed) for each in known):
             known.append(Crossing(solution=closed, part=-1 - asked))
     return behind
-
-
-def _enter_start(trace: _Trace, first: Solution, part: int) -> None:
-    """Enter the start of a branch that no closed segment leads to, where it lies at a speed asked for."""
-    index = int(np.searchsorted(trace.scan.speeds, first.state.speed))
-    asked = int(trace.scan.asked[index]) if index < trace.scan.speeds.size else -1
-    if asked >= 0 and trace.scan.speeds[index] == first.state.speed and not trace.branches.crossings[asked]:
-        trace.branches.crossings[asked].append(Crossing(solution=first, part=part))
 
 
 def _between(trace: _Trace, before: PathPoint, after: PathPoint, speed: float, harmonics: int) -> Solution | None:

@@ -40,12 +40,11 @@ from scipy import fft
 from scipy.linalg.lapack import dgetrf, dgetrs
 
 from ...engine.run_folder import KeptPart, RunFolder
-from ...system.system import Array, ComplexArray
+from ...system.system import Array, ComplexArray, Index
 from ..response.balance import gmres
 from .problem import Problem, State, balanced_forces, dynamic_size, evaluate, jacobian, speed_derivative, unknowns
 from .rows import contiguous
 
-Index = NDArray[np.int64]
 Operator = Callable[[Array], Array]
 NewtonStep = Callable[[Problem, State, Array, float], tuple[Array, int]]
 """Solves the linearised balance for a right side to a target, and counts the products."""

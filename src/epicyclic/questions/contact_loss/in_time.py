@@ -19,7 +19,7 @@ from ...statics.record import reference_tone
 from ...statics.transmission_error import error_waves
 from ...system.system import Array, System, faces
 from ...warning_codes import CodedText, coded
-from ..response.measures import Range, held_pairs, link_statistics
+from ..response.measures import record_link_measures
 from ..response.spectra import lateral_pairs, link_labels
 from ..response.sweep_table import ROWS
 from ..transient import TransientOptions
@@ -216,8 +216,5 @@ def _errors(system: System, run: xr.Dataset, cycles: int) -> dict[str, Any]:
 
 def _links(system: System, run: xr.Dataset) -> dict[str, Any]:
     """Measures of the linear links over a run, those of two lateral rows as bearings."""
-    force, pairs = run.link_force.values[:, :-1], lateral_pairs(system)
-    length = np.hypot(*force[pairs.T]).max(axis=1, initial=0.0)
-    span, held = Range(force.min(axis=1), force.max(axis=1), length), held_pairs(pairs, system.links.turn)
-    measures = link_statistics(span, force.mean(axis=1), force.var(axis=1), pairs, held, np.zeros(len(held)))
+    measures = record_link_measures(run.link_force.values[:, :-1], lateral_pairs(system), system.links.turn)
     return {name: (ROWS[name], values) for name, values in measures.items() if values.size}

@@ -25,7 +25,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...system.system import Array, Faces, LinkRows, faces
+from ...system.system import Array, Faces, Index, LinkRows, faces
 from ..modes.eigen import Modal
 from ..response.balance import diagonal_inverse, diagonal_product
 from ..response.lattice import kept_points
@@ -45,7 +45,6 @@ from .rows import (
     phases_of,
 )
 
-Index = NDArray[np.int64]
 # Samples of a mesh cycle per harmonic where the caller names no number: contact that opens and closes has slow series,
 # so the 2 per harmonic of the sampling theorem would alias the force.
 _SAMPLES = 8

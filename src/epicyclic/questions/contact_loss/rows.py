@@ -50,13 +50,12 @@ from ...statics.tangent import mean_stretch, small_motion_tangent
 from ...system.flank_laws import eased
 from ...system.gaps import Flanks, FlanksAt, flanks
 from ...system.link_laws import Laws, stacked
-from ...system.system import Array, ComplexArray, Line, System
+from ...system.system import Array, ComplexArray, Index, Line, System
 from ...warning_codes import CodedText, coded
 from ..response.lattice import Point, kept_points, leads
 from ..response.response import Response
 from ..response.spectra import PlacedLine
 
-Index = NDArray[np.int64]
 # Phases in one product with the lattice points: bounds the memory of a (phases, 2 J) matrix.
 _BATCH = 2048
 # Half the support of the spline B, in widths.

@@ -23,10 +23,9 @@ from fractions import Fraction
 from math import lcm, prod
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...statics.transmission_error import peaks_to_peaks
-from ...system.system import Array, ComplexArray
+from ...system.system import Array, ComplexArray, Index
 from ..response.measures import Range, held_pairs, link_statistics, mean_square
 from ..response.response import Block, Response, respond, unstable_speeds
 from ..response.spectra import (
@@ -66,8 +65,6 @@ from .rows import (
 )
 from .solutions import Solution
 from .torus import Torus, TorusPoint, memory, respond_torus
-
-Index = NDArray[np.int64]
 
 # Samples of the phase of a line: the linear response has its order 1 alone, and four make its quadratures differences.
 _SAMPLES = 4

@@ -299,10 +299,7 @@ def _along_the_face(
     if not face.cut.any():
         return {}, {}
     mean = outputs.row_force.mean(axis=0)
-    total = face.total(mean)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        static = np.where((face.count > 1) & (total > 0), face.count * -face.least(-mean) / total, np.nan)
-        moving = np.where((face.count > 1) & (total > 0), face.count * -face.least(-outputs.row_peak) / total, np.nan)
+    static, moving = (face.load_factor(-face.least(-rows), face.total(mean)) for rows in (mean, outputs.row_peak))
     wave = _over_phase(outputs.row_force, counts, torus.ready.lines.axis, np.mean)
     return {
         "face_load_factor": ("mesh", static),

@@ -24,7 +24,7 @@ import numpy as np
 from ...statics.transmission_error import peaks_to_peaks
 from ...system.system import Array
 from ..response import Unstable
-from ..response.measures import Range, held_pairs, link_statistics
+from ..response.measures import record_link_measures
 from ..response.response import Response
 from ..response.spectra import lateral_pairs
 from ..transient.equation import Motion, constant, in_modes_of_its_speed, motion
@@ -47,8 +47,8 @@ from .solutions import (
     with_stability,
 )
 
-# A small error of every pitch at the lowest orders, as a part of the dynamic gap; removed in these parts.
-_PITCH, _ORDERS, _PARTS = 0.2, 2, (1.0, 0.5, 0.2, 0.05, 0.0)
+# A small error of every pitch at the lowest orders, as part of the dynamic gap; removed in these parts, so many draws.
+_PITCH, _ORDERS, _PARTS, _SEEDS = 0.2, 2, (1.0, 0.5, 0.2, 0.05, 0.0), 3
 # Kicks along the most unstable disturbance, per the whole size of the motion: what parts teeth is as large as the load.
 _KICKS = (1.0, 2.0, 0.5, 4.0, 0.25)
 # Least and largest of random kicks, per the whole size of the motion.
@@ -292,15 +292,13 @@ def _perturbed(start: Array) -> Array:
 # --- branch switching -------------------------------------------------------------------------------------------------
 
 
-def symmetry_broken_motions(refinement: Refinement, at: Solution, *, seeds: int = 3) -> Iterator[Solution]:
+def symmetry_broken_motions(refinement: Refinement, at: Solution) -> Iterator[Solution]:
     """Stable motions with less symmetry: a random pitch error of either sign, removed again by homotopy (derived here).
 
     Where that finds none, kicks along the growing disturbance are tried.
     """
     known = list[Solution]()
-    yield from _new_stable(
-        refinement, at, _without_pitch_error(at.balance, at, seeds), at.balance, known, "symmetry broken"
-    )
+    yield from _new_stable(refinement, at, _without_pitch_error(at.balance, at), at.balance, known, "symmetry broken")
     if known:
         return
     kick = _kick(refinement, at, at.balance)
@@ -308,13 +306,13 @@ def symmetry_broken_motions(refinement: Refinement, at: Solution, *, seeds: int 
     yield from _new_stable(refinement, at, starts, at.balance, known, "symmetry broken")
 
 
-def _without_pitch_error(balance: Problem, at: Solution, seeds: int) -> Iterator[Array]:
+def _without_pitch_error(balance: Problem, at: Solution) -> Iterator[Array]:
     """Motions (2, J, n) that are left when a random pitch error of either sign has been taken away."""
     J, F = len(balance.omega), balance.rows.count
     rows = np.r_[1 : 1 + _ORDERS, J + 1 : J + 1 + _ORDERS]
     gap = gap_rows(balance, at.state.y)
     size = _PITCH * float(np.abs(gap[np.r_[1:J, J + 1 : 2 * J], :F]).max(initial=0.0))
-    for seed in range(seeds):
+    for seed in range(_SEEDS):
         # random amplitudes of the errors of all flanks at the lowest orders [m]
         pitch = np.zeros_like(balance.error)
         pitch[rows, :F] = size * np.random.default_rng(seed).standard_normal((rows.size, F))
@@ -457,7 +455,7 @@ def _record_links(ready: Response, speed: float, moving: Motion, times: Array, r
     With them the ranges of transmission errors.
     """
     system, follows = reported_links(ready)
-    pairs, orders, links = lateral_pairs(system), {line.frequency for line in moving.system.lines}, system.links
+    orders, links = {line.frequency for line in moving.system.lines}, system.links
     if ready.frame_speed != "kinematic":
         links = replace(links, skew=links.skew / speed)
     lines = tuple(line for line in system.lines if line.frequency in orders)
@@ -465,14 +463,9 @@ def _record_links(ready: Response, speed: float, moving: Motion, times: Array, r
     if follows.size:
         laws = ready.lawful.laws
         force[follows] = laws.force(group_stretch(moving, times, record))[:, ~laws.row_memory].T
-    span = Range(
-        low=force.min(axis=1),
-        high=force.max(axis=1),
-        length=np.hypot(force[pairs[:, 0]], force[pairs[:, 1]]).max(axis=1),
-    )
-    held = held_pairs(pairs, system.links.turn)
+
     errors = peaks_to_peaks(system.errors, np.ptp(record[:, 0] @ system.error_rows, axis=0))
-    measures = link_statistics(span, force.mean(axis=1), force.var(axis=1), pairs, held, np.zeros(len(held)))
+    measures = record_link_measures(force, lateral_pairs(system), system.links.turn)
     return measures | {name: values for name, (_, values) in errors.items()}
 
 

@@ -21,9 +21,8 @@ from itertools import product
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...system.system import Array, Faces, faces
+from ...system.system import Array, Faces, Index, faces
 from ..response.lattice import Point
 from ..response.response import Response
 from ..response.spectra import LineExcitation, PlacedLine, Shaft
@@ -40,8 +39,6 @@ from .continuation import (
 )
 from .problem import Problem, State, dynamic_size, embedded, evaluate, linearised_residual, problem
 from .rows import Size, gap_rows_of, order_weight, placed_line, torus_points
-
-Index = NDArray[np.int64]
 
 # Highest order of a shaft tone that a line may stand on: a lattice of orders up to 4 still holds it.
 _ORDER = 4

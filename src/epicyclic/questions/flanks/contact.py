@@ -125,16 +125,6 @@ def cycle_weight(times: Array, length: float) -> Array:
     return weight
 
 
-def _root_columns(stresses: Stresses) -> Columns:
-    """Largest stresses in the tooth roots of both gears of every mesh [Pa], over the load."""
-    axes, over = (1, 2, 3), ("torque_factor", "mesh", "mesh_gear")
-    extremes = np.array(
-        [[(gear.tension.max(axis=axes), gear.compression.min(axis=axes)) for gear in gears] for gears in stresses]
-    )  # (mesh, gear, 2, F)
-    tension, compression = extremes.transpose(2, 3, 0, 1)
-    return {"largest_root_stress": (over, tension), "lowest_root_stress": (over, compression)}
-
-
 def flank_map(sigma: Array, values: Array, loaded: NDArray[np.bool_], place: Array) -> Array:
     """Values of all phases and tooth pairs laid on the flank of one tooth, (K, P); nan where nothing touches.
 
@@ -154,9 +144,15 @@ def flank_map(sigma: Array, values: Array, loaded: NDArray[np.bool_], place: Arr
 
 def contact_columns(faces: LoadedFaces, stresses: Stresses) -> Columns:
     """Variables that meshes have alone and in a train; stresses : as of `LoadedFaces.root_stresses`."""
+    axes, over = (1, 2, 3), ("torque_factor", "mesh", "mesh_gear")
+    extremes = np.array(
+        [[(gear.tension.max(axis=axes), gear.compression.min(axis=axes)) for gear in gears] for gears in stresses]
+    )  # (mesh, gear, 2, F)
+    tension, compression = extremes.transpose(2, 3, 0, 1)
     return {
         **faces.columns(),
-        **_root_columns(stresses),
+        "largest_root_stress": (over, tension),
+        "lowest_root_stress": (over, compression),
         "averaging_length": ("mesh", np.array([averaging_length(pair.plane) for pair in faces.pairs])),
         "shared_face": ("mesh", np.array([pair.plane.width for pair in faces.pairs])),
         "side": ("mesh", np.array([mesh.side or "face" for mesh in faces.meshes])),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,7 +16,6 @@ from ...results.dataset import dataset
 from ...system.assembly import train_provenance
 from ...system.tooth_pairs import mean_force
 from ...teeth import geometry
-from ...teeth.loaded_contact import LoadedContact
 from ...teeth.path_of_contact import (
     PlaneOfAction,
     Rolling,
@@ -48,17 +47,6 @@ _LEAST_LOAD, _MOST_SPEED = 150e3, 50.0
 _NONE = 1e-9
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Oil:
-    """Lubrication of all meshes, for the formula of friction.
-
-    viscosity : dynamic, at the temperature in the mesh [Pa s].  roughness : mean Ra of both flanks [m].
-    """
-
-    viscosity: float
-    roughness: float
-
-
 def efficiency(train: Train, options: EfficiencyOptions) -> xr.Dataset:
     """Mesh power loss and efficiency of a train at its operating point.  Branches and sides share the load equally.
 
@@ -80,12 +68,17 @@ def efficiency(train: Train, options: EfficiencyOptions) -> xr.Dataset:
         teeth that do not keep contact; with contact what `contact` refuses.
     ConvergenceError : loaded contact is not solved at a phase.
     """
-    oil, sharing = _oil(options), options.sharing
+    given = {"viscosity": options.viscosity, "roughness": options.roughness}
+    oil = {name: value for name, value in given.items() if value is not None}
+    if oil and options.friction is not None:
+        raise ModelError("a number and an oil", path="friction", given=options.friction, allowed="one of the two")
+    for name in given.keys() - oil.keys() if oil else ():
+        raise ModelError("is missing: friction by oil needs both", path=name, allowed="viscosity and roughness")
     friction = FRICTION if options.friction is None else options.friction
     require_flow(train.kinematics)
     said: list[CodedText] = []
-    teeth = {gearing.pair: _teeth(train, gearing, sharing, said) for gearing in train.kinematics.gearings}
-    mu = {pair: friction if oil is None else _oiled(train, mates, oil, said) for pair, mates in teeth.items()}
+    teeth = {gearing.pair: _teeth(train, gearing, options.sharing, said) for gearing in train.kinematics.gearings}
+    mu = {pair: _oiled(train, mates, oil, said) if oil else friction for pair, mates in teeth.items()}
     share = {pair: mu[pair] * float(np.mean(mates.factors)) for pair, mates in teeth.items()}
     for pair, value in share.items():
         if value >= 1:
@@ -93,13 +86,22 @@ def efficiency(train: Train, options: EfficiencyOptions) -> xr.Dataset:
                 f"takes all power of {pair}", path="friction", given=mu[pair], allowed=f"below {mu[pair] / value:.4g}"
             )
     known = lossy_flow(train.kinematics, share)
-    flow = known or _unknown(train, teeth)
+    flow = known
+    if flow is None:  # a train that locks itself: torques and powers are not known
+        nothing = dict.fromkeys(train.kinematics.torque or {}, math.nan)
+        none = MeshPower(driver="", rolling=math.nan, loss=math.nan, torque=math.nan)
+        meshes = dict.fromkeys(teeth, none)
+        flow = LossyFlow(torque=nothing, power=nothing, meshes=meshes, kept=(), released=(), indeterminate=False)
+    of_stages = [[g.pair for g in train.kinematics.gearings if g.stage == stage] for stage in train.planets]
     return dataset(
         {
             **_totals(train, flow),
             **_mesh_columns(train, teeth, flow),
             "friction_coefficient": ("mesh_pair", np.array([mu[pair] for pair in teeth])),
-            "stage_power_loss": ("stage", _stage_losses(train, flow)),
+            "stage_power_loss": (
+                "stage",
+                np.array([math.fsum(flow.meshes[p].loss for p in pairs) for pairs in of_stages]),
+            ),
             **_member_columns(train, flow),
             **_path_columns(list(teeth.values())),
         },
@@ -111,31 +113,10 @@ def efficiency(train: Train, options: EfficiencyOptions) -> xr.Dataset:
             "flank_place": np.linspace(0.0, 1.0, _PLACES),
         },
         verb="efficiency",
-        options={
-            "sharing": sharing,
-            **({"friction": friction} if oil is None else {"viscosity": oil.viscosity, "roughness": oil.roughness}),
-        },
+        options={"sharing": options.sharing, **(oil or {"friction": friction})},
         warnings=[*train.warnings, *_said(train, known), *dict.fromkeys(said)],
         provenance=train_provenance(train),
     )
-
-
-def _oil(options: EfficiencyOptions) -> Oil | None:
-    """Oil from viscosity [Pa s] and roughness [m]; None where friction is a number.
-
-    Raises
-    ------
-    ModelError : one of the two alone, both ways at once.
-    """
-    given = {"viscosity": options.viscosity, "roughness": options.roughness}
-    oil = {name: value for name, value in given.items() if value is not None}
-    if not oil:
-        return None
-    if options.friction is not None:
-        raise ModelError("a number and an oil", path="friction", given=options.friction, allowed="one of the two")
-    for name in given.keys() - oil.keys():
-        raise ModelError("is missing: friction by oil needs both", path=name, allowed="viscosity and roughness")
-    return Oil(**oil)
 
 
 # friction of the teeth ------------------------------------------------------------------------------------------------
@@ -221,32 +202,32 @@ def _of_contact(
 
     options = ContactOptions(loads=())
     solved = solved_pair(train, helices, options, tangents=False)
-    cut, results, force, name = solved.cut, solved.results, solved.force, solved.name
+    cut, results, name = solved.cut, solved.results, solved.name
     missed = np.any([result.status[0] != "" for result in results], axis=0)
     if missed.any():
         raise ConvergenceError(
-            f"loaded contact of {name} is not solved at {missed.sum()} of {missed.size} phases, {force:.4g} N on a "
-            "small part of the face; smaller lead modifications (flank.slope, flank.crown), or uniform sharing"
+            f"loaded contact of {name} is not solved at {missed.sum()} of {missed.size} phases, {solved.force:.4g} N "
+            "on a small part of the face; smaller lead modifications (flank.slope, flank.crown), or uniform sharing"
         )
     said += [placed(name, text) for text in unresolved(cut, options.tolerance)]
-    distance = tuple(float(cycle_mean(_moment(result), cut.phase)) for result in results)
+    distance = []
+    for result in results:
+        force = result.force[0]
+        # mean distance of the load from the pitch point at every phase (T,) [base pitches]
+        away = (force * np.abs(result.segments.lines.sigma)).sum(axis=(1, 2)) / force.sum(axis=(1, 2))
+        distance.append(float(cycle_mean(away, cut.phase)))
     lines, share = results[0].segments.lines, results[0].force[0] / results[0].load[0][:, None, None]
     inside = np.clip(sigma, helices[0].limits[0] + _INSIDE, helices[0].limits[1] - _INSIDE)
     load = np.nan_to_num(flank_map(lines.sigma, share, lines.length > 0, inside)).sum(axis=0)
     # interpolation loses a per cent at pieces of the face that the ends of the path cut
-    return distance, load / trapezoid(load, sigma)
+    return tuple(distance), load / trapezoid(load, sigma)
 
 
-def _moment(contact: LoadedContact) -> Array:
-    """Mean distance of the load from the pitch point at every phase (T,) [base pitches]."""
-    force = contact.force[0]
-    return np.asarray((force * np.abs(contact.segments.lines.sigma)).sum(axis=(1, 2)) / force.sum(axis=(1, 2)))
-
-
-def _oiled(train: Train, teeth: _Teeth, oil: Oil, said: list[CodedText]) -> float:
+def _oiled(train: Train, teeth: _Teeth, oil: Mapping[str, float], said: list[CodedText]) -> float:
     """Mean coefficient of friction of a pair [1] by oil, load and speed; `said` takes what leaves the formula's range.
 
-    0 without motion or load.
+    0 without motion or load.  oil : viscosity, dynamic, at the temperature in the mesh [Pa s]; roughness, mean Ra of
+    both flanks [m].
 
     Raises
     ------
@@ -272,17 +253,10 @@ def _oiled(train: Train, teeth: _Teeth, oil: Oil, said: list[CodedText]) -> floa
     speed, radius = abs(float(pitch.speed_a + pitch.speed_b)), float(teeth.plane.curvature_radius(0.0))
     if not speed or not force:
         return 0.0
-    return mean_friction(force / teeth.width, speed, radius, oil.viscosity, oil.roughness)
+    return mean_friction(force / teeth.width, speed, radius, **oil)
 
 
 # columns --------------------------------------------------------------------------------------------------------------
-
-
-def _unknown(train: Train, pairs: Iterable[str]) -> LossyFlow:
-    """Torques and powers of a train that locks itself: not known."""
-    nothing = dict.fromkeys(train.kinematics.torque or {}, math.nan)
-    meshes = dict.fromkeys(pairs, MeshPower(driver="", rolling=math.nan, loss=math.nan, torque=math.nan))
-    return LossyFlow(torque=nothing, power=nothing, meshes=meshes, kept=(), released=(), indeterminate=False)
 
 
 def _totals(train: Train, flow: LossyFlow) -> dict[str, Any]:
@@ -318,14 +292,6 @@ def _mesh_columns(train: Train, teeth: Mapping[str, _Teeth], flow: LossyFlow) ->
         "mesh_power_loss": ("mesh", np.array(loss)),
         "driving_gear": ("mesh", np.array(driver, dtype=str)),
     }
-
-
-def _stage_losses(train: Train, flow: LossyFlow) -> Array:
-    """Loss of all meshes of each stage [W]."""
-    gearings = train.kinematics.gearings
-    return np.array(
-        [math.fsum(flow.meshes[g.pair].loss for g in gearings if g.stage == stage) for stage in train.planets]
-    )
 
 
 def _loaded(train: Train, flow: LossyFlow) -> list[str]:

@@ -402,17 +402,24 @@ def _root_maps(solved: PairContact, stresses: Sequence[Gears]) -> tuple[Columns,
     """
     now = solved.operating
     places = [result.sigma[:, None] - result.segments.lines.pair for result in solved.results]
-    edges = [(place, values) for gears, place in zip(stresses, places, strict=True) for values in _most(gears, now)]
+    # largest tension and compression over the face, (T, J) of each gear [Pa]
+    edges = [
+        (place, values[now].max(axis=-1))
+        for gears, place in zip(stresses, places, strict=True)
+        for gear in gears
+        for values in (gear.tension, -gear.compression)
+    ]
     low, high = min(float(place.min()) for place in places), max(float(place.max()) for place in places)
     at = _places([place for place, _ in edges], [values for _, values in edges], low, high)
 
     def maps(values: Callable[[RootStress], Array]) -> Array:
-        return np.array(
-            [
-                [_over_place(values(gear)[now], place, at) for gear in gears]
-                for gears, place in zip(stresses, places, strict=True)
-            ]
-        )
+        """Values of both gears of each mesh over the face at the places of one tooth, (mesh, gear, K, P)."""
+        curves = []
+        for gears, place in zip(stresses, places, strict=True):
+            order = np.argsort(place, axis=None)
+            faces = [values(gear)[now].reshape(place.size, -1)[order].T for gear in gears]
+            curves.append([[np.interp(at, place.ravel()[order], row) for row in face] for face in faces])
+        return np.array(curves)
 
     over = ("mesh", "mesh_gear")
     columns: Columns = {
@@ -421,15 +428,3 @@ def _root_maps(solved: PairContact, stresses: Sequence[Gears]) -> tuple[Columns,
         "far_root_stress": ((*over, "width", "tooth_place"), maps(lambda gear: gear.compression)),
     }
     return columns, at
-
-
-def _most(gears: Gears, level: int) -> list[Array]:
-    """Largest tension and compression over the face, (T, J) of each gear at a level of load [Pa]."""
-    return [values[level].max(axis=-1) for gear in gears for values in (gear.tension, -gear.compression)]
-
-
-def _over_place(values: Array, place: Array, at: Array) -> Array:
-    """Values (T, J, K) of teeth at places (T, J) of those, at places (P,) of one tooth, (K, P), in their unit."""
-    order = np.argsort(place, axis=None)
-    flat = values.reshape(-1, values.shape[-1])[order]
-    return np.array([np.interp(at, place.ravel()[order], column) for column in flat.T])

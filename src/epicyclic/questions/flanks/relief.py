@@ -27,7 +27,7 @@ from ...engine.source import Drive
 from ...errors import ModelError
 from ...results.dataset import dataset
 from ...system.assembly import assemble, train_provenance
-from ...system.system import System
+from ...system.system import Array, System
 from ...teeth.form import Flank
 from ...teeth.gear_pair import check_pair
 from ...train.resolution import load
@@ -39,19 +39,15 @@ from .pair_contact import PairContact, flank_columns, helices_of, mesh_name, nor
 from .relief_objectives import (
     DYNAMIC,
     OBJECTIVES,
-    DesignVariable,
     FlankSettings,
     ReliefProblem,
-    contact_histories,
     force_curves,
-    length_text,
     objectives_of,
     overrides_of,
     read_variables,
     relative_speeds,
 )
 
-Array = NDArray[np.float64]
 Columns = dict[str, tuple[Any, Any]]
 
 # loads of the Harris maps before and after, relative to the operating one
@@ -100,7 +96,10 @@ def relief(drive: Drive, options: ReliefOptions, *, progress: Callable[[float], 
     forces = [[(helix, normal_force(train, helices, torque)) for helix in helices] for helices in meshes]
     dynamic = any(name in DYNAMIC for name in objectives)
     system = assemble(train) if dynamic else None
-    speeds = _ends(options)
+    # of dynamic forces, both or none [Hz]
+    speeds = tuple(one for one in (options.start, options.stop) if one is not None)
+    if len(speeds) == 1:
+        raise ModelError("go together", path="start, stop", allowed='two mesh frequencies, "200 Hz" and "2 kHz"')
     problem = ReliefProblem(
         objectives=tuple(objectives),
         variables=variables,
@@ -121,7 +120,7 @@ def relief(drive: Drive, options: ReliefOptions, *, progress: Callable[[float], 
         **{"vary": dict(options.vary), "mesh": options.mesh, "torque": torque, "objectives": list(objectives)},
         **{"factors": list(loads), "samples": options.samples, "slices": options.slices, "corner": options.corner},
         "misalignment": options.misalignment,
-        **({"speeds": speeds, "speed_points": options.points} if dynamic else {}),
+        **({"speeds": speeds or None, "speed_points": options.points} if dynamic else {}),
     }
     drawn = _drawn_candidate(problem, flanks)
     # the record of the search; more generations are the same one gone on with
@@ -134,9 +133,7 @@ def relief(drive: Drive, options: ReliefOptions, *, progress: Callable[[float], 
             problem,
             len(variables),
             len(objectives),
-            population=options.population,
-            generations=options.generations,
-            seed=options.seed,
+            options,
             start=drawn,
             kept=kept.part("generations"),
             progress=lambda done: told(_SEARCHED * done),
@@ -158,7 +155,6 @@ def relief(drive: Drive, options: ReliefOptions, *, progress: Callable[[float], 
         {
             **_solutions(solved, result, flanks),
             **_before_and_after(solved, (train, after)),
-            **(_forces_over_speed(solved.problem, best) if dynamic else {}),
         },
         coords={
             "variable": [one.name for one in variables],
@@ -217,15 +213,6 @@ def _check_options(options: ReliefOptions, loads: Sequence[float]) -> None:
         )
 
 
-def _ends(options: ReliefOptions) -> tuple[float, float] | None:
-    """Both ends of the mesh frequencies of dynamic forces [Hz]; None where neither is given. Raises ModelError."""
-    if options.start is None and options.stop is None:
-        return None
-    if options.start is None or options.stop is None:
-        raise ModelError("go together", path="start, stop", allowed='two mesh frequencies, "200 Hz" and "2 kHz"')
-    return options.start, options.stop
-
-
 def _meshes(train: Train, mesh: str | Sequence[str] | None) -> list[tuple[Mesh, ...]]:
     """Helices of every mesh to optimise, one branch of each pair."""
     if mesh is None:
@@ -252,7 +239,11 @@ def _drawn_candidate(problem: ReliefProblem, flanks: Mapping[str, Flank]) -> Arr
     """Candidate (1, v) of the micro-geometry as drawn; None where it is out of bounds or differs between flanks."""
     coordinates = []
     for variable in problem.variables:
-        values = {_drawn_value(flanks[path], variable.key) for path in variable.paths}
+        table, _, name = variable.key.partition(".")
+        drawn = [getattr(flanks[path], table) for path in variable.paths]
+        # a relief that is not drawn has amount 0, and no length or shape
+        absent = 0.0 if name == "amount" else None
+        values = {getattr(one, name) if name and one is not None else absent if name else one for one in drawn}
         if len(values) > 1:
             return None
         value = values.pop()
@@ -261,25 +252,7 @@ def _drawn_candidate(problem: ReliefProblem, flanks: Mapping[str, Flank]) -> Arr
     return np.array([coordinates]) if inside.all() else None
 
 
-def _drawn_value(flank: Flank, key: str) -> float | str | None:
-    """Drawn value of a key of a flank [m], or shape; a relief that is not drawn has amount 0, else None."""
-    table, _, name = key.partition(".")
-    value = getattr(flank, table)
-    if name and value is None:
-        return 0.0 if name == "amount" else None
-    if name == "shape":
-        return str(value.shape)
-    return float(getattr(value, name) if name else value)
-
-
 # Dataset -------------------------------------------------------------------------------------------------------------
-
-
-def _meaning(objective: str, problem: ReliefProblem) -> str:
-    """What an objective makes least, with the loads that it counts, relative to the operating one."""
-    loads = ", ".join(f"{factor:g}" for factor in problem.factors)
-    text = OBJECTIVES[objective][1]
-    return text.replace("over the loads", f"over the loads {loads}").replace(", loads and", f", loads {loads} and")
 
 
 def _solutions(solved: Finalists, result: SearchResult, flanks: Mapping[str, Flank]) -> Columns:
@@ -288,8 +261,12 @@ def _solutions(solved: Finalists, result: SearchResult, flanks: Mapping[str, Fla
     variables, objectives = problem.variables, problem.objectives
     values = [[one.value(at) for one, at in zip(variables, row, strict=True)] for row in candidates.tolist()]
     numeric = [[one.numeric(value) for one, value in zip(variables, row, strict=True)] for row in values]
-    texts = [[_value_text(one, value) for one, value in zip(variables, row, strict=True)] for row in values]
+    texts = [[one.text(value) for one, value in zip(variables, row, strict=True)] for row in values]
     drawn = objectives_of(problem, [{path: {} for path in flanks}])[0]
+    # what each makes least, with the loads that it counts
+    loads = ", ".join(f"{factor:g}" for factor in problem.factors)
+    meanings = [OBJECTIVES[name][1].replace("over the loads", f"over the loads {loads}") for name in objectives]
+    meanings = [text.replace(", loads and", f", loads {loads} and") for text in meanings]
     best_so_far = []
     for generation in range(int(result.generation.max()) + 1):
         upto = np.where(result.generation[:, None] <= generation, result.objectives, np.nan)
@@ -302,7 +279,7 @@ def _solutions(solved: Finalists, result: SearchResult, flanks: Mapping[str, Fla
         "solution_objective": (("solution", "objective"), solved.objectives),
         "objective_before": ("objective", drawn),
         "objective_after": ("objective", solved.objectives[solved.answer]),
-        "objective_meaning": ("objective", np.array([_meaning(name, problem) for name in objectives], dtype=object)),
+        "objective_meaning": ("objective", np.array(meanings, dtype=object)),
         "objective_unit": ("objective", np.array([OBJECTIVES[name][0] for name in objectives], dtype=object)),
         "evaluated_place": (("evaluation", "variable"), result.candidates[:_MOST_EVALUATIONS]),
         "evaluated_objective": (("evaluation", "objective"), result.objectives[:_MOST_EVALUATIONS]),
@@ -311,14 +288,11 @@ def _solutions(solved: Finalists, result: SearchResult, flanks: Mapping[str, Fla
     }
 
 
-def _value_text(variable: DesignVariable, value: float | str) -> str:
-    if isinstance(value, str):
-        return value
-    return length_text(value, -3 if variable.key.endswith("length") else -6)
-
-
 def _before_and_after(solved: Finalists, trains: Sequence[Train]) -> Columns:
-    """Loaded contact of every mesh before and after, at several loads; trains : before and after."""
+    """Loaded contact of every mesh before and after, at several loads; of dynamic objectives the mesh forces [N] too.
+
+    trains : before and after.
+    """
     problem, cut = solved.problem, solved.resolution
     factors = np.array(sorted({*_MAP_LOADS, *problem.factors.tolist()}))
     options = replace(problem.contact, loads=factors.tolist())
@@ -334,7 +308,11 @@ def _before_and_after(solved: Finalists, trains: Sequence[Train]) -> Columns:
         return np.array([[values(one) for one in meshes] for meshes in results])
 
     over = ("state", "relieved_mesh", "load_factor")
+    both: list[Mapping[str, FlankSettings]] = [{path: {} for path in solved.settings}, solved.settings]
+    curves = [force_curves(problem, one) for one in both] if problem.system is not None else []
+    dynamic = {DYNAMIC[name]: (("state", "speed"), np.array([one[name] for one in curves])) for name in DYNAMIC}
     return {
+        **(dynamic if curves else {}),
         "load_factor": ("load_factor", factors),
         "mesh_phase": ("mesh_phase", cut.phase),
         "relieved_force": ("relieved_mesh", np.array([one.force for one in results[0]])),
@@ -360,13 +338,6 @@ def _load_along_path(solved: PairContact) -> tuple[Array, Array]:
     even = np.linspace(float(place[0]), float(place[-1]), _PATH_POINTS)
     largest = np.nan_to_num(columns["flank_load_per_length"][1]).max(axis=(0, 1))
     return even, np.asarray(np.interp(even, place, largest))
-
-
-def _forces_over_speed(problem: ReliefProblem, settings: Mapping[str, FlankSettings]) -> Columns:
-    """Dynamic mesh force (state, speed) [N], before and after."""
-    drawn: dict[str, FlankSettings] = {path: {} for path in settings}
-    curves = [force_curves(problem, contact_histories(problem, one)) for one in (drawn, settings)]
-    return {DYNAMIC[name]: (("state", "speed"), np.array([one[name] for one in curves])) for name in DYNAMIC}
 
 
 def _warnings(train: Train, after: Train, solved: Finalists, result: SearchResult, generations: int) -> list[CodedText]:
@@ -421,10 +392,8 @@ def genetic_search(
     evaluate: Callable[[Array], Array],
     variables: int,
     objectives: int,
+    options: ReliefOptions,
     *,
-    population: int,
-    generations: int,
-    seed: int,
     start: Array | None = None,
     kept: KeptPart | None = None,
     progress: Callable[[float], None] | None = None,
@@ -436,8 +405,8 @@ def genetic_search(
     Parameters
     ----------
     evaluate : candidates (P, v) in the unit cube -> objectives (P, o), nan where one could not be computed.
-    variables, objectives : v and o.  population, generations : P and their number.
-    seed : equal seeds give equal searches.
+    variables, objectives : v and o.  options : population P, number of generations, seed; equal seeds give equal
+        searches.
     start : (k, v) candidates of the first generation; a Latin hypercube gives the others.
     kept : keeps the evaluations of every generation; those that lie there are not made again.
     progress : called with the share done, 0..1.
@@ -448,6 +417,7 @@ def genetic_search(
     """
     kept = kept or RunFolder().part("generations")
     evaluated: list[tuple[Array, Array]] = []
+    population, generations, seed = options.population, options.generations, options.seed
     # a Latin hypercube [mckay1979] whose first candidates are replaced by the given ones
     random = np.random.default_rng(seed)
     stratum = np.stack([random.permutation(population) for _ in range(variables)], axis=1)

@@ -18,12 +18,11 @@ from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...document.units import Bounds, read_quantity
 from ...errors import ModelError
 from ...statics.record import reference_tone
-from ...system.system import System
+from ...system.system import Array, System
 from ...system.tooth_pairs import ContactHistory, pair_of, with_contact_tangent
 from ...teeth.form import Flank, Relief
 from ...teeth.gear_pair import ContactPair, uniform_along_face
@@ -35,7 +34,6 @@ from ..response.steady import sweep
 from . import ContactOptions
 from .contact_resolution import Resolution, mesh_phases, sigma_at
 
-Array = NDArray[np.float64]
 Value = float | str
 FlankSettings = Mapping[str, Value]
 """Settings of one flank: keys of `KEYS` -> lengths [m], or a shape."""
@@ -106,6 +104,10 @@ class DesignVariable:
     def numeric(self, value: Value) -> float:
         """Length [m], or index of a shape."""
         return float(self.shapes.index(str(value))) if self.shapes else float(value)
+
+    def text(self, value: Value) -> str:
+        """A value as a model file has it."""
+        return value if isinstance(value, str) else length_text(value, -3 if self.key.endswith("length") else -6)
 
 
 def read_variables(
@@ -349,17 +351,17 @@ class ReliefProblem:
         return replace(self, meshes=meshes, resolution=replace(needed, phase=phase, graded=graded))
 
 
-def relative_speeds(system: System, mesh_frequencies: tuple[float, float] | None, points: int) -> Array:
+def relative_speeds(system: System, mesh_frequencies: Sequence[float], points: int) -> Array:
     """Relative speeds (P,) [1], evenly spaced between two mesh frequencies of the first mesh [Hz].
 
-    mesh_frequencies : None is 0.2 and 1.2 times the operating one.
+    mesh_frequencies : empty is 0.2 and 1.2 times the operating one.
 
     Raises
     ------
     ModelError : no speed, an empty range.
     """
     tone = float(reference_tone(system))
-    low, high = (0.2 * tone, 1.2 * tone) if mesh_frequencies is None else mesh_frequencies
+    low, high = mesh_frequencies or (0.2 * tone, 1.2 * tone)
     if not (0 < low <= high < math.inf) or points < 1:
         raise ModelError("the range is empty", path="start, stop", given=f"{low:g} Hz to {high:g} Hz, {points} points")
     return np.linspace(low, high, points) / tone
@@ -387,7 +389,7 @@ def objectives_of(problem: ReliefProblem, settings: Sequence[Mapping[str, FlankS
         dynamic = [name for name in problem.objectives if name in DYNAMIC]
         columns = [problem.objectives.index(name) for name in dynamic]
         for i in np.flatnonzero(solved):
-            curves = force_curves(problem, _histories(problem, contacts, int(i)))
+            curves = _force_curves(problem, contacts, int(i))
             values[i, columns] = [float(curves[name].max()) for name in dynamic]
     values[~solved] = np.nan
     return values
@@ -419,29 +421,25 @@ def _loaded_contacts(
     return contacts
 
 
-def contact_histories(problem: ReliefProblem, settings: Mapping[str, FlankSettings]) -> dict[str, ContactHistory]:
-    """Loaded contact of every mesh over its mesh cycle at the operating load, for one set of flank settings."""
-    return _histories(problem, _loaded_contacts(problem, [settings]), 0)
+def force_curves(problem: ReliefProblem, settings: Mapping[str, FlankSettings]) -> dict[str, Array]:
+    """Dynamic objective -> largest RMS or peak of the mesh forces at each speed, (P,) [N]; nan where a speed failed."""
+    return _force_curves(problem, _loaded_contacts(problem, [settings]), 0)
 
 
-def _histories(
+def _force_curves(
     problem: ReliefProblem, contacts: Sequence[Sequence[MicrogeometryContact]], i: int
-) -> dict[str, ContactHistory]:
-    """Name of each helix -> its contact history at the last load and the even phases, of the i-th set of settings."""
+) -> dict[str, Array]:
+    """The same of the contacts of the i-th set of flank settings, at the last load and the even phases."""
+    assert problem.system is not None
+    assert problem.speeds is not None
     even = problem.resolution.even
-    return {
+    histories = {
         helix.mesh.name: ContactHistory(
             force=helix.force, approach=one.approach[i, -1, even], tangent=one.tangent[i, -1, even]
         )
         for helices, solved in zip(problem.meshes, contacts, strict=True)
         for helix, one in zip(helices, solved, strict=True)
     }
-
-
-def force_curves(problem: ReliefProblem, histories: Mapping[str, ContactHistory]) -> dict[str, Array]:
-    """Dynamic objective -> largest RMS or peak of the mesh forces at each speed, (P,) [N]; nan where a speed failed."""
-    assert problem.system is not None
-    assert problem.speeds is not None
     system = with_contact_tangent(problem.train, problem.system, histories)
     result = sweep(system, SweepOptions(relative_speed=problem.speeds))
     pairs = {helix.mesh.pair for helices in problem.meshes for helix in helices}

@@ -33,7 +33,7 @@ from ...statics.record import (
 )
 from ...statics.static import free_position_warnings, law_attributes, rounding_of
 from ...system.assembly import assemble
-from ...system.system import System, faces
+from ...system.system import Array, System, faces
 from ...system.tooth_pairs import FaceLoad, MeshFaceLaw, face_laws, tooth_warnings, with_three_rows
 from ...teeth.path_of_contact import corner_phases
 from ...train.train import Train
@@ -41,8 +41,6 @@ from ...warning_codes import CodedText, code_of, coded
 from . import ContactOptions
 from .contact import LoadedFaces, contact_columns, contact_coords, cycle_weight, flank_map, load_levels
 from .contact_resolution import Ladder, check_tolerance, estimated_error, insufficient, refined
-
-Array = NDArray[np.float64]
 
 # places along the path of contact of a flank map
 _PLACES = 81
@@ -99,6 +97,12 @@ def train_contact(
     motion = states[now].displacement[:instants]
     deflection = motion @ links.B - case.acting.link_gap[:instants]
     maps, places = zip(*map(_flank, faces.loads[now]), strict=True)
+    used = f"{cut.samples} instants and {cut.slices} slices are not enough"
+    judged = (
+        (cut.error[0], used, " of the largest load"),
+        (cut.error[1], used, " of K_gamma"),
+        (cut.face_error, f"{cut.slices} slices are not enough for K_Hbeta", ""),
+    )
     result = dataset(
         {
             **contact_columns(faces, faces.root_stresses()),
@@ -121,7 +125,7 @@ def train_contact(
         },
         verb="contact",
         options=options.common(),
-        warnings=[*_warnings(train, case, force[now]), *_unresolved(cut, options.tolerance)],
+        warnings=[*_warnings(train, case, force[now]), *insufficient(judged, options.tolerance)],
         provenance={**case.system.provenance, **law_attributes(case.system, case.record)},
     )
     result["time"].attrs.update({"units": "s" if case.system.tones else "mesh cycles", "long_name": "time"})
@@ -189,7 +193,13 @@ def _case(train: Train, options: ContactOptions, *, samples: int, slices: int) -
         there = excitation_at(system, waves, turned if system.tones else np.zeros((len(corners), 1)))
         acting = RecordExcitation(*map(np.concatenate, zip(acting, there, strict=True)))
         phases, times = np.concatenate([phases, turned]), np.concatenate([times, corners])
-    _require_room(len(times), laws)
+    # memory holds the compliance between the segments of every mesh at every instant
+    numbers = 0.0
+    for law in laws:
+        low, high = law.pair.plane.limits  # as far apart as contact lines stand on the whole face in the mean
+        numbers += len(times) * len(law.meshes) * (law.pair.slices * (high - low)) ** 2
+    given = f"{len(times)} instants of {laws[0].pair.slices} slices"
+    require_memory(numbers, path="cycles, samples, slices", given=given, allowed="fewer of one of them")
     cycles = phases[:, of_mesh]
     return _Case(
         laws=laws,
@@ -256,22 +266,17 @@ def _resolved(train: Train, options: ContactOptions) -> _Cut:
         finest = factors[max(factors)]
         left = estimated_error(list(factors.values())) + np.abs(finest - factors[pieces])
         face_error = float(np.nanmax(left / finest, initial=0.0))
+    if samples is None and turns:  # whole mesh cycles that a turn is not longer than
+        system = assemble(train)
+        unit = record_of(system, cycles=None, turns=1, of=options.of, samples=1, most=1).unit
+        chosen *= max(1, math.ceil(reference_tone(system) / unit))
     w = len(train.meshes)
     return _Cut(
-        samples=chosen if samples is not None else chosen * _cycles_a_unit(train, options),
+        samples=chosen,
         slices=pieces,
         error=(float(error[:w].max()), float(error[w:].max())),
         face_error=face_error,
     )
-
-
-def _cycles_a_unit(train: Train, options: ContactOptions) -> int:
-    """Whole mesh cycles that a unit of the record is not longer than: 1, or those of a turn."""
-    if options.of is None and options.turns is None:
-        return 1
-    system = assemble(train)
-    unit = record_of(system, cycles=None, turns=1, of=options.of, samples=1, most=1).unit
-    return max(1, math.ceil(reference_tone(system) / unit))
 
 
 def _numbers(train: Train, case: _Case) -> tuple[Array, Array]:
@@ -300,31 +305,6 @@ def _loaded(system: System, force: Array) -> NDArray[np.bool_]:
     groups, rounding = parallel_meshes(system.meshes), rounding_of(system)
     mean, most = force.mean(axis=2).T, force.max(axis=2).T
     return np.asarray(loaded_meshes(mean, groups, most=most, rounding=rounding).T)
-
-
-def _require_room(instants: int, laws: Sequence[MeshFaceLaw]) -> None:
-    """Refuse what memory does not hold: the compliance between the segments of every mesh at every instant."""
-    numbers = 0.0
-    for law in laws:
-        low, high = law.pair.plane.limits  # as far apart as contact lines stand on the whole face in the mean
-        numbers += instants * len(law.meshes) * (law.pair.slices * (high - low)) ** 2
-    require_memory(
-        numbers,
-        path="cycles, samples, slices",
-        given=f"{instants} instants of {laws[0].pair.slices} slices",
-        allowed="fewer of one of them",
-    )
-
-
-def _unresolved(cut: _Cut, tolerance: float) -> list[CodedText]:
-    """Warnings where instants and slices are not enough for the tolerance."""
-    used = f"{cut.samples} instants and {cut.slices} slices are not enough"
-    judged = (
-        (cut.error[0], used, " of the largest load"),
-        (cut.error[1], used, " of K_gamma"),
-        (cut.face_error, f"{cut.slices} slices are not enough for K_Hbeta", ""),
-    )
-    return insufficient(judged, tolerance)
 
 
 def _equilibrium(case: _Case, factor: float) -> ContactEquilibrium:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...results.dataset import largest
+from ...show.bearing_tables import bearing_tables
 from ...show.elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table
 from ...show.series import engineering, numbers, texts
 from ...show.views import ResultView
@@ -20,22 +21,6 @@ _LIVES = {
     "basic": "L10 by ISO 281 [h]",
     "reference": "L10r by load zones [h]",
     "modified": "L10mr with the oil [h]",
-}
-_LOADS = {
-    "bearing_load": ("equivalent load [kN]", 1e-3),
-    "race_speed": ("speed [rpm]", 30 / np.pi),
-    "turning_race": ("race that turns", None),
-    "element_load": ("most loaded element [kN]", 1e-3),
-    "element_pressure": ("pressure [MPa]", 1e-6),
-    "load_zone_extent": ("loaded share", 1.0),
-    "static_safety": ("static safety", 1.0),
-    "bearing_stiffness": ("stiffness [N/µm]", 1e-6),
-}
-_FREQUENCIES = {
-    "cage_frequency": "cage, in the housing [Hz]",
-    "outer_race_frequency": "outer race [Hz]",
-    "inner_race_frequency": "inner race [Hz]",
-    "element_frequency": "element [Hz]",
 }
 
 
@@ -50,14 +35,22 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
     columns["C [kN]"] = list(numbers(result, "bearing_rating", "bearing") / 1e3)
     columns["C_0 [kN]"] = list(numbers(result, "bearing_static_rating", "bearing") / 1e3)
     lead = "Lives that 90 % of such bearings reach. Moments count with two rows, thrust with a contact angle."
-    return [
-        Table(title="Life of rolling bearings", columns=columns, lead=lead, digits=4),
-        Table(title="Loads of bearings", columns=_by_case(result, _LOADS), digits=4),
-        Table(
-            title="Frequencies of bearings",
-            columns=_by_case(result, {name: (words, 1.0) for name, words in _FREQUENCIES.items()}),
-        ),
-    ]
+    lives = Table(title="Life of rolling bearings", columns=columns, lead=lead, digits=4)
+    return [lives, *_changes(result), *bearing_tables(result)]
+
+
+def _changes(result: xr.Dataset) -> list[Table]:
+    """What every change that was tried makes of the shortest life [h]."""
+    if "change_life" not in result:
+        return []
+    hours = numbers(result, "change_life", "change") / _HOUR
+    columns: dict[str, Any] = {
+        "change": texts(result, "change"),
+        "shortest L10r [h]": list(hours),
+        "times": list(hours / _shortest(result)[2]),
+        "fails": texts(result, "change_reason", "change"),
+    }
+    return [Table(title="Changes, one at a time", columns=columns, digits=4)]
 
 
 def _most(result: xr.Dataset, place: int) -> str:
@@ -65,19 +58,6 @@ def _most(result: xr.Dataset, place: int) -> str:
     share = result["damage_share"].transpose("bearing", "case").values[place]
     at = largest(share)
     return f"{texts(result, 'case')[at]} {100 * share[at]:.3g} %" if share[at] > 0 else ""
-
-
-def _by_case(result: xr.Dataset, rows: dict[str, tuple[str, float | None]]) -> dict[str, Any]:
-    """Columns of variables (bearing, case), a row each."""
-    cases, bearings = texts(result, "case"), texts(result, "bearing")
-    columns: dict[str, Any] = {"bearing": [name for name in bearings for _ in cases]}
-    if len(cases) > 1:
-        columns["case"] = cases * len(bearings)
-    for name, (heading, scale) in rows.items():
-        values = result[name].max("element") if "element" in result[name].dims else result[name]
-        flat = values.transpose("bearing", "case").values.ravel()
-        columns[heading] = list(flat) if scale is None else list(scale * flat.astype(float))
-    return columns
 
 
 def _shortest(result: xr.Dataset) -> tuple[str, int, float]:
@@ -94,19 +74,23 @@ def key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
 
 
 def findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
-    """Which bearing lives shortest, and which case takes most of it."""
+    """Which bearing lives shortest, which case takes most of it, and which change that was tried helps most."""
     name, place, hours = _shortest(result)
     if not np.isfinite(hours):
         return []
     text = f"{name} lives shortest of the bearings: L10r {engineering(hours)} h"
     if len(texts(result, "case")) > 1:
         text += f", most of its damage in {_most(result, place)}"
-    return [Finding(tone="", text=f"{text}.", anchor="life")]
+    change = ""
+    if "change_life" in result and np.isfinite(lives := numbers(result, "change_life", "change")).any():
+        most = largest(np.nan_to_num(lives))
+        change = f"{texts(result, 'change')[most]} makes it {engineering(lives[most] / _HOUR / hours)} times as long."
+    return [Finding(tone="", text=f"{text}.", change=change, anchor="life")]
 
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """Load zones, and the tables."""
-    from ...show.charts.bearings import load_zones
+    from ...show.charts.train import load_zones
 
     parts: list[Part] = [Drawing(anchor="load-zones", figure=load_zones(result)), *tables(result)]
     return [Section(anchor="life", title="Life of bearings", parts=parts)]

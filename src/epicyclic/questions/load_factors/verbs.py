@@ -1,6 +1,7 @@
 """The verb load_factors."""
 
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ...options import ALL_CASES, Progress
@@ -11,6 +12,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from ...engine.source import Drive, Overrides
+    from ...rexs.export import RexsExport
 
 
 @takes(LoadFactorOptions, joint=True)
@@ -51,8 +53,19 @@ def _at(drive: "Drive", options: LoadFactorOptions, case: str) -> "xr.Dataset":
     return case_factors(type(drive)(drive.source, {**(drive.overrides or {}), "case": case}).train, options)
 
 
+def _rexs(result: "xr.Dataset", path: Path) -> "RexsExport":
+    """Write the train with its load cases and their factors as a REXS file."""
+    from ...rexs.export import write_rexs
+
+    return write_rexs(result, path)
+
+
 VERBS = (
     Verb(
-        run=load_factors, gives=("load_factors",), drawing=True, examples=({}, {"flanks": "contact", "tolerance": 0.1})
+        run=load_factors,
+        gives=("load_factors",),
+        drawing=True,
+        examples=({}, {"flanks": "contact", "tolerance": 0.1}),
+        writers=dict.fromkeys((".rexs", ".rexsj", ".rexsz"), _rexs),
     ),
 )

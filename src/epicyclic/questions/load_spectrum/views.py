@@ -47,7 +47,7 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """Hours over torque and speed, and ranges of the torque over the cycles that have them."""
-    from ...show.charts.load_spectra import hours_over_torque, ranges_over_cycles
+    from ...show.charts.train import hours_over_torque, ranges_over_cycles
 
     parts: list[Part] = [Drawing(anchor="load-spectrum", figure=hours_over_torque(result))]
     if result.sizes.get("cycle"):

@@ -103,7 +103,7 @@ def key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """Torque over angle, and the tables."""
-    from ...show.charts.output import kinematic_error, torque_over_angle
+    from ...show.charts.train import kinematic_error, torque_over_angle
 
     drawings = [Drawing(anchor="torque-angle", figure=torque_over_angle(result))]
     if "kinematic_error" in result.variables:

@@ -35,7 +35,7 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
-from ...system.system import Array, ComplexArray, System
+from ...system.system import Array, ComplexArray, Index, System
 from ..modes.eigen import Modal
 from .lattice import Kernel, product, stiffness_series, to_real, truncated_product
 
@@ -206,8 +206,6 @@ def _lightly_damped(modal: Modal) -> NDArray[np.bool_]:
     return light
 
 
-Index = NDArray[np.int64]
-
 # Cycles of GMRES with D^-1: a tone alone converges in one or two, with several tones the block takes over after two.
 _RESTARTS, _FIRST = 6, 2
 # Coordinates in the block: those that the variation moves by more than this part of themselves at once.  On two
@@ -271,14 +269,8 @@ def at_points(record: Record, points: NDArray[np.bool_] | list[int]) -> Record:
     return replace(record, **some)
 
 
-class Guess(NamedTuple):
-    """Initial guess from a solution with fewer harmonics.
-
-    y : (P, 2, J, n), zero in the harmonics that are new.  scale : (P,) of `HarmonicSolution`.
-    """
-
-    y: Array
-    scale: Array
+Guess = tuple[Array, Array]
+"""Initial guess of a solution with fewer harmonics: y (P, 2, J, n), zero in those that are new, and its scale (P,)."""
 
 
 class _Balance(NamedTuple):
@@ -335,7 +327,8 @@ def solve(
     balance = _Balance(system, modal, kernel, batch, right, tolerance)
     y, residual, scale, calls = _batched(balance, guess)
     uncertainty = _sharpen(balance, y, residual, scale)
-    gap = _gaps(modal, y) - error
+    P, _, J, n = y.shape
+    gap = (modal.gaps @ y.reshape(-1, n).T).reshape(-1, P, 2 * J) - error
     truncated_force = truncated_product(kernel, gap) if len(kernel.truncated) else None
     truncation_residual = _truncation_residual(modal, kernel, batch, truncated_force)
     return HarmonicSolution(
@@ -367,7 +360,7 @@ def _batched(balance: _Balance, start: Guess | None) -> tuple[Array, Array, Arra
         step = apply(first, less=True)
         scale = _scale(first.reshape(shape), step, mean=lattice.mirrored)
     else:
-        y, scale = start.y.reshape(len(first), -1), start.scale
+        y, scale = start[0].reshape(len(first), -1), start[1]
         step = first - apply(y)
     several = lattice.tones > 1
     change, left, calls = gmres(apply, step, target=tolerance * scale, restarts=_FIRST if several else _RESTARTS)
@@ -433,12 +426,6 @@ def diagonal_product(factor: tuple[Array, Array], y: Array) -> Array:
     out = factor[0] * y
     out += factor[1] * y[..., ::-1, :, :]
     return out
-
-
-def _gaps(modal: Modal, y: Array) -> Array:
-    """Mesh gaps B^T q (m, P, 2 J) [m] of y (P, 2, J, n), errors left out."""
-    P, _, J, n = y.shape
-    return (modal.gaps @ y.reshape(-1, n).T).reshape(-1, P, 2 * J)
 
 
 def _pull(modal: Modal, force: Array) -> Array:

@@ -15,17 +15,16 @@ its axis.  Derived here: no aliasing, since no product is sampled.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
 from itertools import product as combinations
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...system.system import Array, ComplexArray, System
+from ...system.system import Array, ComplexArray, Index, System
 
-Index = NDArray[np.int64]
 Point = tuple[int, ...]
 Integers = NDArray[np.object_]
 
@@ -227,27 +226,30 @@ class Gather:
     mirrors: bool
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Axis:
-    """Convolution matrices of the meshes of one tone.
+class Convolution(NamedTuple):
+    """From gap harmonics (2 J) to harmonics of the force of the meshes (m_j,) of one tone, at some lattice points.
 
-    meshes : (m_j,) mesh rows of this tone.
-    own, lines : gap harmonics (2 J) to the multiples of the tone (2 Jo) and to the other lines (lines, 2 W).
-    own_product (m_j, 2 Jo, 2 Jo), line_product (m_j, 2 W, 2 W) : those harmonics @ them = harmonics of the force [N/m].
-    back : multiples and lines, one after the other, to harmonics (2 J).
-    every, own_tail, line_tail, tail_back : the same towards the T truncated points, lines of one point included.
+    own, lines : gap harmonics to the multiples of the tone (2 Jo) and to the other lines (lines, 2 W).
+    own_matrix (m_j, 2 Jo, 2 Jo'), line_matrix (m_j, 2 W, 2 W') : those harmonics @ them = harmonics of the force [N/m].
+    back : multiples and lines, one after the other, to the points.
+    """
+
+    own: Gather
+    own_matrix: Array
+    lines: Gather
+    line_matrix: Array
+    back: Gather
+
+
+class Axis(NamedTuple):
+    """Convolutions of the meshes (m_j,) of one tone: to the J points kept, and to the T truncated ones.
+
+    Towards these, lines of one point are among the lines.
     """
 
     meshes: Index
-    own: Gather
-    lines: Gather
-    own_product: Array
-    line_product: Array
-    back: Gather
-    every: Gather
-    own_tail: Array
-    line_tail: Array
-    tail_back: Gather
+    kept: Convolution
+    truncated: Convolution
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -314,12 +316,14 @@ def _distinct_rows(B: Array, tone: Index) -> tuple[Index, Index]:
 def _joined(axis: Axis, owner: Index) -> Axis:
     """An axis whose rows are sums of the meshes with one owner (m,)."""
     rows, row = np.unique(owner[axis.meshes], return_inverse=True)
-    sums: dict[str, Any] = {}
-    for name in ("own_product", "line_product", "own_tail", "line_tail"):
-        matrices = getattr(axis, name)
-        sums[name] = np.zeros((rows.size, *matrices.shape[1:]))
-        np.add.at(sums[name], row, matrices)
-    return replace(axis, meshes=rows, **sums)
+
+    def summed(part: Convolution) -> Convolution:
+        own, lines = (np.zeros((rows.size, *matrix.shape[1:])) for matrix in (part.own_matrix, part.line_matrix))
+        np.add.at(own, row, part.own_matrix)
+        np.add.at(lines, row, part.line_matrix)
+        return part._replace(own_matrix=own, line_matrix=lines)
+
+    return Axis(rows, summed(axis.kept), summed(axis.truncated))
 
 
 def _truncated_points(lattice: Lattice, bundles: Sequence[Bundle], lengths: Sequence[int]) -> Index:
@@ -358,18 +362,22 @@ def _axis(system: System, meshes: Index, L: int, lattice: Lattice, lines: Bundle
     origin = (0,) * lattice.tones
     out = [(origin, own), *((tuple(rest), width) for rest in lines.rests[: lines.several])]
     truncated_lines = [(origin, own_truncated), *((tuple(rest), wide) for rest in lines.rests)]
-    return Axis(
-        meshes=meshes,
-        own=_parts(lattice.own[j], np.ones(own.size), J),
-        lines=_parts(take, mirror, J),
-        own_product=_convolution(series, own, own, mirrored=lattice.mirrored),
-        line_product=_convolution(series, width, width, mirrored=False),
-        back=_back(lattice.points, out, j, mirrored=lattice.mirrored),
-        every=_parts(lines.take, lines.mirror, J),
-        own_tail=_convolution(series, own, own_truncated, mirrored=lattice.mirrored),
-        line_tail=_convolution(series, width, wide, mirrored=False),
-        tail_back=_back(truncated, truncated_lines, j, mirrored=lattice.mirrored),
+    own_gap = _parts(lattice.own[j], np.ones(own.size), J)
+    kept = Convolution(
+        own_gap,
+        _convolution(series, own, own, mirrored=lattice.mirrored),
+        _parts(take, mirror, J),
+        _convolution(series, width, width, mirrored=False),
+        _back(lattice.points, out, j, mirrored=lattice.mirrored),
     )
+    beyond = Convolution(
+        own_gap,
+        _convolution(series, own, own_truncated, mirrored=lattice.mirrored),
+        _parts(lines.take, lines.mirror, J),
+        _convolution(series, width, wide, mirrored=False),
+        _back(truncated, truncated_lines, j, mirrored=lattice.mirrored),
+    )
+    return Axis(meshes, kept, beyond)
 
 
 def stiffness_series(system: System, meshes: Index, L: int, *, reach: int) -> ComplexArray:
@@ -434,25 +442,22 @@ def product(kernel: Kernel, gap: Array, *, joined: bool = False) -> Array:
     joined : of the `distinct` gaps (r, P, 2 J) to the sums of the forces of their rows.
     """
     axes = kernel.joined if joined else kernel.axes
-    if len(axes) == 1:
-        only: Array = np.matmul(gap, axes[0].own_product)
-        return only
-    out = np.empty_like(gap)
-    for axis in axes:
-        parts = (axis.own, axis.own_product), (axis.lines, axis.line_product)
-        out[axis.meshes] = _convolved(gap[axis.meshes], parts, axis.back)
-    return out
+    return _product([(axis.meshes, axis.kept) for axis in axes], gap, np.empty_like(gap))
 
 
 def truncated_product(kernel: Kernel, gap: Array) -> Array:
     """(k(t) - k0) gap(t) at the truncated points: gap (m, P, 2 J) [m] to (m, P, 2 T) [N]."""
-    if len(kernel.axes) == 1:
-        only: Array = np.matmul(gap, kernel.axes[0].own_tail)
-        return only
     out = np.empty((*gap.shape[:2], 2 * len(kernel.truncated)))
-    for axis in kernel.axes:
-        parts = (axis.own, axis.own_tail), (axis.every, axis.line_tail)
-        out[axis.meshes] = _convolved(gap[axis.meshes], parts, axis.tail_back)
+    return _product([(axis.meshes, axis.truncated) for axis in kernel.axes], gap, out)
+
+
+def _product(parts: Sequence[tuple[Index, Convolution]], gap: Array, out: Array) -> Array:
+    """Convolutions of the meshes of every tone, gap (m, P, 2 J) [m] to [N], entered in out where tones are several."""
+    if len(parts) == 1:
+        only: Array = np.matmul(gap, parts[0][1].own_matrix)
+        return only
+    for meshes, through in parts:
+        out[meshes] = _convolved(gap[meshes], through)
     return out
 
 
@@ -468,12 +473,9 @@ def to_complex(parts: Array) -> ComplexArray:
     return value
 
 
-def _convolved(rows: Array, parts: Sequence[tuple[Gather, Array]], back: Gather) -> Array:
-    """Gathered columns of rows (m, P, C) times one matrix a mesh, part by part, and gathered again.
-
-    parts : gather and matrices (m, W, W') of each.  back : of the lines of all parts, one after the other.
-    """
-    m, P, C = rows.shape
+def _convolved(rows: Array, through: Convolution) -> Array:
+    """Gathered columns of rows (m, P, C) times one matrix a mesh, part by part, and gathered again."""
+    (m, P, C), parts = rows.shape, ((through.own, through.own_matrix), (through.lines, through.line_matrix))
     padded = np.zeros((m, P, C + 1))  # the last column reads 0
     padded[:, :, :-1] = rows
     lines = [gather.place.size // matrix.shape[1] for gather, matrix in parts]
@@ -485,7 +487,7 @@ def _convolved(rows: Array, parts: Sequence[tuple[Gather, Array]], back: Gather)
         np.matmul(picked, matrix[:, None], out=out)
         first += size
     result[:, :, -1] = 0.0
-    return _gathered(result, back)
+    return _gathered(result, through.back)
 
 
 def _gathered(rows: Array, gather: Gather) -> Array:

@@ -31,11 +31,10 @@ from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...errors import ConvergenceError, ModelError
 from ...statics.record import MeshGroup, least_load, link_factor, loaded_meshes, samples_per_cycle
-from ...system.system import Array, ComplexArray, ErrorRows, Line, System, faces
+from ...system.system import Array, ComplexArray, ErrorRows, Index, Line, System, faces
 from .lattice import LineFrequencies, on_axis
 from .response import Block, Response, require_stable_mean, respond, response
 from .spectra import (
@@ -54,7 +53,6 @@ from .spectra import (
     whole_mesh_signal,
 )
 
-Index = NDArray[np.int64]
 # Phases of each tone on the grid: least, by the number of tones.
 _GRID = {1: 128, 2: 48, 3: 32}
 # Directions, over half a turn, from which the largest length of a pair of rows is looked for, and steps from the best
@@ -171,6 +169,13 @@ def link_measures(links: Signal, pairs: Index, turn: Sequence[Fraction]) -> dict
 def held_pairs(pairs: Index, turn: Sequence[Fraction]) -> list[int]:
     """Which pairs of link rows (k, 2) hold a turning frame in the housing; turn : (p,) of `LinkRows`."""
     return [pair for pair, row in enumerate(pairs[:, 0]) if turn and turn[row]]
+
+
+def record_link_measures(force: Array, pairs: Index, turn: Sequence[Fraction]) -> dict[str, Array]:
+    """The same of forces (p, T) over time; none of a lateral force is known to stand still in the housing."""
+    length = np.hypot(*force[pairs.T]).max(axis=1, initial=0.0)
+    span, held = Range(force.min(axis=1), force.max(axis=1), length), held_pairs(pairs, turn)
+    return link_statistics(span, force.mean(axis=1), force.var(axis=1), pairs, held, np.zeros(len(held)))
 
 
 def link_statistics(

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from ...errors import ConvergenceError
 from ...statics.tangent import linear
-from ...system.system import Array, System
+from ...system.system import Array, Index, System
 from ...warning_codes import CodedText, coded
 from ..modes.eigen import Modal, eigen, modal_form, whirl
 from .balance import Batch, Guess, HarmonicSolution, at_points, solve
@@ -29,7 +29,6 @@ from .lattice import Integers, Kernel, LineFrequencies, integer_frequencies, ker
 from .spectra import LineExcitation, excitation, line_excitation
 
 FrameSpeed = Literal["kinematic", "operating"]
-Index = NDArray[np.int64]
 Truncation = tuple[int, ...]
 """Truncation of the balance: harmonics of each tone, then the cross order of combinations."""
 
@@ -158,12 +157,7 @@ class Block:
 
 
 @lru_cache(maxsize=2)  # with its kernels, for the curve and for the resonances of one train
-def response(
-    system: System,
-    *,
-    frame_speed: FrameSpeed = "kinematic",
-    asks_laws: bool = False,
-) -> Response:
+def response(system: System, *, frame_speed: FrameSpeed = "kinematic", asks_laws: bool = False) -> Response:
     """Prepare a System for its steady response; tangents stand for laws (`statics.tangent.linear`).
 
     Parameters
@@ -304,7 +298,7 @@ def _block(
         column = {tuple(point): i for i, point in enumerate(more)}
         y = np.zeros((speed.size, 2, len(more), before.mesh.y.shape[3]))
         y[:, :, [column[tuple(point)] for point in points]] = before.mesh.y
-        guess = Guess(y=y, scale=before.mesh.scale)
+        guess = y, before.mesh.scale
     mesh = _solve(ready, speed, truncation=truncation, tolerance=tolerance, shifted=False, guess=guess)
     residual = np.maximum(mesh.residual, truncation_norm(mesh.truncation_residual))
     return Block(index=index, speed=speed, truncation=truncation, mesh=mesh, shaft=None, residual=residual)

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 
 from ...errors import ModelError
 from ...statics.record import contradicting_radii, unheld, unheld_error
-from ...system.system import Array, ComplexArray, Faces, Line, System, faces
+from ...system.system import Array, ComplexArray, Faces, Index, Line, System, faces
 from ..modes.eigen import Modal
 from .lattice import (
     Lattice,
@@ -36,7 +37,6 @@ if TYPE_CHECKING:
     from .balance import HarmonicSolution
     from .response import Block, Response
 
-Index = NDArray[np.int64]
 # Torques balanced in the input leave rounding on a rigid mode, 1e-13 of the sum of magnitudes; a wrong one far more.
 _BALANCE = 1e-9
 
@@ -315,10 +315,10 @@ def force_spectrum(ready: Response, block: Block, *, shifted: bool) -> Spectrum:
 
 def motion_spectrum(ready: Response, block: Block, *, shifted: bool) -> Spectrum:
     """Coordinates [m, rad], amplitude (n, P, S, J); shifted : of the shaft orders."""
-    return _row_spectrum(ready, block, ready.modal.shapes, shifted=shifted)
+    return _row_spectrum(ready, block, rows=ready.modal.shapes, shifted=shifted)
 
 
-def _row_spectrum(ready: Response, block: Block, rows: Array, *, shifted: bool) -> Spectrum:
+def _row_spectrum(ready: Response, block: Block, *, rows: Array, shifted: bool) -> Spectrum:
     """What rows (r, modes) make of the modal coordinates, amplitude (r, P, S, J)."""
     y = _solution(block, shifted=shifted).y
     P, _, J, n = y.shape
@@ -337,32 +337,24 @@ def strained(ready: Response, rows: Array) -> Array:
     return modal
 
 
-def _error_spectrum(ready: Response, block: Block, *, shifted: bool) -> Spectrum:
-    """Transmission errors [m, rad], amplitude (2 w + s, P, S, J); shifted : of the shaft orders."""
-    return _row_spectrum(ready, block, strained(ready, ready.system.error_rows), shifted=shifted)
-
-
 def _link_spectrum(ready: Response, block: Block, *, shifted: bool) -> Spectrum:
     """Force of every link row [N, N m], amplitude (p, P, S, J); shifted : of the shaft orders."""
     links, solved = ready.system.links, _solution(block, shifted=shifted)
-    stretch, J = _row_spectrum(ready, block, strained(ready, links.B), shifted=shifted).amplitude, solved.y.shape[2]
-    skew_force = None
+    stretch = _row_spectrum(ready, block, rows=strained(ready, links.B), shifted=shifted).amplitude
+    skew_force: ComplexArray | float = 0.0
     if links.skew.size:
         skew_force = ready.frame_factor(block.speed)[:, None, None] * np.tensordot(links.skew, stretch, axes=1)
-    lattice, groups = (
-        ready.kernel(block.truncation, shifted=shifted).lattice,
-        ready.lines.solved_together(shifted=shifted),
-    )
+    lattice = ready.kernel(block.truncation, shifted=shifted).lattice
+    groups = ready.lines.solved_together(shifted=shifted)
     error = placed(lattice.points, groups, (len(links.name),), lambda line: line.link_gap)
     if not shifted:
         error[0, 0] = error[0, 0].real
     stretch -= error.transpose(2, 0, 1)[:, None]
     force = links.stiffness[:, None, None, None] * stretch
     if links.damping.any():
-        omega = solved.frequency.reshape(block.speed.size, -1, J)
+        omega = solved.frequency.reshape(stretch.shape[1:])
         force += 1j * links.damping[:, None, None, None] * omega * stretch
-    if skew_force is not None:
-        force += skew_force
+    force += skew_force
     if links.preload.size and not shifted:
         force[:, :, 0, 0] += links.preload[:, None]
     return Spectrum(amplitude=force, points=lattice.points, mirrored=not shifted)
@@ -391,8 +383,8 @@ def motion_signal(ready: Response, block: Block) -> Signal:
 
 
 def error_signal(ready: Response, block: Block) -> Signal:
-    """Every transmission error [m, rad] at the frequencies kept."""
-    return _signal(ready, block, _error_spectrum)
+    """Every transmission error [m, rad], (2 w + s) rows, at the frequencies kept."""
+    return _signal(ready, block, partial(_row_spectrum, rows=strained(ready, ready.system.error_rows)))
 
 
 def link_signal(ready: Response, block: Block) -> Signal:
@@ -483,26 +475,17 @@ def torus_waveform(spectrum: Spectrum, counts: Sequence[int], cross: int) -> Val
     if D == 1:
         return tone_waveform(spectrum, 0, phases[0])
     combined = (np.count_nonzero(spectrum.points, axis=1) > 1) & (np.abs(spectrum.points).sum(axis=1) <= cross)
-    own = [tone_waveform(spectrum, axis, theta, mean=axis == 0) for axis, theta in enumerate(phases)]
-    return _box(spectrum.amplitude[..., combined], spectrum.points[combined], phases, own, real=spectrum.mirrored)
-
-
-def _box(
-    amplitude: ComplexArray, points: Index, phases: Sequence[Array], own: Sequence[Values], *, real: bool
-) -> Values:
-    """Combinations (rows, P, S, K) of tones at points (K, D) on the grid of their phases, and `own` of each tone.
-
-    A sum over one axis after another.  own : (rows, P, S, N_j) over the phase of each tone; real of a real signal.
-    """
+    points = spectrum.points[combined]
     low, high = points.min(axis=0, initial=0), points.max(axis=0, initial=0)
-    box: Values = np.zeros((*amplitude.shape[:3], *(high - low + 1)), complex)
-    box[(..., *(points - low).T)] = amplitude
-    for axis in range(len(phases) - 1, -1, -1):
-        orders, last = np.arange(low[axis], high[axis] + 1), real and axis == 0
+    box: Values = np.zeros((*spectrum.amplitude.shape[:3], *(high - low + 1)), complex)
+    box[(..., *(points - low).T)] = spectrum.amplitude[..., combined]
+    for axis in range(D - 1, -1, -1):  # a sum over one axis after another
+        orders, last = np.arange(low[axis], high[axis] + 1), spectrum.mirrored and axis == 0
         box = np.moveaxis(_wave(np.moveaxis(box, 3 + axis, -1), orders, phases[axis], real=last), -1, 3 + axis)
         # the multiples of this tone stand where the orders of the tones still to be summed are 0
         alone = box[(slice(None),) * 3 + tuple(-low[:axis])]
-        alone += own[axis].reshape(*own[axis].shape, *(1,) * (len(phases) - 1 - axis))
+        own = tone_waveform(spectrum, axis, phases[axis], mean=axis == 0)
+        alone += own.reshape(*own.shape, *(1,) * (D - 1 - axis))
     return box
 
 

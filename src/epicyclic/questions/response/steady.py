@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ...engine.plan import MOST_NUMBERS, require_memory
 from ...engine.workers import each, import_results
-from ...statics.record import idle_warnings, parallel_meshes
+from ...statics.record import Record, idle_warnings, parallel_meshes, turn_fraction
 from ...statics.static import rounding_of
 from ...statics.tangent import linear, turn_warnings
 from ...statics.transmission_error import error_waves, range_columns, ranges_of_lines
@@ -159,6 +159,28 @@ def steady(system: System, options: SteadyOptions) -> xr.Dataset:
     return with_bounds_named(result, len(ready.lines.tones))
 
 
+def link_row_forces(system: System, record: Record) -> dict[str, Array]:
+    """Force (T,) [N, N m] of every row of the links at the instants of a record, at the operating speed, by its name.
+
+    Links with a law are linear about the mean load; their forces are given along the rows of the law again.
+
+    Raises
+    ------
+    ModelError, ConvergenceError : as of `periodic`.
+    """
+    ready, block = solve_speed(system, 1.0, TOLERANCE)
+    signal, links, own = link_signal(ready, block), ready.system.links, len(system.links.name)
+    lines, step = signal.line_frequencies, record.unit * record.samples
+    turns = [turn_fraction(Fraction(int(line), lines.unit) / step, record.index) for line in lines.distinct]
+    force = (lines.merged(signal.values)[:, 0] @ np.exp(2j * np.pi * np.array(turns))).real
+    rows = dict(zip(links.name[:own], force[:own], strict=True))
+    for group in system.groups:
+        of = [i for i in range(own, len(links.name)) if links.link[i] == group.name]
+        axes = np.linalg.lstsq(group.B, links.B[:, of], rcond=None)[0]
+        rows |= dict(zip(group.rows, axes @ force[of], strict=True))
+    return rows
+
+
 def _link_variables(
     ready: Response, block: Block, theta: Array, top: int
 ) -> tuple[dict[str, Any], dict[Hashable, Any]]:
@@ -219,13 +241,6 @@ def tension_warnings(system: System, lowest: Array, factor: Array) -> list[Coded
             "tension-in-teeth", f"tensile mesh force in the linear model{where}: the teeth of {listed} would separate"
         )
     ]
-
-
-def _lost_warnings(status: NDArray[np.object_]) -> list[CodedText]:
-    """Warning of speeds, by their status (P,), at which the balance did not converge."""
-    lost = int((~np.isin(status, ("ok", MEAN_UNSTABLE, NO_SPEED))).sum())
-    where = f"at {lost} of {status.size} speeds: see status; the largest values are those of the others"
-    return [coded("no-motion-found", f"no motion was found {where}")] if lost else []
 
 
 def factor_warnings(system: System, factor: Array) -> list[CodedText]:
@@ -326,28 +341,14 @@ def sweep(
     ready = response(system, frame_speed=options.frame_speed)
     speed = speeds_of(ready, options)
     table = solved_table(ready, speed, options, progress=progress, kept=kept)
-    return sweep_dataset(
-        table,
-        ready.system,
-        speed=speed,
-        tone=float(ready.lines.tone),
-        options={
-            "frame_speed": options.frame_speed,
-            "shaft_orders": options.shaft_orders,
-            "orders": options.orders,
-            "tolerance": options.tolerance,
-            **options.range_taken,
-        },
-        warnings=[
-            *ready.system.warnings,
-            *([] if options.forces_alone else turn_warnings(system)),
-            *instability_warnings(ready, speed[table.status == MEAN_UNSTABLE]),
-            *_lost_warnings(table.status),
-            *tension_warnings(ready.system, table.minimum_force, table.values["dynamic_factor"]),
-            *factor_warnings(ready.system, table.values["dynamic_factor"]),
-        ],
-        further={"cross_order": ("speed", table.cross_order)} if len(ready.lines.tones) > 1 else None,
-    )
+    warnings = [*ready.system.warnings, *([] if options.forces_alone else turn_warnings(system))]
+    warnings += instability_warnings(ready, speed[table.status == MEAN_UNSTABLE])
+    if lost := int((~np.isin(table.status, ("ok", MEAN_UNSTABLE, NO_SPEED))).sum()):  # the balance did not converge
+        where = f"at {lost} of {speed.size} speeds: see status; the largest values are those of the others"
+        warnings.append(coded("no-motion-found", f"no motion was found {where}"))
+    warnings += tension_warnings(ready.system, table.minimum_force, table.values["dynamic_factor"])
+    warnings += factor_warnings(ready.system, table.values["dynamic_factor"])
+    return sweep_dataset(table, ready, speed, options, warnings)
 
 
 def solved_table(
@@ -359,14 +360,8 @@ def solved_table(
     kept: RunFolder | None = None,
 ) -> SweepTable:
     """The filled table of a sweep over relative speeds (P,); progress, kept : as of `sweep`."""
-    table = empty_table(
-        ready.system,
-        ready.lines,
-        speed.size,
-        orders=options.orders,
-        shafts=options.shaft_orders,
-        harmonics=options.forces_alone,
-    )
+    orders, shafts, harmonics = options.orders, options.shaft_orders, options.forces_alone
+    table = empty_table(ready, speed.size, orders=orders, shafts=shafts, harmonics=harmonics)
     usable = np.isfinite(speed) & (speed > 0)
     table.status[~usable] = NO_SPEED
     unstable = np.zeros(speed.size, dtype=bool)
@@ -390,7 +385,7 @@ def solved_table(
     return table
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class _Measured:
     """Measures of one block of speeds.
 
@@ -459,11 +454,4 @@ def _block_measures(ready: Response, block: Block, layout: Layout, options: Swee
         else:
             status.append("ok" if uncertainty <= accepted else "resonance too sharp for double precision")
     minimum = force_extremes(rows, axis=ready.lines.axis)[0] if face.cut.any() else values["mesh_force_minimum"]
-    return _Measured(
-        index=block.index,
-        truncation=block.truncation,
-        values=values,
-        minimum=minimum,
-        residual=block.residual,
-        status=status,
-    )
+    return _Measured(block.index, block.truncation, values, minimum, block.residual, status)

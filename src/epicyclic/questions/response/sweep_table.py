@@ -10,7 +10,7 @@ from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import product
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +21,7 @@ from ...results.dataset import first_largest, largest
 from ...statics.record import parallel_meshes
 from ...statics.static import rounding_of
 from ...statics.tangent import linear
-from ...system.system import Array, ComplexArray, System, faces
+from ...system.system import Array, ComplexArray, Index, System, faces
 from ...warning_codes import CodedText
 from ..modes.campbell import MESH_ORDERS, OPERATION, MeshCrossings, mesh_crossings, tones_of_meshes
 from ..modes.eigen import Modal
@@ -89,7 +89,7 @@ def with_resonances(
     dofs = [str(name).rpartition("/") for name in result["dof"].values]
     scale = np.array([radius[body] if direction == "rz" else 1.0 for body, _, direction in dofs])
     shapes = result["shape"].transpose("dof", "mode").values / scale[:, None]
-    forces, note = _forces(linear(system), crossings, tuple(tones), shapes)
+    forces, note = _forces(linear(system), crossings, shapes)
     connection, connection_share = _largest_share(result, "strain_energy_share", "connection", crossings)
     body, body_share = _largest_share(result, "kinetic_energy_share", "body", crossings)
     stage = np.array([", ".join(stages) for stages in tones.values()], dtype=object)[crossings.tone]
@@ -130,8 +130,7 @@ def resonance_forces(
     shapes : (n, modes) in the coordinates of the System [m, rad].  tolerance : as of `SweepOptions`.
     """
     # shaft orders are lines of their own: the motion at the mesh orders is the same without them
-    tones = tuple(tones_of_meshes(system))
-    return _forces(linear(system), crossings, tones, shapes, {"shaft_orders": False, "tolerance": tolerance})[0]
+    return _forces(linear(system), crossings, shapes, {"shaft_orders": False, "tolerance": tolerance})[0]
 
 
 def _largest_share(
@@ -156,11 +155,7 @@ def _largest_share(
 
 
 def _forces(
-    system: System,
-    crossings: MeshCrossings,
-    tones: tuple[Fraction, ...],
-    shapes: Array,
-    how: Mapping[str, Any] | None = None,
+    system: System, crossings: MeshCrossings, shapes: Array, how: dict[str, Any] | None = None
 ) -> tuple[ResonanceForces, str]:
     """Forces of the linear response at the crossings (c,), and what is missing of them, and why.
 
@@ -172,11 +167,11 @@ def _forces(
     names = ("dynamic_factor", "mesh", "amplitude", "own_force", "force_ratio", "share", "excited")
     forces: ResonanceForces = {name: np.full(count, np.nan) for name in names}
     forces |= {name: np.full(count, "", dtype=object) for name in ("mesh", "excited")}
-    system = system.scaling
+    tones, system = tuple(tones_of_meshes(system)), system.scaling
     how, pulled = how or {"shaft_orders": len(tones) == 1}, 0
     try:
         for tone in np.unique(crossings.tone):
-            pulled += _enter_forces(forces, system, crossings, int(tone), tones, shapes, how)
+            pulled += _enter_forces(forces, system, crossings, int(tone), shapes, how)
     except ModelError as error:
         return forces, f"no forces: {error}"
     notes = ["K_v: the mesh orders of one stage at a time, without shaft orders"] if count and len(tones) > 1 else []
@@ -195,7 +190,6 @@ def _enter_forces(
     system: System,
     crossings: MeshCrossings,
     number: int,
-    tones: tuple[Fraction, ...],
     shapes: Array,
     how: Mapping[str, Any],
 ) -> int:
@@ -205,7 +199,8 @@ def _enter_forces(
     """
     from .steady import solved_table
 
-    tone, meshes = tones[number], system.meshes
+    tones, meshes = tuple(tones_of_meshes(system)), system.meshes
+    tone = tones[number]
     entries = np.flatnonzero(crossings.tone == number)
     speeds, column = np.unique(crossings.relative_speed[entries], return_inverse=True)
     driven = np.array([system.tones[i] == tone for i in meshes.tone])
@@ -267,8 +262,6 @@ def of_one_tone(system: System, tone: Fraction, driven: NDArray[np.bool_]) -> Sy
     return replace(system, tones=(tone,), meshes=replace(meshes, tone=np.zeros_like(meshes.tone), variation=variation))
 
 
-Index = NDArray[np.int64]
-
 _BOUND = "bound of the largest radial force in a bearing or support, over all phases of the mesh frequencies"
 # Dimensions of every numeric variable besides speed.
 ROWS: dict[str, tuple[str, ...]] = {
@@ -312,24 +305,13 @@ _POINTS, _POINTS_OF_MANY_TONES = 200, 100
 _SAME = 1e-9
 
 
-class ReportedLines(NamedTuple):
-    """Spectral lines reported, in the order of their frequency.
-
-    frequency : exact [Hz at the operating speed].  label : cause, and the mesh orders it is shifted by.
-    """
-
-    frequency: tuple[Fraction, ...]
-    label: tuple[str, ...]
-
-
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SweepTable:
     """Numbers of a sweep over P speeds.
 
     labels : names along every dimension but speed.  values : arrays by name, speeds last, nan where nothing was found.
     harmonics, cross_order : (P,) 0 where nothing was found.  status : (P,) text.
-    minimum_force : (m, P) smallest force of every mesh row, slices apart [N].  reported, layout : lines and rows
-        reported.
+    minimum_force : (m, P) smallest force of every mesh row, slices apart [N].  layout : rows and lines reported.
     tones : (D,) mesh frequencies in orders of the first mesh's.
     """
 
@@ -339,19 +321,18 @@ class SweepTable:
     cross_order: Index
     status: NDArray[np.object_]
     minimum_force: Array
-    reported: ReportedLines
+
     layout: Layout
     tones: Array
 
 
-def empty_table(
-    system: System, lines: LineExcitation, count: int, *, orders: int, shafts: bool, harmonics: bool = False
-) -> SweepTable:
+def empty_table(ready: Response, count: int, *, orders: int, shafts: bool, harmonics: bool = False) -> SweepTable:
     """Empty table for `count` speeds; variables without rows (links, lines) are left out.
 
     orders, shafts : as of `reported_lines`.
     harmonics : with the complex motion at the orders of the first mesh frequency.
     """
+    system, lines = ready.system, ready.lines
     face, dofs = faces(system.meshes), system.dofs
     reported = reported_lines(lines, lines.stages(system), orders=orders, shafts=shafts)
     layout = Layout(
@@ -361,7 +342,7 @@ def empty_table(
         pairs=lateral_pairs(system),
         turn=system.links.turn,
         orders=orders,
-        frequencies=reported.frequency,
+        frequencies=tuple(reported),
         groups=parallel_meshes(system.meshes),
         rounding=rounding_of(system),
         errors=system.errors,
@@ -369,7 +350,7 @@ def empty_table(
     labels: dict[str, Sequence[Any]] = {
         "mesh": face.name,
         "order": range(1, orders + 1),
-        "line": reported.label,
+        "line": tuple(reported.values()),
         "dof": dofs.names,
         "body": dofs.bodies if layout.translation.any() else (),
         "shaft": system.errors.shaft,
@@ -390,48 +371,40 @@ def empty_table(
         cross_order=np.zeros(count, dtype=np.int64),
         status=np.full(count, "", dtype=object),
         minimum_force=np.full((len(system.meshes.name), count), np.nan),
-        reported=reported,
         layout=layout,
         tones=np.array([float(tone / lines.tone) for tone in lines.tones]),
     )
 
 
 def sweep_dataset(
-    table: SweepTable,
-    system: System,
-    *,
-    speed: Array,
-    tone: float,
-    options: Mapping[str, Any],
-    warnings: Sequence[CodedText],
-    further: Mapping[str, tuple[Sequence[str] | str, Any]] | None = None,
+    table: SweepTable, ready: Response, speed: Array, options: SweepOptions, warnings: Sequence[CodedText]
 ) -> xr.Dataset:
-    """Dataset of a filled table.
-
-    Parameters
-    ----------
-    speed : (P,) relative.  tone : mesh frequency of the first mesh at the operating speed [Hz].
-    options, warnings : as of `results.dataset`.  further : variables that only this kind of sweep has.
-    """
+    """Dataset of a filled table at relative speeds (P,); warnings : as of `results.dataset`."""
     from ...results.dataset import dataset
+
+    tone = float(ready.lines.tone)
 
     variables = {name: ((*ROWS[name], "speed"), values) for name, values in table.values.items()}
     used = {dim for dims, _ in variables.values() for dim in dims}
     coords: dict[Hashable, Any] = {dim: list(names) for dim, names in table.labels.items() if dim in used}
     coords["mesh_tone"] = ("mesh", table.tones[table.layout.axis])
     if "line" in used:
-        coords["line_order"] = ("line", np.array([float(f) for f in table.reported.frequency]) / tone)
+        coords["line_order"] = ("line", np.array([float(f) for f in table.layout.frequencies]) / tone)
+    further = {"cross_order": ("speed", table.cross_order)} if len(table.tones) > 1 else {}
     result = dataset(
         {
             **variables,
             "status": ("speed", table.status),
             "harmonics": ("speed", table.harmonics),
-            **(further or {}),
+            **further,
         },
         {**coords, "speed": speed, "mesh_frequency": ("speed", speed * tone)},
         verb="sweep",
-        options=options,
-        provenance=system.provenance,
+        options={
+            **{name: getattr(options, name) for name in ("frame_speed", "shaft_orders", "orders", "tolerance")},
+            **options.range_taken,
+        },
+        provenance=ready.system.provenance,
         warnings=warnings,
         units={"speed": "1"},  # relative to the operating speed, not the rpm of `check`
     )
@@ -445,8 +418,10 @@ def with_bounds_named(result: xr.Dataset, tones: int) -> xr.Dataset:
     return result
 
 
-def reported_lines(lines: LineExcitation, stages: Sequence[str], *, orders: int, shafts: bool) -> ReportedLines:
+def reported_lines(lines: LineExcitation, stages: Sequence[str], *, orders: int, shafts: bool) -> dict[Fraction, str]:
     """At most 32 combinations of several mesh frequencies, and at most 32 shaft lines around mesh orders.
+
+    Exact frequency, rising [Hz at the operating speed] -> label: cause, and the mesh orders it is shifted by.
 
     With one tone its multiples are no combinations.  If the shaft lines alone are more, all of them are reported.
     stages : (D,) name of each tone.  orders : highest mesh order reported.  shafts : whether shaft lines count.
@@ -458,8 +433,7 @@ def reported_lines(lines: LineExcitation, stages: Sequence[str], *, orders: int,
     if shafts and lines.shaft:
         bases = [("; ".join(shaft.causes), shaft.frequency) for shaft in lines.shaft]
         labels = {**_shells_up_to_limit(lines, names, bases, range(orders + 1)), **labels}
-    ordered = sorted(labels.items())
-    return ReportedLines(frequency=tuple(f for f, _ in ordered), label=tuple(label for _, label in ordered))
+    return dict(sorted(labels.items()))
 
 
 def _shells_up_to_limit(

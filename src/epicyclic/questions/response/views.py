@@ -17,6 +17,7 @@ from ...show.elements import (
     Part,
     Section,
     Table,
+    error_tables,
     extent,
     force_table,
     largest_heading,
@@ -28,7 +29,6 @@ from ...show.elements import (
     status_table,
     torque_tables,
 )
-from ...show.errors_shown import error_tables
 from ...show.series import engineering, of_first_stage, own_tones, split_name, stage_count, texts, unbroken
 from ...show.views import ResultView
 

@@ -12,8 +12,18 @@ from numpy.typing import NDArray
 
 from ...limits import KGammaVerdict, k_gamma_verdict
 from ...results.dataset import largest
-from ...show.elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table, force_table, named_columns
-from ...show.errors_shown import error_tables
+from ...show.elements import (
+    Company,
+    Drawing,
+    Finding,
+    KeyFigure,
+    Part,
+    Section,
+    Table,
+    error_tables,
+    force_table,
+    named_columns,
+)
 from ...show.series import engineering, largest_coefficients, readable, short_names, stage_count, texts, unbroken
 from ...show.views import ResultView
 

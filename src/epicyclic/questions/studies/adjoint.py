@@ -14,30 +14,25 @@ is transposed.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...errors import ConvergenceError, ModelError
-from ...system.system import Array, ComplexArray, Line, System, faces
+from ...system.system import Array, ComplexArray, Index, Line, System, faces
 from ..modes.eigen import Modal, modal_weights
 from ..response.balance import Batch, HarmonicSolution, solve
 from ..response.lattice import Gather, Kernel, product, to_complex, to_real
 from ..response.response import Block, Response
 from ..response.spectra import force_signal, force_spectrum, mesh_axis, whole_mesh_signal
 
-Index = NDArray[np.int64]
 # Doubles of one batch of adjoint harmonics; larger than the forward one, whose own arrays are not held beside it.
 _BATCH = 120_000
-# Signs of the coupling matrices in the adjoint operator.
-_SIGN = {"G": -1.0, "C": -1.0, "Kg": 1.0, "Cskew": 1.0}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SystemNumbers:
+class SystemNumbers(NamedTuple):
     """Values, or derivatives with respect to one parameter, of the arrays of a System without laws, in its units.
 
     M, C, G, K, Kg, Cskew : (n, n).  B : (n, m).  stiffness, damping : (m,).  variation : (m, L) complex.
@@ -123,18 +118,12 @@ def combined(weights: Sequence[float], terms: Sequence[SystemNumbers]) -> System
     ------
     ModelError : they are not of one shape: something appeared, vanished or was renumbered between them.
     """
-    totals: dict[str, Any] = {}
-    for name in (field.name for field in fields(SystemNumbers)):
-        arrays = [getattr(term, name) for term in terms]
+    totals = []
+    for arrays in zip(*terms, strict=True):
         if len({array.shape for array in arrays}) > 1:
             raise ModelError("moves, meshes or lines of excitation appear or vanish here: no derivative")
-        totals[name] = np.asarray(sum(weight * array for weight, array in zip(weights, arrays, strict=True)))
-    return SystemNumbers(**totals)
-
-
-def is_nonzero(change: SystemNumbers) -> bool:
-    """Whether any number changes."""
-    return any(bool(getattr(change, field.name).any()) for field in fields(SystemNumbers))
+        totals.append(np.asarray(sum(weight * array for weight, array in zip(weights, arrays, strict=True))))
+    return SystemNumbers(*totals)
 
 
 def mean_stiffness_change(system: System, change: SystemNumbers) -> Array:
@@ -236,8 +225,8 @@ def _part(
     made, meshes = ready.kernel(block.truncation, shifted=shifted), ready.system.meshes
     forward = force_spectrum(ready, block, shifted=shifted).amplitude.reshape(*seed.shape)
     J, U = len(made.lattice.points), some.size
-    rows = faces(meshes).row == some[:, None]
-    seeds = np.where(rows[:, :, None, None], seed[None], 0.0)  # (U, m, B, J + T)
+    own = faces(meshes).row == some[:, None]
+    seeds = np.where(own[:, :, None, None], seed[None], 0.0)  # (U, m, B, J + T)
     weight = harmonic_weights(made)
     kept = np.asarray(seeds[..., :J] / weight, complex)
     truncated_pull: ComplexArray = seeds[..., J:]
@@ -251,8 +240,21 @@ def _part(
         press: ComplexArray = meshes.stiffness[:, None, None] * pull + varying - rate * pull + truncated_force
         return press
 
-    answer = _solve(ready, adjoint_modal, block, made, solved, to_gap(kept), tolerance)
-    z = (answer.y[:, 0] + 1j * answer.y[:, 1]).reshape(U, len(solved.frequency), J, -1)
+    # A* z = B press, one system for every mesh and point
+    B, press = len(solved.frequency), to_gap(kept)
+    rows = Batch(
+        frequency=np.tile(solved.frequency, (U, 1)),
+        truncated_frequency=np.zeros((U * B, len(made.truncated))),
+        frame=np.tile(np.repeat(ready.frame_factor(block.speed), B // block.speed.size), U),
+        error=np.zeros((len(meshes.B.T), U * B, J), complex),
+        force=np.einsum("nm,ombj->objn", meshes.B, press).reshape(U * B, J, -1),
+    )
+    # forces of the adjoint on truncated harmonics are no residual
+    bare = replace(made, truncated=made.truncated[:0])
+    answer = solve(ready.system, adjoint_modal, bare, rows, tolerance=tolerance)
+    if not np.all(answer.residual <= 100 * tolerance):
+        raise ConvergenceError(f"the adjoint solution has a relative residual of {answer.residual.max():.3g}")
+    z = (answer.y[:, 0] + 1j * answer.y[:, 1]).reshape(U, B, J, -1)
     pull = kept - _of_measures(to_complex(answer.gap), U)
     return AdjointPart(
         kernel=made,
@@ -266,33 +268,6 @@ def _part(
         press=to_gap(pull),
         truncated_pull=truncated_pull,
     )
-
-
-def _solve(
-    ready: Response,
-    adjoint_modal: Modal,
-    block: Block,
-    made: Kernel,
-    solved: HarmonicSolution,
-    press: ComplexArray,
-    tolerance: float,
-) -> HarmonicSolution:
-    """Solve A* z = B press, press (U, m, B, J), one system for every mesh and point."""
-    U, m, B, J = press.shape
-    force = np.einsum("nm,ombj->objn", ready.system.meshes.B, press).reshape(U * B, J, -1)
-    rows = Batch(
-        frequency=np.tile(solved.frequency, (U, 1)),
-        truncated_frequency=np.zeros((U * B, len(made.truncated))),
-        frame=np.tile(np.repeat(ready.frame_factor(block.speed), B // block.speed.size), U),
-        error=np.zeros((m, U * B, J), complex),
-        force=force,
-    )
-    # forces of the adjoint on truncated harmonics are no residual
-    bare = replace(made, truncated=made.truncated[:0])
-    answer = solve(ready.system, adjoint_modal, bare, rows, tolerance=tolerance)
-    if not np.all(answer.residual <= 100 * tolerance):
-        raise ConvergenceError(f"the adjoint solution has a relative residual of {answer.residual.max():.3g}")
-    return answer
 
 
 def _flat(values: ComplexArray) -> ComplexArray:
@@ -313,7 +288,7 @@ def adjoint_form(modal: Modal) -> Modal:
     """
     weight = modal_weights(modal.squared, modal.rigid) ** 2
     coupling = {
-        name: np.ascontiguousarray(_SIGN[name] * matrix.T * weight / weight[:, None])
+        name: np.ascontiguousarray((-1.0 if name in ("C", "G") else 1.0) * matrix.T * weight / weight[:, None])
         for name, matrix in modal.coupling.items()
     }
     return replace(modal, damping=-modal.damping, coupling=coupling)
@@ -328,17 +303,16 @@ def harmonic_weights(kernel: Kernel) -> Array:
 def truncated_product_adjoint(kernel: Kernel, force: Array) -> Array:
     """Transpose of `truncated_product`, unweighted: truncated harmonics (m, P, 2 T) to harmonics kept (m, P, 2 J)."""
     if len(kernel.axes) == 1:
-        only: Array = np.matmul(force, kernel.axes[0].own_tail.transpose(0, 2, 1))
+        only: Array = np.matmul(force, kernel.axes[0].truncated.own_matrix.transpose(0, 2, 1))
         return only
     out = np.zeros((*force.shape[:2], 2 * len(kernel.lattice.points)))
-    for axis in kernel.axes:
-        m, P = len(axis.meshes), force.shape[1]
-        sizes = [axis.own_tail.shape[2], axis.every.place.shape[0] * axis.line_tail.shape[2]]
-        slots = _scattered(force[axis.meshes], axis.tail_back, sum(sizes))
-        own = slots[:, :, : sizes[0]] @ axis.own_tail.transpose(0, 2, 1)
-        lines = slots[:, :, sizes[0] :].reshape(m, -1, axis.line_tail.shape[2]) @ axis.line_tail.transpose(0, 2, 1)
-        size = out.shape[2]
-        out[axis.meshes] += _scattered(own, axis.own, size) + _scattered(lines.reshape(m, P, -1), axis.every, size)
+    for meshes, _, to in kernel.axes:
+        m, P, wide, size = len(meshes), force.shape[1], to.line_matrix.shape[2], out.shape[2]
+        first = to.own_matrix.shape[2]
+        slots = _scattered(force[meshes], to.back, first + to.lines.place.shape[0] * wide)
+        own = slots[:, :, :first] @ to.own_matrix.transpose(0, 2, 1)
+        lines = slots[:, :, first:].reshape(m, -1, wide) @ to.line_matrix.transpose(0, 2, 1)
+        out[meshes] += _scattered(own, to.own, size) + _scattered(lines.reshape(m, P, -1), to.lines, size)
     return out
 
 

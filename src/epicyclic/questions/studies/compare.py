@@ -31,7 +31,7 @@ from ...limits import SAME_SHAPE
 from ...results.dataset import EQUAL, SUFFIXES, dataset, largest, load_result
 from ...statics.tangent import linear
 from ...system.assembly import assemble
-from ...system.system import System
+from ...system.system import Array, System
 from ...train.resolution import load
 from ...train.train import Train
 from ...user_input import checked
@@ -415,7 +415,6 @@ def _texts(values: Any) -> Any:
     return np.array(list(values), dtype=object)
 
 
-Array = NDArray[np.float64]
 BY_SHAPE, BY_KIND = "mode shapes (MAC)", "kind and order"
 Of = TypeVar("Of")
 Result = TypeVar("Result")
@@ -457,24 +456,15 @@ def mode_pairs(a: TrainModes, b: TrainModes) -> tuple[NDArray[np.int64], Array, 
     `BY_SHAPE` and `BY_KIND`).
     """
     if a.dofs == b.dofs:
-        return *_by_shape(a, b), BY_SHAPE
-    place = _by_kind(a.kind, b.kind)
+        # the largest sum of modal assurance criteria [allemang1982] of the eigenspaces, weighted by both M
+        roots = repeated_roots(a.squared), repeated_roots(b.squared)
+        _, criterion = modal_assurance(a.vectors, b.vectors, (a.mass + b.mass) / 2, roots)
+        _, pairs = scipy.optimize.linear_sum_assignment(criterion, maximize=True)
+        return np.asarray(pairs, dtype=np.int64), criterion[np.arange(pairs.size), pairs], BY_SHAPE
+    # the k-th mode of a kind to the k-th of the same kind
+    ranks, of_b = ([(kind, kinds[:i].count(kind)) for i, kind in enumerate(kinds)] for kinds in (a.kind, b.kind))
+    place = np.array([of_b.index(rank) if rank in of_b else -1 for rank in ranks], dtype=np.int64)
     return place, np.full(place.size, np.nan), BY_KIND
-
-
-def _by_shape(a: TrainModes, b: TrainModes) -> tuple[NDArray[np.int64], Array]:
-    """Pairs of the largest sum of modal assurance criteria [allemang1982] of the eigenspaces, weighted by both M."""
-    roots = repeated_roots(a.squared), repeated_roots(b.squared)
-    _, criterion = modal_assurance(a.vectors, b.vectors, (a.mass + b.mass) / 2, roots)
-    _, place = scipy.optimize.linear_sum_assignment(criterion, maximize=True)
-    return np.asarray(place, dtype=np.int64), criterion[np.arange(place.size), place]
-
-
-def _by_kind(a: Sequence[str], b: Sequence[str]) -> NDArray[np.int64]:
-    """The k-th mode of a kind to the k-th of the same kind."""
-    ranks = [(kind, list(b[:i]).count(kind)) for i, kind in enumerate(b)]
-    place = {rank: i for i, rank in enumerate(ranks)}
-    return np.array([place.get((kind, list(a[:i]).count(kind)), -1) for i, kind in enumerate(a)], dtype=np.int64)
 
 
 # --- effects of one train --------------------------------------------------------------------------------------------

@@ -13,7 +13,7 @@ import math
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
 from typing import NamedTuple
@@ -47,7 +47,6 @@ _STEP_AT_ZERO = {"": 1e-3, "um": 1.0, "mm": 1e-3, "m": 1e-6, "deg": 1e-2, "rad":
 _SMOOTH = 1e-3
 # Relative rounding of an assembled array
 _ROUNDING = 1e-13
-_NAMES = tuple(field.name for field in fields(SystemNumbers))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,17 +74,6 @@ class Parameter:
     def system_at(self, document: Mapping[str, object], value: float) -> System:
         """Linearised System of a model with another value, in `unit`; its numbers alone, without its warnings."""
         return linear(assemble(load(document, overrides=self.at(value))), asks_laws=True)
-
-
-class SystemDerivatives(NamedTuple):
-    """A linearised System and its derivatives along parameters.
-
-    system : with an empty line at every frequency that a parameter would excite.
-    along : of every parameter the derivatives of its numbers, per unit as written, or why there are none.
-    """
-
-    system: System
-    along: list[Outcome[SystemNumbers]]
 
 
 class _Scheme(NamedTuple):
@@ -288,12 +276,17 @@ def _listed(number: Written, leaf: str, train: Train, text: str, index: int) -> 
 
 def system_derivatives(
     train: Train, base: System, parameters: Sequence[Parameter], *, progress: Callable[[float], None] | None = None
-) -> SystemDerivatives:
-    """Derivatives of the linearised assembly of a train, `base`, along each parameter; derived here.
+) -> tuple[System, list[Outcome[SystemNumbers]]]:
+    """The linearised assembly of a train, `base`, and its derivatives along each parameter; derived here.
 
     Parameters
     ----------
     progress : called with the share done, 0..1.
+
+    Returns
+    -------
+    (the System with an empty line at every frequency that a parameter would excite; of every parameter the derivatives
+    of the System's numbers, per unit as written, or why there are none).
     """
     # tolerances, and reasons for what may be removed, move no number of the System but take time to check
     document = {name: table for name, table in train.document.items() if name not in ("tolerance", "assumed")}
@@ -302,7 +295,7 @@ def system_derivatives(
     # that some parameter excites
     frequencies = dict.fromkeys(line.frequency for s in systems if s.tones == base.tones for line in s.lines)
     whole = with_lines(base, tuple(frequencies))
-    return SystemDerivatives(whole, [stencil.then(partial(_derivative, base, whole)) for stencil in stencils])
+    return whole, [stencil.then(partial(_derivative, base, whole)) for stencil in stencils]
 
 
 def _stencil(document: Mapping[str, object], base: System, parameter: Parameter) -> _Stencil:
@@ -341,13 +334,13 @@ def _derivative(base: System, whole: System, stencil: _Stencil) -> SystemNumbers
     differences = [combined([1.0, -1.0], [value, values[stencil.unchanged]]) for value in values]
     soft = _soft_link_changes(stencil)
     if soft is not None:
-        differences = [replace(change, K=K) for change, K in zip(differences, soft, strict=True)]
+        differences = [change._replace(K=K) for change, K in zip(differences, soft, strict=True)]
     scheme, per = stencil.scheme, 1 / stencil.step
     coarse, fine = (combined([per * w for w in weights], differences) for weights in (scheme.coarse, scheme.fine))
     power = 2**scheme.order
     change = combined([power / (power - 1), -1 / (power - 1)], [fine, coarse])
     rounded = _without_rounding(change, values[stencil.unchanged], scheme.step * abs(stencil.step))
-    change = rounded if soft is None else replace(rounded, K=change.K)
+    change = rounded if soft is None else rounded._replace(K=change.K)
     if not _smooth(coarse, change) or _kinked(stencil, values):
         raise ModelError("not smooth at this value: no derivative")
     return change
@@ -377,21 +370,16 @@ def _soft_link_changes(stencil: _Stencil) -> list[Array] | None:
 
 def _without_rounding(change: SystemNumbers, value: SystemNumbers, step: float) -> SystemNumbers:
     """Derivatives with zeros for arrays that are rounding of the quotient, below 1e-13 of the value over the step."""
-    zeros = {}
-    for name in _NAMES:
-        array, limit = getattr(change, name), _ROUNDING * float(np.abs(getattr(value, name)).max(initial=0.0)) / step
-        if 0 < float(np.abs(array).max(initial=0.0)) <= limit:
-            zeros[name] = np.zeros_like(array)
-    return replace(change, **zeros)
+    limits = (_ROUNDING * float(np.abs(array).max(initial=0.0)) / step for array in value)
+    pairs = zip(change, limits, strict=True)
+    return SystemNumbers._make(np.zeros_like(a) if np.abs(a).max(initial=0.0) <= limit else a for a, limit in pairs)
 
 
 def _smooth(coarse: SystemNumbers, change: SystemNumbers) -> bool:
     """Whether coarse quotient and derivative of every array differ by no more than those of a smooth function."""
-    for name in _NAMES:
-        derivative = getattr(change, name)
+    for quotient, derivative in zip(coarse, change, strict=True):
         size = float(np.abs(derivative).max(initial=0.0))
-        off = float(np.abs(getattr(coarse, name) - derivative).max(initial=0.0))
-        if size > 0 and off > _SMOOTH * size:
+        if size > 0 and float(np.abs(quotient - derivative).max(initial=0.0)) > _SMOOTH * size:
             return False
     return True
 
@@ -400,8 +388,7 @@ def _kinked(stencil: _Stencil, values: Sequence[SystemNumbers]) -> bool:
     """Whether the second difference of an array shrinks with the step, as at a kink, and not with its square."""
     if stencil.scheme.order == 3:
         return False
-    for name in _NAMES:
-        low, below, here, above, high = (getattr(value, name) for value in values)
+    for low, below, here, above, high in zip(*values, strict=True):
         wide, near = (float(np.abs(a + b - 2 * here).max(initial=0.0)) for a, b in ((low, high), (below, above)))
         slope = float(np.abs(above - below).max(initial=0.0))
         rounding = _ROUNDING * float(np.abs(here).max(initial=0.0))
@@ -431,4 +418,4 @@ def _aligned(system: System, base: System, whole: System) -> SystemNumbers:
     arrays = {name: getattr(empty, name).copy() for name in ("line_frequency", "line_gap", "line_force")}
     for name, array in arrays.items():
         array[rows] = getattr(values, name)
-    return replace(empty, **arrays)
+    return empty._replace(**arrays)

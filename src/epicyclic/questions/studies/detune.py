@@ -24,13 +24,13 @@ from ...limits import NO_MATTER, SAME_SHAPE, ResonanceVerdict
 from ...results.dataset import EQUAL, dataset, ranked
 from ...statics.tangent import linear
 from ...system.assembly import assemble, train_provenance
-from ...system.system import System
+from ...system.system import Array, System
 from ...train.layouts import fits, said
 from ...train.preselection import FEWEST, RATIO_LIMIT
 from ...train.resolution import load
 from ...train.train import Train
 from ...warning_codes import code_of
-from ..modes.campbell import mesh_crossings, tones_of_meshes
+from ..modes.campbell import MeshCrossings, mesh_crossings, tones_of_meshes
 from ..modes.eigen import repeated_roots
 from ..response.sweep_table import resonance_forces
 from . import DetuneOptions
@@ -226,20 +226,22 @@ def resonances_near(
     low, high = min(ends) * (1 - 1e-9), max(ends) * (1 + 1e-9)
     met = mesh_crossings(modes.frequency, [float(tone) for tone in tones], low=low, high=high)
     forces = resonance_forces(system, met, modes.vectors)
-    found = zip(met.mode, met.count, met.tone, met.order, met.relative_speed, forces["force_ratio"], strict=True)
+    excited = forces["excited"] != "no"
+    return met_at(met.chosen(excited), forces["force_ratio"][excited], modes.frequency, stages, speed)
+
+
+def met_at(
+    met: MeshCrossings, force_ratio: Array, frequency: Mapping[int, float] | Array, stages: Sequence[str], speed: float
+) -> list[NearResonance]:
+    """Resonances at crossings (c,).
+
+    force_ratio : (c,) [1].  frequency : of the modes by place [Hz].  stages : by tone.  speed : that is to be free, per
+    operating speed [1].
+    """
+    columns = (met.mode, met.count, met.tone, met.order, met.relative_speed, force_ratio)
     return [
-        NearResonance(
-            mode=int(mode),
-            multiplicity=int(count),
-            hertz=float(modes.frequency[mode]),
-            stage=stages[tone],
-            order=int(order),
-            speed=float(at),
-            away=float(at) / speed - 1,
-            force_ratio=float(ratio),
-        )
-        for (mode, count, tone, order, at, ratio), excited in zip(found, forces["excited"], strict=True)
-        if excited != "no"
+        NearResonance(mode, count, float(frequency[mode]), stages[tone], order, at, at / speed - 1, ratio)
+        for mode, count, tone, order, at, ratio in zip(*(column.tolist() for column in columns), strict=True)
     ]
 
 

@@ -15,19 +15,19 @@ coordinates dC_ij = 2 zeta (dK_ij + w_i w_j dM_ij) / (w_i + w_j), of repeated ro
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 import scipy.linalg
 from numpy.typing import ArrayLike, NDArray
 
 from ...errors import ModelError
-from ...system.system import Array, ComplexArray, System, faces
+from ...system.system import Array, ComplexArray, Index, System, faces
 from ..modes.eigen import Modes, Whirl, mean_modes, modal_weights, repeated_roots
 from ..response.lattice import product
-from ..response.response import Block, FrameSpeed, Response, respond, response
+from ..response.response import Block, Response, respond, response
 from ..response.spectra import speed_powers
 from .adjoint import (
     AdjointPart,
@@ -39,7 +39,6 @@ from .adjoint import (
     measure,
 )
 
-Index = NDArray[np.int64]
 Values = NDArray[Any]  # complex of any kind
 Number = TypeVar("Number", bound=np.inexact)
 # Stiffness change of a rigid mode: rounding of the change itself where the mode stays free; 1e-3 of a spring on it.
@@ -126,17 +125,14 @@ class Gradient:
         return np.asarray(total)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ForceDerivatives:
-    """Values and derivatives of one measure of the mesh forces.
+class ForceDerivatives(NamedTuple):
+    """Values and derivatives of one measure of the forces of w whole meshes at P speeds.
 
-    mesh : (w,) whole meshes.  speed : (P,) relative.  value : (w, P) [N].
+    value : (w, P) [N].
     derivative : (changes, w, P) [N per unit]; nan where the value is 0, or where `constrained`.
     constrained : (changes,) whether the change puts a spring on a rigid mode, so that there is no derivative.
     """
 
-    mesh: tuple[str, ...]
-    speed: Array
     value: Array
     derivative: Array
     constrained: NDArray[np.bool_]
@@ -170,7 +166,9 @@ def _of_part(ready: Response, basis: Basis, block: Block, part: AdjointPart) -> 
     frame = ready.frame_factor(block.speed)
     K, C = -outer(z, x), -outer(z, 1j * w * x)
     M = outer(z, w**2 * x)
-    mean, damped_mass = _modal_damping(basis, system.zeta or 0.0, C)
+    # modal damping changes with K + B k B^T and with M; two rigid modes have none, and keep none while they stay rigid
+    both = np.add.outer(basis.omega, basis.omega)
+    mean = 2 * (system.zeta or 0.0) * C * np.where(both > 0, 1.0 / np.where(both > 0, both, 1.0), 0.0)
     pull = (part.pull * weight[:, 0]).transpose(0, 2, 3, 1)  # (U, B, J, m), weights in
     press = (part.press * weight[:, 0]).transpose(0, 2, 3, 1)
     force, gap = part.force.transpose(1, 2, 0), part.gap.transpose(1, 2, 0)
@@ -181,7 +179,7 @@ def _of_part(ready: Response, basis: Basis, block: Block, part: AdjointPart) -> 
     tones, lines = _frequencies(ready, basis, block, part, (x, z, pull))
     line_gap, line_force, steady = _lines(ready, block, part, press, z)
     return Gradient(
-        M=M + damped_mass,
+        M=M + mean * np.multiply.outer(basis.omega, basis.omega),
         C=C,
         K=K,
         mean=mean,
@@ -203,14 +201,6 @@ def _sum_over_shafts(values: NDArray[Number], P: int) -> NDArray[Number]:
     """Sums over the shaft lines of each speed, (U, P S, ..) -> (U, P, ..)."""
     summed: NDArray[Number] = values.reshape(values.shape[0], P, -1, *values.shape[2:]).sum(axis=2)
     return summed
-
-
-def _modal_damping(basis: Basis, zeta: float, C: Array) -> tuple[Array, Array]:
-    """Parts of the gradients of K + B k B^T and of M due to modal damping, from that of C (U, P, n, n)."""
-    both = np.add.outer(basis.omega, basis.omega)
-    # two rigid modes have no modal damping, and keep none while they stay rigid
-    share = 2 * zeta * C * np.where(both > 0, 1.0 / np.where(both > 0, both, 1.0), 0.0)
-    return share, share * np.multiply.outer(basis.omega, basis.omega)
 
 
 def _frequencies(
@@ -402,9 +392,6 @@ def force_derivatives(
     *,
     relative_speed: ArrayLike = 1.0,
     harmonic: int | None = None,
-    meshes: Sequence[int] | None = None,
-    shaft_orders: bool = True,
-    frame_speed: FrameSpeed = "kinematic",
     tolerance: float = _TOLERANCE,
 ) -> ForceDerivatives:
     """RMS of the dynamic mesh force, or the amplitude of one mesh order, and its derivatives along changes.
@@ -417,64 +404,41 @@ def force_derivatives(
     changes : derivatives of the System's numbers along each parameter.
     relative_speed : (P,) speeds per operating speed, held while the parameters change.
     harmonic : amplitude of this mesh order instead of the RMS of all frequencies above 0.
-    meshes : indices of the whole meshes wanted, all where None.  tolerance : relative residual [1].
+    tolerance : relative residual [1].
 
     Raises
     ------
     ModelError : no damping, no mesh frequency, a speed not above zero, frequencies that part from each other.
     ConvergenceError : an adjoint solution does not converge.
     """
-    ready = response(system, frame_speed=frame_speed)
-    names = faces(ready.system.meshes).name
-    selected = np.arange(len(names)) if meshes is None else np.asarray(meshes, np.int64)
+    ready, meshes = response(system), np.arange(len(faces(system.meshes).name))
     speed = np.atleast_1d(np.asarray(relative_speed, dtype=float))
     if not speed.size or not np.all(np.isfinite(speed) & (speed > 0)):
         raise ModelError("speeds must be finite and above zero", path="relative_speed", given=relative_speed)
-    value = np.full((selected.size, speed.size), np.nan)
-    derivative = np.full((len(changes), selected.size, speed.size), np.nan)
+    value = np.full((meshes.size, speed.size), np.nan)
+    derivative = np.full((len(changes), *value.shape), np.nan)
     constrained = np.zeros(len(changes), bool)
     basis = basis_of(ready)
     # the measure is sqrt(Q), or of an amplitude sqrt(2 Q); its slope over Q is nan where Q is 0
     factor = 1.0 if harmonic is None else 2.0
-    for block, rows, square, slopes in _gradients(
-        ready, basis, speed, selected, harmonic=harmonic, shaft_orders=shaft_orders, tolerance=tolerance
-    ):
-        size = np.sqrt(factor * square)
-        slope = np.where(size > 0, factor / (2 * np.where(size > 0, size, 1.0)), np.nan)
-        value[np.ix_(rows, block.index)] = size
+    adjoint_modal = adjoint_form(ready.modal)
+    for block in respond(ready, speed, tolerance=tolerance, shaft_orders=harmonic is None):
         for number, change in enumerate(changes):
             _check_frequencies(ready, block, change)
             constrained[number] |= bool(np.any(rigid_mode_imbalance(ready, basis, block, change) > _FREE_FORCE))
-            derivative[number][np.ix_(rows, block.index)] = slope * slopes.along(ready, basis, change)
-    derivative[constrained] = np.nan
-    return ForceDerivatives(
-        mesh=tuple(names[mesh] for mesh in selected),
-        speed=speed,
-        value=value,
-        derivative=derivative,
-        constrained=constrained,
-    )
-
-
-def _gradients(
-    ready: Response,
-    basis: Basis,
-    speed: Array,
-    selected: Index,
-    *,
-    harmonic: int | None,
-    shaft_orders: bool,
-    tolerance: float,
-) -> Iterator[tuple[Block, Index, Array, Gradient]]:
-    """Block, rows of the wanted meshes (O,), their Q (O, P) [N^2] and its gradient, as they come out."""
-    adjoint_modal = adjoint_form(ready.modal)
-    for block in respond(ready, speed, tolerance=tolerance, shaft_orders=shaft_orders and harmonic is None):
         known = measure(ready, block, harmonic=harmonic)
         for some, parts in adjoint_parts(
-            ready, adjoint_modal, block, known, meshes=selected, tolerance=_ADJOINT * tolerance
+            ready, adjoint_modal, block, known, meshes=meshes, tolerance=_ADJOINT * tolerance
         ):
-            rows = np.flatnonzero(np.isin(selected, some))
-            yield block, rows, known.square[some], gradient(ready, basis, block, parts)
+            place = np.ix_(some, block.index)
+            size = np.sqrt(factor * known.square[some])
+            slope = np.where(size > 0, factor / (2 * np.where(size > 0, size, 1.0)), np.nan)
+            value[place] = size
+            slopes = gradient(ready, basis, block, parts)
+            for number, change in enumerate(changes):
+                derivative[number][place] = slope * slopes.along(ready, basis, change)
+    derivative[constrained] = np.nan
+    return ForceDerivatives(value, derivative, constrained)
 
 
 def _check_frequencies(ready: Response, block: Block, change: SystemNumbers) -> None:

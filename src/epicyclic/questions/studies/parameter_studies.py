@@ -33,13 +33,15 @@ from ...errors import ModelError
 from ...results.dataset import dataset
 from ...statics.tangent import flank_warnings
 from ...system.assembly import assemble, train_provenance
-from ...system.system import System
+from ...system.system import Array, System
 from ...train.resolution import load
 from ...train.train import Train
 from ...user_input import checked
 from ...warning_codes import placed
 from ..modes.campbell import LocusEvent, ModeSet, locus_events, repeated_loci, track_modes
 from ..modes.eigen import classify_modes, eigen
+from ..sharing import SharingOptions
+from ..sharing.sharing import sharing
 from ..stability.stability import (
     Combination,
     FloquetScan,
@@ -58,7 +60,6 @@ if TYPE_CHECKING:
     from ...engine.run_folder import RunFolder
     from ..response.response import FrameSpeed
 
-Array = NDArray[np.float64]
 # Ratio of the limits above which the first values lie in equal ratios.
 _WIDE_RANGE = 10
 
@@ -107,18 +108,14 @@ def track(train: Train, options: TrackOptions, *, progress: Callable[[float], No
         stiffness, mass = above.mean_stiffness - below.mean_stiffness, above.M - below.M
         return stiffness / (2 * step), mass / (2 * step)
 
-    loci = track_modes(modes_at, _initial_values(low, high, points))
+    # evenly spaced, over a wide range in equal ratios
+    wide = low * high > 0 and max(low / high, high / low) > _WIDE_RANGE
+    spaced = np.geomspace(low, high, points) if wide else np.linspace(low, high, points)
+    loci = track_modes(modes_at, [low, *spaced[1:-1].tolist(), high])
     crossings_and_veerings = locus_events(loci, matrix_derivatives)
     start_modes = modes_at(low)
     kinds = classify_modes(first, start_modes.omega_squared, start_modes.vectors).kind
     return _labelled(train, parameter, loci, crossings_and_veerings, kinds, modes or len(kinds))
-
-
-def _initial_values(low: float, high: float, points: int) -> list[float]:
-    """Values from `low` to `high`, evenly spaced, over a wide range in equal ratios."""
-    wide = low * high > 0 and max(low / high, high / low) > _WIDE_RANGE
-    spaced = np.geomspace(low, high, points) if wide else np.linspace(low, high, points)
-    return [low, *spaced[1:-1].tolist(), high]
 
 
 def _limits(parameter: Parameter, start: str | float | None, stop: str | float | None) -> tuple[float, float]:
@@ -170,22 +167,19 @@ def _labelled(
     event_hertz = np.array([np.sqrt(event.omega_squared) / (2 * np.pi) for event in events])
     # hertz from a difference of omega^2: it is 8 pi^2 f times that of f
     event_gap = np.array([event.gap for event in events]) / (8 * np.pi**2 * np.where(event_hertz > 0, event_hertz, 1))
-    columns: dict[str, tuple[str, Any]] = {
-        "event_kind": ("event", np.array([event.kind for event in events], object)),
-        "event_value": ("event", np.array([event.value for event in events])),
-        "event_frequency": ("event", event_hertz),
-        "event_first": ("event", np.array([_mode_numbers(event.first) for event in events], object)),
-        "event_second": ("event", np.array([_mode_numbers(event.second) for event in events], object)),
-        "event_gap": ("event", event_gap),
-        "coupling_factor": ("event", np.array([abs(e.coupling * e.value) / (2 * e.omega_squared) for e in events])),
-        "veering_index": ("event", np.array([event.index for event in events])),
-    }
     return dataset(
         {
             "frequency": (("mode", "parameter"), hertz[:modes]),
             "mode_kind": ("mode", np.array(kinds[:modes], object)),
             "multiplicity": ("mode", np.array([multiplicity[i] for i in range(len(kinds))][:modes])),
-            **columns,
+            "event_kind": ("event", np.array([event.kind for event in events], object)),
+            "event_value": ("event", np.array([event.value for event in events])),
+            "event_frequency": ("event", event_hertz),
+            "event_first": ("event", np.array([_mode_numbers(event.first) for event in events], object)),
+            "event_second": ("event", np.array([_mode_numbers(event.second) for event in events], object)),
+            "event_gap": ("event", event_gap),
+            "coupling_factor": ("event", np.array([abs(e.coupling * e.value) / (2 * e.omega_squared) for e in events])),
+            "veering_index": ("event", np.array([event.index for event in events])),
         },
         {"mode": np.arange(1, len(kinds) + 1)[:modes], "parameter": values, "event": np.arange(1, len(events) + 1)},
         verb="track",
@@ -271,7 +265,7 @@ def stability_map(
         if prepared.value is None:
             rows.append(None)
             continue
-        share = None if progress is None else partial(_row_progress, progress, i * frequency.size, cells)
+        share = None if progress is None else lambda done, _, i=i: progress(i * frequency.size + done, cells)
         done = None if kept is None else kept.part(f"value {i}")
         scan = floquet_scan(prepared.value, frequency, progress=share, kept=done)
         rows.append(_MapRow(prepared.value, scan, predicted_combinations(prepared.value, frequency)))
@@ -300,26 +294,18 @@ def stability_map(
     return result.assign_attrs(over=path)
 
 
-def _row_progress(progress: Callable[[int, int], None], before: int, whole: int, done: int, _: int) -> None:
-    """Progress of one row in cells of the whole map."""
-    progress(before + done, whole)
-
-
 def _prepared(
     source: Source, overrides: Mapping[str, Any], frame_speed: FrameSpeed, change: Mapping[str, Any]
 ) -> ParametricSystem:
     """The System at one value of the path, or with a factor of `FACTORS`."""
-    factors = {path: _factor(path, value) for path, value in change.items() if path in FACTORS}
-    changed = None if factors else {**overrides, **change}
-    return parametric_system(system_of(source, overrides=changed), frame_speed=frame_speed, **factors)
-
-
-def _factor(path: str, value: Any) -> float:
-    """Factor [1] of variation or damping, refused where it is no number."""
+    ((path, value),) = change.items()
+    if path not in FACTORS:
+        return parametric_system(system_of(source, overrides={**overrides, **change}), frame_speed=frame_speed)
     try:
-        return float(value)
+        factor = float(value)
     except (TypeError, ValueError):
         raise ModelError("not a factor", path=path, given=value, allowed="a number of 0 or more") from None
+    return parametric_system(system_of(source), frame_speed=frame_speed, **{path: factor})
 
 
 def _joined_ranges(rows: Sequence[_MapRow | None]) -> xr.Dataset:
@@ -353,8 +339,6 @@ _CYCLES = 64
 
 def largest_sharing(system: System) -> float:
     """Load-sharing coefficient of the train [1] by the first definition of `sharing`, peak per mesh cycle."""
-    from ..sharing import SharingOptions
-    from ..sharing.sharing import sharing
 
     return float(sharing(system, SharingOptions()).system_load_sharing[0])
 
@@ -365,8 +349,6 @@ def worst_sharing(system: System) -> float:
     To keep a study of many points short, several varying mesh frequencies are replaced by the mean stiffness, and
     where links or meshes have laws the coefficient is the largest of 64 mesh cycles.
     """
-    from ..sharing import SharingOptions
-    from ..sharing.sharing import sharing
 
     varying = {int(tone) for tone, row in zip(system.meshes.tone, system.meshes.variation, strict=True) if row.any()}
     if len(varying) > 1:
@@ -507,14 +489,18 @@ def _sharing_study(
     """
     points = [dict.fromkeys(paths, float(value)) for paths in changes.values() for value in values]
     found = outcomes(partial(_quantity_at, train.document, {}, worst_sharing), points, progress=progress)
-    sharing, status = numbers(found, (len(changes), len(values)))
+    coefficient, status = numbers(found, (len(changes), len(values)))
     if all(outcome.error for outcome in found):
         raise ModelError(found[0].reason)
     coordinate, title = words
-    dims = "member", coordinate
+    dims = ("member", coordinate)
     result = dataset(
-        {"system_load_sharing": (dims, sharing), "status": (dims, status)},
-        coords={"member": [_member_name(path) for path in changes], coordinate: values},
+        {"system_load_sharing": (dims, coefficient), "status": (dims, status)},
+        coords={
+            # ``main.sun`` of ``stages.main.sun.support`` or ``deviations.main.sun.run_out``
+            "member": [".".join(p for p in path.split(".")[1:] if p not in ("support", "run_out")) for path in changes],
+            coordinate: values,
+        },
         verb="vary",
         options={"definition": "cycle-peak" if _has_laws(assemble(train)) else "worst-case", "method": "static"},
         warnings=[placed(title, text) for text in failures([outcome.reason for outcome in found])],
@@ -526,8 +512,3 @@ def _sharing_study(
 def _has_laws(system: System) -> bool:
     """Whether any link or mesh follows a law, which decides the definition of `worst_sharing`."""
     return bool(system.groups or system.meshes.laws)
-
-
-def _member_name(path: str) -> str:
-    """``main.sun`` of ``stages.main.sun.support`` or ``deviations.main.sun.run_out``."""
-    return ".".join(part for part in path.split(".")[1:] if part not in ("support", "run_out"))

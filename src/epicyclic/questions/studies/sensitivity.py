@@ -19,19 +19,18 @@ from ...errors import ModelError
 from ...results.dataset import dataset, largest, ranked
 from ...statics.tangent import linear
 from ...system.assembly import assemble, train_provenance
-from ...system.system import System, faces
+from ...system.system import Array, System, faces
 from ...train.train import Train
 from ..modes.eigen import classify_modes, eigen, repeated_roots, whirl
 from ..response.response import response
 from . import SensitivityOptions
-from .adjoint import SystemNumbers, is_nonzero
+from .adjoint import SystemNumbers
 from .derivatives import Parameter, all_parameters, parameter_at, system_derivatives
 from .gradient import force_derivatives, frequency_derivatives, whirl_derivatives
 
 if TYPE_CHECKING:
     import xarray as xr
 
-Array = NDArray[np.float64]
 Progress = Callable[[float], None] | None
 # Sensitivity below which a parameter has no effect [percent per percent]: rounding of the difference quotients
 _NEGLIGIBLE = 1e-9
@@ -70,16 +69,21 @@ def sensitivity(train: Train, options: SensitivityOptions, *, progress: Progress
     if mesh_frequency is not None and relative_speed is not None:
         raise ModelError("give mesh_frequency or relative_speed, not both")
     base = linear(assemble(train))
-    _check_ranking(base, mode, mesh)
-    derivatives = system_derivatives(train, base, candidates, progress=progress)
-    system = derivatives.system
+    # before any number is differentiated
+    if mode is not None and not 1 <= mode <= len(base.M):
+        raise ModelError("no such mode", path="mode", given=mode, allowed=f"1 .. {len(base.M)}")
+    names = faces(base.meshes).name
+    if mesh is not None and mesh not in names:
+        allowed = f"{names[0]} .. {names[-1]}"
+        raise ModelError(f"no such mesh{nearest(mesh, names)}", path="mesh", given=mesh, allowed=allowed)
+    system, derivatives = system_derivatives(train, base, candidates, progress=progress)
     parameters: list[Parameter] = []
     changes: list[SystemNumbers] = []
     left_out: dict[str, str] = {}  # path of a parameter that is not listed -> reason
-    for parameter, along in zip(candidates, derivatives.along, strict=True):
+    for parameter, along in zip(candidates, derivatives, strict=True):
         if along.value is None and paths is not None:
             raise ModelError(along.problem, path=parameter.path, given=parameter.value)
-        if along.value is not None and (paths is not None or is_nonzero(along.value)):
+        if along.value is not None and (paths is not None or any(array.any() for array in along.value)):
             parameters.append(parameter)
             changes.append(along.value)
         else:
@@ -92,17 +96,6 @@ def sensitivity(train: Train, options: SensitivityOptions, *, progress: Progress
             speed = mesh_frequency / float(response(system).lines.tone)
         quantity = _forces(system, changes, speed, harmonic, mesh)
     return _labelled(train, system, parameters, quantity, left_out, only_effective=paths is None)
-
-
-def _check_ranking(system: System, mode: int | None, mesh: str | None) -> None:
-    """Raise ModelError for a mode or a mesh that is not there, before any number is differentiated."""
-    if mode is not None and not 1 <= mode <= len(system.M):
-        raise ModelError("no such mode", path="mode", given=mode, allowed=f"1 .. {len(system.M)}")
-    names = faces(system.meshes).name
-    if mesh is not None and mesh not in names:
-        raise ModelError(
-            f"no such mesh{nearest(mesh, names)}", path="mesh", given=mesh, allowed=f"{names[0]} .. {names[-1]}"
-        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -145,7 +138,10 @@ def _frequencies(
         raise ModelError("no mode is elastic: nothing to differentiate", path="stages")
     first = int(elastic[0]) if mode is None else mode - 1
     target = np.zeros(hertz.size, bool)
-    target[next(group for group in repeated_roots(squared) if group.start <= first < group.stop)] = True
+    group = next(group for group in repeated_roots(squared) if group.start <= first < group.stop)
+    target[group] = True
+    several = group.stop - group.start > 1
+    named = f"modes {group.start + 1} to {group.stop}, one root" if several else f"mode {group.stop}"
     return _Derivatives(
         dim="mode",
         unit="Hz",
@@ -160,15 +156,8 @@ def _frequencies(
         },
         coords={"mode": np.arange(1, hertz.size + 1)},
         options={"of": "frequency", "mode": first + 1, "relative_speed": relative_speed},
-        subject=_mode_text(target, float(hertz[first]), kinds.kind[first]),
+        subject=f"{named}, {hertz[first]:.6g} Hz, {kinds.kind[first]}",
     )
-
-
-def _mode_text(target: NDArray[np.bool_], hertz: float, kind: str) -> str:
-    """Text ``modes 4 to 5, one root, 1091.16 Hz, translational``; target : (t,) of the modes."""
-    low, high = (int(index) + 1 for index in np.flatnonzero(target)[[0, -1]])
-    modes = f"mode {low}" if low == high else f"modes {low} to {high}, one root"
-    return f"{modes}, {hertz:.6g} Hz, {kind}"
 
 
 def _forces(

@@ -87,19 +87,12 @@ def study(
     ------
     ModelError : the job is wrong, with the path in it; a store or scheduler that will not do; every point fails.
     """
+    from ...engine.block_store import run_blocks
     from ...engine.study import run_study
 
     known = {name: [key for key in keywords(verb.run) if key not in _OWN] for name, verb in verbs().items()}
-    return run_study(
-        job,
-        lambda name: partial(_evaluate, name),
-        known,
-        store=store,
-        resume=resume,
-        workers=workers,
-        scheduler=scheduler,
-        progress=progress,
-    )
+    run = partial(run_blocks, store=store, resume=resume, workers=workers, scheduler=scheduler)
+    return run_study(job, lambda name: partial(_evaluate, name), known, run=run, progress=progress)
 
 
 def _evaluate(

@@ -11,6 +11,11 @@ from typing import Annotated, Literal
 from ...limits import JUDGED_AT
 from ...options import Option
 
+SolvedContact = Annotated[
+    Literal["auto", "linear", "static"],
+    Option("Contact closed where it stays closed, closed always, or solved for every sample."),
+]
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ToleranceOptions:
@@ -26,10 +31,7 @@ class ToleranceOptions:
             default="[limits] of the model, else IEC 61400-4",
         ),
     ] = ()
-    method: Annotated[
-        Literal["auto", "linear", "static"],
-        Option("Contact closed where it stays closed, closed always, or solved for every sample."),
-    ] = "auto"
+    method: SolvedContact = "auto"
     sampler: Annotated[Literal["sobol", "random"], Option("Scrambled Sobol sequences, or random numbers.")] = "sobol"
     effects: Annotated[
         Literal["none", "shares", "all"] | None,
@@ -85,10 +87,7 @@ class AllocateOptions:
         int, Option("Samples on which grades are compared, rounded up to a power of two.", least=256, most=2**20)
     ] = 16_384
     seed: Annotated[int, Option("The same seed, the same samples; the next one verifies.", least=0)] = 1
-    method: Annotated[
-        Literal["auto", "linear", "static"],
-        Option("Contact closed where it stays closed, closed always, or solved for every sample."),
-    ] = "auto"
+    method: SolvedContact = "auto"
     fresh_samples: Annotated[
         int, Option("Samples of the run that verifies the grades found.", least=256, most=2**30)
     ] = 131_072

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...document.tolerances import Grade, Tolerance
-from ...engine.plan import piece_uniforms, sampling_plan
+from ...engine.plan import all_uniforms, sampling_plan
 from ...engine.source import Duty
 from ...engine.workers import one_thread
 from ...errors import ModelError
@@ -180,9 +180,8 @@ class SampledGrades(Grades):
     def of(cls, drawn: ToleranceMap, offered: GradeSet, options: AllocateOptions) -> SampledGrades:
         """With samples as `tolerance` draws them."""
         plan = sampling_plan(options.samples, seed=options.seed)
-        d, rows = drawn.dimension_entry.size, plan.together * plan.rows
-        pieces = [piece_uniforms(plan, piece, d)[:rows] for piece in range(plan.pieces)]
-        return cls(drawn=drawn, offered=offered, options=options, uniform=np.concatenate(pieces))
+        uniform = all_uniforms(plan, drawn.dimension_entry.size)
+        return cls(drawn=drawn, offered=offered, options=options, uniform=uniform)
 
     def factors(self, combination: Combination) -> Array:
         """Load factor of every sample (S,) [1], the largest of all pairs; inf where no state was found."""

@@ -37,8 +37,7 @@ from ...train.resolution import load
 from ...train.train import Train
 from ...warning_codes import CodedText, coded
 from . import ToleranceOptions
-from .effects import effects_of, without_effect
-from .ranking import places
+from .effects import effects_of, places, without_effect
 from .statistics import CONFIDENCE, WIDTH, Band, SampleTally, piece_statistics, probabilities_of
 from .tolerance_map import ToleranceMap, tolerance_map
 
@@ -246,8 +245,10 @@ def piece_of_samples(
     drawn: ToleranceMap, plan: SamplingPlan, method: ContactMethod, raw: bool, piece: int
 ) -> dict[str, NDArray[Any]]:
     """What one piece leaves: a function of its number alone; with `raw` also ``k`` (samples, D, g) [1]."""
+    # samples with laws of their own are solved one by one: not those that only fill a piece up
+    most = plan.together * plan.rows if drawn.plays else None
     with one_thread():
-        values = drawn.evaluate(piece_uniforms(plan, piece, drawn.dimension_entry.size), method=method)
+        values = drawn.evaluate(piece_uniforms(plan, piece, drawn.dimension_entry.size)[:most], method=method)
         arrays = piece_statistics(values, plan, piece)
     if raw:
         arrays["k"] = np.ascontiguousarray(values.k[: plan.together * plan.rows])

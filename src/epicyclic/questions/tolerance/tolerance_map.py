@@ -2,6 +2,8 @@
 
 Torques and stiffnesses: the System is assembled anew with other values of the number.
 
+Clearances: each sample follows laws of its own, of the train that is assembled with what it draws.
+
 Deviations: a drawn table is one table of the file (`deviations.main.planet.run_out`) with its components.  Each of its
 planets has a complex size z = x + j y, which moves two columns, those of Re z and of Im z, and where it is given a size
 along the axis.  A gap has a real size, a turning error the size A exp(j phase).
@@ -9,7 +11,7 @@ along the axis.  A gap has a real size, a turning error the size A exp(j phase).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, Literal
@@ -24,6 +26,7 @@ from ...errors import ModelError
 from ...statics.load_map import LawMap, LoadMap, at_mesh_order, law_map, load_map
 from ...statics.record import idle_warnings
 from ...statics.sample_loads import ContactMethod, SampleLoads, nominal_signs, sample_loads
+from ...statics.static import HeldTrain, held_train
 from ...statics.tangent import linear, linear_columns
 from ...system.assembly import assemble
 from ...system.excitation import unit_lines
@@ -36,6 +39,7 @@ Kind = Literal["vector", "gap", "error", "nothing"]
 Drawn = Mapping[str, NDArray[np.inexact]]
 """Draws (S, n) or (S, 1) of the entries of one table, by component; "" is a whole vector."""
 
+_ALLOWED = "deviations, torques, clearances of links, stiffnesses of meshes, supports, bearings and couplings"
 # Step of the value per its mean, and per its deviation where that is larger.
 _STEP = 1e-2
 # Relative difference that is rounding.
@@ -107,10 +111,34 @@ def shift_of(
         raise ModelError(
             "it changes neither a torque nor a stiffness at rest",
             path=f"tolerance.{entry.path}",
-            allowed="deviations, torques, stiffnesses of meshes, supports, bearings and couplings",
+            allowed=_ALLOWED,
         )
     mesh, link, force = (change / step for change in whole_step)
     return mesh, link, force
+
+
+# Keys of links whose number is in the law of the link alone.
+_PLAYS = ("clearance", "internal_clearance")
+
+
+def check_play(document: Mapping[str, object], at_means: Mapping[str, object], entry: Tolerance) -> None:
+    """Check that a clearance is in laws of links and in nothing else.
+
+    Raises
+    ------
+    ModelError : no law follows it, as where a stiffness stands beside the parts of a bearing.
+    """
+    wider = mean_of(entry) + max(abs(mean_of(entry)), _UNIT)
+    base, other = (
+        assemble(load(document, {**at_means, entry.path: values_text([value], entry.unit)}))
+        for value in (mean_of(entry), wider)
+    )
+    changes = _changes(entry.path, base, replace(other, groups=base.groups))
+    if any(change.any() for change in changes) or all(
+        a.law == b.law for a, b in zip(base.groups, other.groups, strict=True)
+    ):
+        allowed = "the clearance of a link that follows its law: a play, or the parts of a bearing without a stiffness"
+        raise ModelError("no law follows it", path=f"tolerance.{entry.path}", allowed=allowed)
 
 
 def _changes(path: str, base: System, other: System) -> tuple[Array, Array, Array]:
@@ -143,7 +171,7 @@ def _changes(path: str, base: System, other: System) -> tuple[Array, Array, Arra
         raise ModelError(
             "it changes more than torques and stiffnesses",
             path=f"tolerance.{path}",
-            allowed="deviations, torques, stiffnesses of meshes, supports, bearings and couplings",
+            allowed=_ALLOWED,
         )
     return _cleaned(mesh, base.meshes.stiffness), _cleaned(link, base.links.stiffness), other.force - base.force
 
@@ -438,6 +466,7 @@ class ToleranceMap:
     rows : (V,) rows of the map whose stiffness varies.  load_map : of the train with every torque and stiffness at its
         mean.  chosen : (g,) its groups that carry load.
     laws : of a train whose links have laws.  tables : of one whose meshes have tables, which ``static`` asks too.
+    plays : entries of clearances, whose samples have laws of their own.  document : that these are loaded from.
     """
 
     entries: tuple[Tolerance, ...]
@@ -455,6 +484,8 @@ class ToleranceMap:
     chosen: NDArray[np.int64]
     laws: LawMap | None
     tables: LawMap | None
+    plays: tuple[int, ...]
+    document: Mapping[str, object]
 
     @property
     def lawful(self) -> bool:
@@ -510,10 +541,31 @@ class ToleranceMap:
         overrides: dict[str, object] = {}
         for table in self.drawn_tables:
             overrides |= table.overrides({name: drawn[entry] for name, entry in table.entry.items()})
-        for index in dict.fromkeys(number.entry for number in self.moved):
+        for index in dict.fromkeys([*(number.entry for number in self.moved), *self.plays]):
             entry = self.entries[index]
             overrides[entry.path] = values_text(drawn[index][0].real.tolist(), entry.unit)
         return overrides
+
+    def own_trains(
+        self, u: Array, laws: LawMap | None, scale: Sequence[float]
+    ) -> Callable[[int], HeldTrain | None] | None:
+        """The train of each of S samples with the clearances that it draws; None of it where they are not allowed.
+
+        None where no clearance is drawn.  u : (S, d) uniform numbers.  laws : of the map.  scale : (E,).
+        """
+        if laws is None or not self.plays:
+            return None
+        drawn, system = self._draws(u, scale), laws.held.system
+
+        def own_train(sample: int) -> HeldTrain | None:
+            values = {self.entries[i].path: (drawn[i][sample].real.tolist(), self.entries[i].unit) for i in self.plays}
+            try:
+                train = load(self.document, {path: values_text(*value) for path, value in values.items()})
+            except ModelError:
+                return None
+            return held_train(replace(system, groups=assemble(train).groups))
+
+        return own_train
 
     def with_entries(self, entries: Sequence[Tolerance]) -> ToleranceMap:
         """The same map with other distributions of the same paths; no structure is built anew.
@@ -585,6 +637,10 @@ class ToleranceMap:
         size = max(_LEAST_SAMPLES, 1 << (S - 1).bit_length())
         full = u if S == size else np.concatenate([u, np.broadcast_to(u[-1:], (size - S, u.shape[1]))])
         factors, stiffness = self.factors(full, scale, torque)
+        if self.plays and method == "linear":
+            problem = "clearances are drawn, and tangents know nothing of them"
+            raise ModelError(problem, path="method", given=method, allowed="auto or static")
+        laws = self.tables if method == "static" and self.tables is not None else self.laws
         loads = sample_loads(
             self.load_map,
             factors,
@@ -593,7 +649,8 @@ class ToleranceMap:
             stiffness=stiffness,
             method=method,
             count=S,
-            laws=self.tables if method == "static" and self.tables is not None else self.laws,
+            laws=laws,
+            held=self.own_trains(u, laws, scale),
             dense=dense,
         )
         k = loads.k[:, :, self.chosen]
@@ -633,14 +690,17 @@ def tolerance_map(train: Train, *, laws: bool = False) -> ToleranceMap:
     tables: dict[str, tuple[Kind, list[str]]] = {}
     of_table: dict[str, dict[str, int]] = {}
     numbers: list[tuple[int, int]] = []  # entry and planet of each torque and stiffness
+    plays = tuple(i for i, entry in enumerate(entries) if entry.path.rpartition(".")[2] in _PLAYS)
     for index, entry in enumerate(entries):
+        if index in plays:
+            continue
         if not entry.path.startswith("deviations."):
             numbers += [(index, planet) for planet in range(entry.count)]
             continue
         table, component, kind = drawn_paths(entry.path, vector=entry.vector)
         tables.setdefault(table, (kind, []))[1].append(component)
         of_table.setdefault(table, {})[component] = index
-    drawn = [entries[index] for index, _ in numbers]
+    drawn = [entries[index] for index in (*(index for index, _ in numbers), *plays)]
     at_means: dict[str, object] = {entry.path: values_text([mean_of(entry)], entry.unit) for entry in drawn}
     unit_train = load(document, {**at_means, **unit_overrides(tables, document)})
     items, keys = unit_deviations(unit_train, tables)
@@ -653,6 +713,8 @@ def tolerance_map(train: Train, *, laws: bool = False) -> ToleranceMap:
     )
     exact = assemble(bare)
     base = linear(exact)
+    for index in plays:
+        check_play(document, at_means, entries[index])
     shifts = [shift_of(document, at_means, entries[index], planet) for index, planet in numbers]
     meshes, links = (
         np.flatnonzero(np.any([shift[of] for shift in shifts], axis=0)) if shifts else np.zeros(0, np.int64)
@@ -699,6 +761,8 @@ def tolerance_map(train: Train, *, laws: bool = False) -> ToleranceMap:
         chosen=loaded,
         laws=with_tables if laws else law_map(exact, columns) if exact.groups else None,
         tables=with_tables,
+        plays=plays,
+        document={} if not plays else load(document, at_means).document,
     )
 
 

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...results.dataset import largest
-from ...show.elements import Company, Drawing, Finding, Part, Section, Table, number, torque_tables
-from ...show.errors_shown import error_tables
+from ...show.elements import Company, Drawing, Finding, Part, Section, Table, error_tables, number, torque_tables
 from ...show.series import engineering, of_first_stage, own_tones, short_names, texts
 from ...show.views import ResultView
 

@@ -18,7 +18,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ...results.dataset import EQUAL, largest, ranked
-from ..errors_shown import KINDS
+from ..elements import ERROR_KINDS
 from ..series import (
     Array,
     Series,
@@ -191,7 +191,7 @@ def error_sweep(sweep: xr.Dataset, modes: xr.Dataset | None = None) -> go.Figure
     """
     x, _ = abscissa(sweep)
     rank, shown = np.argsort(x), []
-    for kind, (dim, unit, scale, title) in KINDS.items():
+    for kind, (dim, unit, scale, title) in ERROR_KINDS.items():
         name = f"transmission_error_{kind}_peak_to_peak"
         if name in sweep.variables:
             links = _merged(texts(sweep, dim), scale * sweep[name].transpose(dim, "speed").values[:, None, rank])

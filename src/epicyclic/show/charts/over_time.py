@@ -15,8 +15,8 @@ import plotly.graph_objects as go
 import xarray as xr
 
 from ...results.dataset import ranked
-from ..errors_shown import ARCSEC
 from ..series import (
+    ARCSEC,
     Array,
     by_panel,
     engineering,

@@ -1,18 +1,23 @@
-"""A train by itself: speed and power of its members, frequencies, mesh phases and stiffnesses.
+"""A train by itself: speed and power of its members, frequencies, mesh phases and stiffnesses; its bearings, its loads
+over time, and the gearbox at its output.
 
 Speed, external torque and power of every member are bars about zero; shaft and mesh frequencies stand on one axis; mesh
-phases on dials, one a pair of gears; mesh stiffness over one mesh cycle, one panel a pair, one curve a branch.
+phases on dials, one a pair of gears; mesh stiffness over one mesh cycle, one panel a pair, one curve a branch.  Loads
+of rolling elements stand around the load zone; hours over torque and speed, and ranges of the torque over the cycles
+that have them.  At the output torque stands over angle as a bench with the other shafts locked draws it.
 """
 
 from __future__ import annotations
+
+import json
 
 import numpy as np
 import plotly.graph_objects as go
 import xarray as xr
 
-from ..series import Series, by_panel, engineering, members_of, merged, numbers, texts
-from .renderers import Bars, Panel, Stems, Trace, chart, level_bars, pair_panels
-from .style import INK, PALE, branch_colour, kind_colour, panels
+from ..series import ARCMIN, Series, by_panel, engineering, members_of, merged, numbers, texts, zones_of
+from .renderers import Bars, Curve, Heat, Mark, Panel, Stems, Trace, chart, level_bars, pair_panels, points
+from .style import INK, PALE, PALETTE, branch_colour, kind_colour, panels
 
 
 def members(check: xr.Dataset) -> go.Figure:
@@ -152,3 +157,99 @@ def mesh_stiffness(stiffness: xr.Dataset) -> go.Figure:
     curves = pair_panels(shown, phase, "stiffness [N/µm]", width=2)
     look: Trace = {"gap": 0.28 / max(2, len(shown)), "height": 110 + 230 * len(shown), "hovermode": "x unified"}
     return chart("Mesh stiffness over a mesh cycle", *curves, x="time [mesh cycles]", x_ends=(0, 1), **look)
+
+
+def load_zones(result: xr.Dataset) -> go.Figure:
+    """Loads of the elements [kN] over their angle from the one that bears most, in the case that loads it most.
+
+    Parameters
+    ----------
+    result : Dataset of `life`: element_load, element_angle (bearing, case, element).
+    """
+    curves = [
+        Curve(angle, load, name=name, points=6, width=1.2, colour=PALETTE[place % len(PALETTE)])
+        for place, (name, (angle, load)) in enumerate(zones_of(result).items())
+    ]
+    return chart("Load zones", Panel(curves, x="angle from the most loaded element [deg]", y="load of an element [kN]"))
+
+
+_POINTS = 800  # of a curve
+
+
+def hours_over_torque(result: xr.Dataset) -> go.Figure:
+    """Hours in every bin of torque [kN m] and speed [rpm], on a logarithmic scale; a bin without time is empty.
+
+    result : Dataset of `spectrum`: case_hours, case_damage, torque_bin, speed_bin (case), torque_edge [N m], speed_edge
+        [rpm].
+    """
+    edges = {name: result[f"{name}_edge"].values for name in ("torque", "speed")}
+    at = (result["torque_bin"].values, result["speed_bin"].values)
+    rows = np.full((len(edges["torque"]) - 1, len(edges["speed"]) - 1), np.nan)
+    words = np.full(rows.shape, "", dtype=object)
+    hours, damage = result["case_hours"].values, result["case_damage"].values
+    rows[at] = np.log10(hours)
+    words[at] = [f"{engineering(one)} h, {part:.1%} of the damage" for one, part in zip(hours, damage, strict=True)]
+    ticks = np.arange(np.floor(np.nanmin(rows)), np.ceil(np.nanmax(rows)) + 1)
+    bar = {"title": {"text": "hours [h]"}, "tickvals": ticks.tolist(), "ticktext": [f"{10.0**one:g}" for one in ticks]}
+    look = {"colorscale": "YlOrBr", "colorbar": bar, "customdata": words.tolist()}
+    heat = Heat(edges["speed"], edges["torque"] / 1e3, rows, hover="%{customdata}", look=look)
+    return chart("Hours over torque and speed", Panel([heat], x="speed [rpm]", y="torque [kN m]"), height=460)
+
+
+def ranges_over_cycles(result: xr.Dataset) -> go.Figure:
+    """Range of the torque [kN m] over the number of cycles that have it or a larger one.
+
+    result : Dataset of `spectrum`: cycle_range, largest first, cycle_count (cycle).
+    """
+    count, size = np.cumsum(result["cycle_count"].values), result["cycle_range"].values / 1e3
+    at = np.unique(np.geomspace(1, len(size), _POINTS).astype(np.int64)) - 1  # as the axis is, so that rare ones stay
+    log = {"type": "log", "exponentformat": "power"}
+    panel = Panel([Curve(count[at], size[at], shape="vh")], x="cycles [1]", y="range [kN m]", x_axis=log)
+    return chart("Ranges of the torque by rainflow", panel)
+
+
+_SECANT = (0.5, 1.0)  # torques per rated torque
+
+
+def torque_over_angle(result: xr.Dataset) -> go.Figure:
+    """Loop of the torque [N m] over the angle [arcmin], mean over the places of the mesh cycle.
+
+    Marked are the rated torque, the share at which lost motion is read, the lost motion and the secant.
+
+    result : Dataset of `output`: angle_rising, angle_falling (mesh_phase, shaft_torque), lost_motion,
+        shaft_secant_stiffness (over_phases), rated_torque; in its options the share.
+    """
+    torque, share = result["shaft_torque"].values, float(json.loads(result.attrs["options"])["share"])
+    rated = float(result["rated_torque"])
+    rising, falling = (ARCMIN * result[f"angle_{way}"].mean("mesh_phase").values for way in ("rising", "falling"))
+    middle, one = (rising + falling) / 2, np.allclose(rising, falling, rtol=1e-9)
+    ends = np.array([-share, share]) * rated
+    lost = np.interp(ends, torque, middle)
+    secant = np.array(_SECANT) * (-rated if result.attrs["rated_sense"] == "negative" else rated)
+    size = ARCMIN * float(result["lost_motion"].sel(over_phases="mean"))
+    known = [] if np.isnan(size) else [f"lost motion {engineering(size)} arcmin"]
+    apart = [] if known else [np.searchsorted(torque, 0)]  # without backlash no play joins the two senses
+    drawn, rise, fall = (np.insert(values, apart, np.nan) for values in (torque, rising, falling))
+    layers = [
+        *([] if one else [Curve(fall, drawn, name="falling", colour=PALETTE[1])]),
+        Curve(rise, drawn, name="both branches" if one else "rising", colour=PALETTE[0]),
+        Curve(np.interp(secant, torque, middle), secant, name="secant, 50 to 100 %", colour=INK, dash="dash"),
+        *(points(lost, ends, 8, name=words, colour=PALETTE[3]) for words in known),
+        *(Mark(y=end, dash="dot", name=f"{100 * share:.3g} % of the rated torque") for end in ends),
+        *(Mark(y=sense * rated, width=0.8, name="rated torque") for sense in (-1, 1)),
+    ]
+    title = f"Torque over angle at {result.attrs['shaft']}, locked {result.attrs['locked_shafts']}"
+    return chart(title, Panel(layers, x="angle [arcmin]", y="torque [N m]"), height=520)
+
+
+def kinematic_error(result: xr.Dataset) -> go.Figure:
+    """Kinematic error [arcmin] over the turns of the shaft, and its orders.
+
+    result : Dataset of `output`: kinematic_error (shaft_turn), kinematic_error_order (shaft_order).
+    """
+    wave = Curve(result["shaft_turn"].values, ARCMIN * result["kinematic_error"].values, colour=PALETTE[0])
+    order, size = result["shaft_order"].values, ARCMIN * result["kinematic_error_order"].values
+    words = [f"order {engineering(one)}: {engineering(part)} arcmin" for one, part in zip(order, size, strict=True)]
+    over = Panel([wave], x="turns of the shaft [1]", y="error [arcmin]")
+    orders = Panel([Stems(order, size, text=words, points=6, colour=PALETTE[0])], x="order [1]", y="amplitude [arcmin]")
+    return chart(f"Kinematic error of {result.attrs['shaft']}", over, orders, height=560, gap=0.2)

@@ -26,8 +26,8 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[dict[str, Any]]:
     """Calls of a room of answers that only writes down what it is given."""
     calls: list[dict[str, Any]] = []
 
-    def record(train: Any, system: Any, **given: Any) -> tuple[FakeAnswer, ...]:
-        calls.append({"train": train, "system": system, **given})
+    def record(train: Any, system: Any, told: dict[str, Any], changes: Any) -> tuple[FakeAnswer, ...]:
+        calls.append({"train": train, "system": system, **told, "changes": changes})
         return (FakeAnswer(key="float", figure=str(len(calls))),)
 
     monkeypatch.setattr(answers, "answers_of", record)

@@ -40,7 +40,7 @@ def test_levers_of_the_operation_are_those_that_the_case_states() -> None:
 
 def test_an_idle_mesh_has_no_load_in_the_drawing() -> None:
     view = live_sharing(assemble(load(MODELS / "ravigneaux.toml", {"case": "third"})))
-    idle = np.array([name.startswith("main/large-long") for name in view.mesh])
+    idle = np.array([name.startswith("main/large-long") for name in view.spread.mesh])
     assert np.isnan(view.load[idle]).all()
     assert np.allclose(view.load[~idle], 1)
 

@@ -18,6 +18,7 @@ from epicyclic.cli.main import app
 from epicyclic.engine.plain_data import write_plain
 from epicyclic.engine.run_folder import RunFolder, segment_path
 from epicyclic.errors import ModelError
+from epicyclic.questions.flanks import ReliefOptions
 from epicyclic.questions.flanks.relief import genetic_search, relief_model
 from epicyclic.show.charts.flanks import relief_effect, relief_search
 
@@ -419,14 +420,15 @@ def test_candidates_that_fail_are_left_behind() -> None:
         value = (places[:, :1] - 0.7) ** 2
         return np.where(places[:, :1] > 0.6, np.nan, value)
 
-    result = genetic_search(half, 1, 1, population=12, generations=6, seed=1)
+    result = genetic_search(half, 1, 1, ReliefOptions(vary={}, population=12, generations=6))
     assert np.isnan(result.objectives).any()
     assert result.candidates[result.best[0], 0] == pytest.approx(0.6, abs=0.02)
-    tied = genetic_search(lambda places: (places * 3).round(), 2, 2, population=20, generations=1, seed=1)
-    assert tied.objectives[tied.best].tolist() == [[0.0, 0.0]]  # not [0, 1] too, which is as good in one of them
-    nothing = genetic_search(
-        lambda places: np.full((len(places), 1), np.nan), 1, 1, population=4, generations=1, seed=1
+    tied = genetic_search(
+        lambda places: (places * 3).round(), 2, 2, ReliefOptions(vary={}, population=20, generations=1)
     )
+    assert tied.objectives[tied.best].tolist() == [[0.0, 0.0]]  # not [0, 1] too, which is as good in one of them
+    few = ReliefOptions(vary={}, population=4, generations=1)
+    nothing = genetic_search(lambda places: np.full((len(places), 1), np.nan), 1, 1, few)
     assert nothing.best.size == 0
 
 

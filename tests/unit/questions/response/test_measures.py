@@ -261,7 +261,7 @@ def test_an_integration_fills_the_same_table(case: Any) -> None:
     velocity = derived(found.displacement, period, 1)
     times = np.arange(count + 1) * period / count
     q, force = case.motion(system, speed).integrate(times, found.displacement[:, 0], velocity[:, 0], rtol=1e-10)
-    table = empty_table(system, response(system).lines, 2, orders=12, shafts=False)
+    table = empty_table(response(system), 2, orders=12, shafts=False)
     measures = sweep_measures(
         table.layout,
         speed=np.array([speed]),
@@ -279,14 +279,8 @@ def test_an_integration_fills_the_same_table(case: Any) -> None:
             # rtol 1e-10 leaves some 1e-8 of the signal, twice derived 1e-5 of it
             np.testing.assert_allclose(values[..., 1], wanted, atol=1e-5 * np.abs(wanted).max(), err_msg=name)
     status = np.array(["", "ok"], dtype=object)
-    result = sweep_dataset(
-        replace(table, status=status),
-        system,
-        speed=np.array([np.nan, speed]),
-        tone=137.0,
-        options={},
-        warnings=[],
-    )
+    speeds = np.array([np.nan, speed])
+    result = sweep_dataset(replace(table, status=status), response(system), speeds, SweepOptions(), [])
     assert set(result.variables) == set(expected.variables)
 
 
@@ -333,7 +327,7 @@ def with_shafts_of(case: Any, count: int) -> System:
 
 def test_a_blank_table_is_nan(case: Any) -> None:
     system = with_shafts(case)
-    table = empty_table(system, response(system).lines, 3, orders=4, shafts=True)
+    table = empty_table(response(system), 3, orders=4, shafts=True)
     assert table.values["mesh_force_order"].shape == (2, 4, 3)
     assert all(np.isnan(values).all() for values in table.values.values())
 

@@ -108,29 +108,29 @@ def one(system: System, name: str) -> SystemNumbers:
     shapes = {"B": system.meshes.B, "stiffness": system.meshes.stiffness, "damping": system.meshes.damping}
     if name in ("G", "Cskew"):
         raw = draw.normal(size=(n, n))
-        return replace(blank, **{name: (raw - raw.T) * np.abs(getattr(system, name)).max()})
+        return blank._replace(**{name: (raw - raw.T) * np.abs(getattr(system, name)).max()})
     if name in ("M", "C", "K", "Kg"):
         root = np.sqrt(np.abs(np.diag(getattr(system, name))))
         raw = 0.3 * draw.normal(size=(n, n)) * np.outer(root, root)
-        return replace(blank, **{name: raw + raw.T})
+        return blank._replace(**{name: raw + raw.T})
     if name in shapes:
-        return replace(blank, **{name: 0.3 * draw.normal(size=shapes[name].shape) * np.abs(shapes[name]).max()})
+        return blank._replace(**{name: 0.3 * draw.normal(size=shapes[name].shape) * np.abs(shapes[name]).max()})
     if name == "variation":
         swing = 0.1 * (draw.normal(size=(m, 3)) + 1j * draw.normal(size=(m, 3)))
-        return replace(blank, variation=np.array(swing, complex))
+        return blank._replace(variation=np.array(swing, complex))
     if name == "line_gap":
-        return replace(blank, line_gap=np.array(1e-6 * (draw.normal(size=(len(system.lines), m)) + 0.5j), complex))
+        return blank._replace(line_gap=np.array(1e-6 * (draw.normal(size=(len(system.lines), m)) + 0.5j), complex))
     if name == "line_force":
         push = 20.0 * (draw.normal(size=(len(system.lines), 3, n)) + 0.5j)
-        return replace(blank, line_force=np.array(push, complex))
+        return blank._replace(line_force=np.array(push, complex))
     if name == "speed":
         tones = np.array([float(tone) for tone in system.tones])
         lines = np.array([float(line.frequency) for line in system.lines])
-        return replace(blank, tones=tones, line_frequency=lines)
+        return blank._replace(tones=tones, line_frequency=lines)
     if name == "zeta":
-        return replace(blank, zeta=np.array(0.03))
+        return blank._replace(zeta=np.array(0.03))
     assert name == "force"
-    return replace(blank, force=np.asarray(30.0 * draw.normal(size=n)))
+    return blank._replace(force=np.asarray(30.0 * draw.normal(size=n)))
 
 
 NAMES = ("M", "C", "G", "K", "Kg", "Cskew", "B", "stiffness", "damping", "variation", "line_gap", "line_force")
@@ -157,7 +157,7 @@ def test_free_gears_turn_freely_and_modal_damping_follows(case: Any) -> None:
     system = replace(system_of(case, free=True), C=np.zeros((6, 6)))
     b = system.links.B[:, 1]
     lateral = np.outer(b, b) * 2e6
-    changes = [replace(zero_change(system), K=lateral), one(system, "M"), one(system, "stiffness")]
+    changes = [zero_change(system)._replace(K=lateral), one(system, "M"), one(system, "stiffness")]
     found = force_derivatives(system, changes, relative_speed=SPEED, tolerance=1e-11)
     assert not found.constrained.any()
     for change, mine in zip(changes, found.derivative[:, :, 0], strict=True):
@@ -169,7 +169,7 @@ def test_a_spring_on_a_free_motion_has_no_derivative(case: Any) -> None:
     system = system_of(case, free=True)
     turn = np.zeros(6)
     turn[5] = 1.0
-    found = force_derivatives(system, [replace(zero_change(system), K=np.outer(turn, turn) * 1e3)])
+    found = force_derivatives(system, [zero_change(system)._replace(K=np.outer(turn, turn) * 1e3)])
     assert found.constrained.tolist() == [True]
     assert np.isnan(found.derivative).all()
 
@@ -272,6 +272,6 @@ def test_refused_input(case: Any) -> None:
     with pytest.raises(ModelError, match="above zero"):
         force_derivatives(system_of(case), [], relative_speed=[1.0, 0.0])
     system = system_of(case)
-    parts = replace(zero_change(system), line_frequency=np.array([0, 1.0, 0, 0, 0]))
+    parts = zero_change(system)._replace(line_frequency=np.array([0, 1.0, 0, 0, 0]))
     with pytest.raises(ModelError, match="part when it changes"):
         force_derivatives(system, [parts])

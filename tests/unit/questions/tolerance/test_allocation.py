@@ -146,10 +146,15 @@ def test_a_stiffness_with_prices_is_searched_by_evaluation() -> None:
     assert (float(found.total_price), found.attrs["linear"]) == (4.0, 0)
 
 
-def test_where_contact_opens_the_loads_of_teeth_that_only_push_decide(monkeypatch: pytest.MonkeyPatch) -> None:
-    # the mean over a run-out of open contact and its largest, of fewer places: both sides of what is compared have them
+@pytest.fixture
+def few_places(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The mean over a run-out of open contact and its largest, of fewer places: both sides compared have them."""
     monkeypatch.setattr(sample_loads, "_PHASES", 36)
     monkeypatch.setattr(sample_loads, "_ROUNDS", 1)
+
+
+@pytest.mark.usefixtures("few_places")
+def test_where_contact_opens_the_loads_of_teeth_that_only_push_decide() -> None:
     # at 60 N m the errors open most meshes: the sum of columns, which lets them pull, exceeds any such target
     model = changed(**{"operation.torque.main.sun": "normal(60 N m, 2 N m)"})
     model["operation"]["torque"]["sun"] = "60 N m"
@@ -381,6 +386,7 @@ def test_an_override_and_a_case_that_fails_stand_in_the_drawing_as_they_were_com
         epicyclic.allocate(over({"a": free, "b": free}), overrides={"case": "all"}, **options)
 
 
+@pytest.mark.usefixtures("few_places")
 def test_where_contact_opens_the_price_is_that_of_teeth_that_only_push() -> None:
     # little torque: closed contact pulls, and asks for finer grades than teeth that push do
     model = over(DUTY)

@@ -8,7 +8,7 @@ from floating_sun import FloatingSun
 from scipy.special import ndtri
 
 from epicyclic.engine.plan import SamplingPlan
-from epicyclic.questions.tolerance.ranking import variance_shares
+from epicyclic.questions.tolerance.effects import variance_shares
 
 PLAN = SamplingPlan(samples=2**13, scrambles=1, rows=2**13, seed=1, sampler="sobol")
 

@@ -18,8 +18,7 @@ from epicyclic.document.document import drive_titles
 from epicyclic.engine import plan as plan_module
 from epicyclic.engine.plan import SamplingPlan
 from epicyclic.errors import ModelError
-from epicyclic.questions.tolerance.effects import SCALES
-from epicyclic.questions.tolerance.ranking import variance_shares
+from epicyclic.questions.tolerance.effects import SCALES, variance_shares
 
 # four equal planets round a floating sun, mesh and pin stiffnesses given: TIP is the gap of a pin per its error
 MODULE, TEETH, TORQUE, ANGLE = 4e-3, 24, 800.0, math.radians(20)

@@ -309,7 +309,9 @@ def test_what_laws_do_not_allow_is_refused() -> None:
         given.evaluate(u)
     assert raised.value.allowed == "linear"
     assert np.isfinite(given.evaluate(u, method="linear").k).all()
-    model["tolerance"] = {**PIN, "stages.main.sun.support.clearance": "normal(8 um, 1 um)"}
+    curved = {"radial": "1e8 N/m", "clearance": "8 um", "exponent": 1.2, "load": "500 N"}
+    model["stages"]["main"]["sun"] = {"teeth": 24, "support": curved}
+    model["tolerance"] = {**PIN, "stages.main.sun.support.exponent": "normal(1.2, 0.01)"}
     with pytest.raises(ModelError, match="more than torques and stiffnesses"):
         tolerance_map(load(model))
 
