@@ -157,8 +157,8 @@ def test_three_tabs_hold_four_workers_at_most(tab: Tab, context: Any, cockpit: C
         for words, name in (("Transient", "transient"), ("Contact loss", "contact_loss")):
             one.page.get_by_role("tab", name=words).click()
             job = one.page.locator(f"[data-job={name}]")
-            job.get_by_role("button", name="Cancel").click()
-            job.get_by_text("cancelled").wait_for()
+            # none where the job has ended
+            job.get_by_role("button", name="Cancel").evaluate_all("found => found.forEach(one => one.click())")
     for one in tabs[1:]:
         one.page.close()
 
