@@ -544,6 +544,9 @@ class BearingTable(LinkTable):
         if beside and self.held_by_parts():
             allowed = "internal_clearance, twice the radial play; the force over deflection follows from the parts"
             raise ModelError(f"{beside[0]} beside a rolling bearing", allowed=allowed)
+        if self.type is not None and self.bolts is not None:  # rigid beside it, they would take its force
+            allowed = "a bearing without bolts, or bolts without its parts"
+            raise ModelError("bolts beside a rolling bearing", path="bolts", allowed=allowed)
         return self
 
 

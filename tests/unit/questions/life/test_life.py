@@ -306,6 +306,10 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
     "no parts": ({"elements": None}, r"planet\.bearing.*a cylindrical roller bearing without elements"),
     "no length": ({"element_length": None}, r"without element_length"),
     "clearance": ({"clearance": "15 um"}, r"clearance beside a rolling bearing; allowed: internal_clearance"),
+    "bolts": (
+        {"bolts": {"count": 12, "radius": "60 mm"}},
+        r"planet\.bearing\.bolts: bolts beside a rolling bearing; allowed: a bearing without bolts",
+    ),
     "overlap": ({"elements": 30}, r"planet\.bearing\.element_diameter.*overlap"),
     "rating": ({"rating": "1 MN"}, r"planet\.bearing\.rating"),
     "no type": ({"type": None}, r"elements without type"),
