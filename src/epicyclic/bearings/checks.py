@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 from ..errors import ModelError
 from .element_loads import element_law
@@ -16,7 +16,22 @@ _LENGTH = (0.2, 12.0)  # of a roller, in diameters
 _OFF = 3.0  # a rating of the catalogue over that of the geometry
 _LOOSE = 0.02  # clearance of rollers, in diameters
 
+# key -> unit of a message, per SI
+_UNITS = {
+    **dict.fromkeys(("element_diameter", "element_length", "pitch_diameter", "row_distance"), ("mm", 1e3)),
+    **dict.fromkeys(("bore", "outside_diameter"), ("mm", 1e3)),
+    **dict.fromkeys(("clearance", "preload"), ("um", 1e6)),
+    **dict.fromkeys(("rating", "static_rating", "fatigue_limit"), ("N", 1.0)),
+    "contact_angle": ("deg", 180 / math.pi),
+}
+
 Problem = tuple[bool, str, str, str]  # whether it is wrong, key, problem, allowed
+
+
+def said(key: str, value: object) -> object:
+    """A number of a bearing as messages have it, with its unit."""
+    unit, factor = _UNITS.get(key, ("", 1.0))
+    return f"{factor * value:.6g} {unit}" if unit and isinstance(value, (int, float)) else value
 
 
 def checked(bearing: RollingBearing, path: str) -> RollingBearing:
@@ -29,10 +44,22 @@ def checked(bearing: RollingBearing, path: str) -> RollingBearing:
     ------
     ModelError : at `path`.key, of the first number that does not fit.
     """
-    for problems in (_sizes, _shapes, _fits, _ratings):
-        for wrong, key, problem, allowed in problems(bearing):
-            if wrong:
-                raise ModelError(problem, path=f"{path}.{key}", given=getattr(bearing, key), allowed=allowed)
+    check_parts(bearing, path)
+    return _without(bearing, path, _fits, _ratings)
+
+
+def check_parts(bearing: RollingBearing, path: str) -> None:
+    """Check the parts by themselves, whatever the clearance. Raises ModelError as `checked` does."""
+    _without(bearing, path, _sizes, _shapes)
+
+
+def _without(
+    bearing: RollingBearing, path: str, *checks: Callable[[RollingBearing], Iterator[Problem]]
+) -> RollingBearing:
+    """A bearing without problems. Raises ModelError for the first one."""
+    for wrong, key, problem, allowed in (found for problems in checks for found in problems(bearing)):
+        if wrong:
+            raise ModelError(problem, path=f"{path}.{key}", given=said(key, getattr(bearing, key)), allowed=allowed)
     return bearing
 
 
@@ -59,22 +86,39 @@ def _shapes(bearing: RollingBearing) -> Iterator[Problem]:
     low, high = ANGLES[bearing.type]
     degrees, size = abs(math.degrees(bearing.contact_angle)), bearing.element_diameter
     outside = not low - 1e-9 <= degrees <= high + 1e-9
-    yield outside, "contact_angle", f"does not go with the type {bearing.type}", f"{low:g} to {high:g} deg"
+    yield (
+        outside,
+        "contact_angle",
+        f"does not go with the type {bearing.type}",
+        f"{low:g} to {high:g} deg" if high else "0",
+    )
     room = bearing.pitch_diameter * math.sin(math.pi / bearing.elements)
-    yield size > room * (1 + _ROUNDING), "element_diameter", "elements overlap on the pitch circle", f"up to {room:g} m"
+    yield (
+        size > room * (1 + _ROUNDING),
+        "element_diameter",
+        "elements overlap on the pitch circle",
+        f"up to {1e3 * room:g} mm",
+    )
     if bearing.is_ball:
         grooves_fit = all(_GROOVE[0] <= one <= _GROOVE[1] for one in bearing.groove)
         yield not grooves_fit, "groove", "no groove of a ball", "{} to {}".format(*_GROOVE)
     else:
         least, most = (share * size for share in _LENGTH)
         fits = least <= bearing.element_length <= most
-        yield not fits, "element_length", "does not fit the diameter of the roller", f"{least:g} to {most:g} m"
+        yield (
+            not fits,
+            "element_length",
+            "does not fit the diameter of the roller",
+            f"{1e3 * least:g} to {1e3 * most:g} mm",
+        )
     yield bearing.rows > 2 and degrees > 0, "rows", "more than two rows with a contact angle", "1 or 2"
     if bearing.rows == 1 or (bearing.type == "spherical roller" and degrees > 0):
         yield bearing.row_distance != 0, "row_distance", "given though it follows", "0"
     else:
         wide = size if bearing.is_ball else bearing.element_length * math.cos(bearing.contact_angle)
-        yield bearing.row_distance < wide, "row_distance", "rows overlap", f"{wide:g} m or more"
+        size_of = "element_diameter" if bearing.is_ball else "element_length"
+        overlap = f"rows overlap, with {size_of} = {said(size_of, getattr(bearing, size_of))}"
+        yield bearing.row_distance < wide, "row_distance", overlap, f"{1e3 * wide:g} mm or more"
 
 
 def _fits(bearing: RollingBearing) -> Iterator[Problem]:
@@ -83,12 +127,12 @@ def _fits(bearing: RollingBearing) -> Iterator[Problem]:
     yield bearing.preload > 0 and slope == 0, "preload", "needs a contact angle", "0"
     # a free contact angle of 60 deg, and what no roller bearing has
     most = bearing.groove_distance if bearing.is_ball else _LOOSE * bearing.element_diameter
-    yield bearing.clearance > most, "clearance", "too large for the elements", f"up to {most:g} m"
+    yield bearing.clearance > most, "clearance", "too large for the elements", f"up to {1e6 * most:g} um"
     stiffness, exponent = element_law(bearing)
     limit = (rated_element_load(bearing) / stiffness) ** (1 / exponent)
     tight = -bearing.clearance / 2 * math.cos(bearing.contact_angle)
     allowed = "less: elements would bear more than the most loaded one at the static rating"
-    yield tight > limit, "clearance", "presses the elements too hard", f"{-2 * limit:g} m or more"
+    yield tight > limit, "clearance", "presses the elements too hard", f"{-2e6 * limit:.4g} um or more"
     yield tight + bearing.preload * slope > limit, "preload", "larger than the limit", allowed
 
 

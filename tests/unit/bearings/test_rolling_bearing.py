@@ -112,6 +112,28 @@ def test_numbers_that_do_not_fit_are_named(
     assert caught.value.path == f"main.bearing.{key}"
 
 
+@pytest.mark.parametrize(
+    ("bearing", "change", "text"),
+    [
+        (TAPERED, {"contact_angle": math.radians(95)}, "b.contact_angle = 95 deg: .*; allowed: 5 to 45 deg$"),
+        (DEEP_GROOVE, {"contact_angle": 0.1}, "; allowed: 0$"),
+        (CYLINDRICAL, {"element_length": 0.3}, "b.element_length = 300 mm: .*; allowed: [0-9.]+ to [0-9.]+ mm$"),
+        (CYLINDRICAL, {"clearance": -1e-3}, "b.clearance = -1000 um: .*; allowed: -[0-9.]+ um or more$"),
+        (DEEP_GROOVE, {"rating": 14.0}, "b.rating = 14 N: .* N of the geometry$"),
+        (
+            DOUBLE,
+            {"row_distance": 5e-3},
+            "b.row_distance = 5 mm: rows overlap, with element_.* = .* mm; .* mm or more$",
+        ),
+    ],
+)
+def test_what_was_given_has_the_unit_of_what_is_allowed(
+    bearing: RollingBearing, change: dict[str, Any], text: str
+) -> None:
+    with pytest.raises(ModelError, match=text):
+        checked(replace(bearing, **change), "b")
+
+
 def test_the_limit_of_the_preload_is_the_static_load_of_an_element() -> None:
     stiffness, exponent = element_law(ANGULAR)
     limit = (rated_element_load(ANGULAR) / stiffness) ** (1 / exponent) / math.sin(ANGULAR.contact_angle)
