@@ -111,6 +111,8 @@ def _shapes(bearing: RollingBearing) -> Iterator[Problem]:
             "does not fit the diameter of the roller",
             f"{1e3 * least:g} to {1e3 * most:g} mm",
         )
+    backward = bearing.rows == 2 and bearing.contact_angle < 0
+    yield backward, "contact_angle", "two rows carry both senses", f"{degrees:g} deg; arrangement says how rows face"
     yield bearing.rows > 2 and degrees > 0, "rows", "more than two rows with a contact angle", "1 or 2"
     if bearing.rows == 1 or (bearing.type == "spherical roller" and degrees > 0):
         yield bearing.row_distance != 0, "row_distance", "given though it follows", "0"

@@ -87,6 +87,7 @@ BAD: list[tuple[RollingBearing, dict[str, Any], str, str]] = [
     (CYLINDRICAL, {"element_length": 0.3}, "element_length", "does not fit"),
     (DOUBLE, {"rows": 3}, "rows", "more than two"),
     (DOUBLE, {"row_distance": 5e-3}, "row_distance", "overlap"),
+    (DOUBLE, {"contact_angle": -DOUBLE.contact_angle}, "contact_angle", "both senses"),
     (DOUBLE, {"arrangement": "T"}, "arrangement", "no such"),
     (CYLINDRICAL, {"row_distance": 5e-3}, "row_distance", "follows"),
     (SPHERICAL, {"row_distance": 20e-3}, "row_distance", "follows"),

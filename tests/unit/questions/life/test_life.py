@@ -310,6 +310,12 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
         {"bolts": {"count": 12, "radius": "60 mm"}},
         r"planet\.bearing\.bolts: bolts beside a rolling bearing; allowed: a bearing without bolts",
     ),
+    "length of a ball": ({"type": "deep groove ball"}, r"planet\.bearing\.element_length: of a ball"),
+    "arrangement of one row": (
+        {"type": "tapered roller", "contact_angle": "14 deg", "arrangement": "O"},
+        r"planet\.bearing\.arrangement = O: no effect; allowed: no such key, or an angular contact or tapered",
+    ),
+    "arrangement without angle": ({"rows": 2, "arrangement": "X"}, r"planet\.bearing\.arrangement = X: no effect"),
     "overlap": ({"elements": 30}, r"planet\.bearing\.element_diameter.*overlap"),
     "rating": ({"rating": "1 MN"}, r"planet\.bearing\.rating"),
     "no type": ({"type": None}, r"elements without type"),
