@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 from ..errors import ModelError
 from .element_loads import element_law
@@ -16,50 +16,40 @@ _LENGTH = (0.2, 12.0)  # of a roller, in diameters
 _OFF = 3.0  # a rating of the catalogue over that of the geometry
 _LOOSE = 0.02  # clearance of rollers, in diameters
 
-# key -> unit of a message, per SI
+# key -> unit of a message, per SI; of other lengths mm
 _UNITS = {
-    **dict.fromkeys(("element_diameter", "element_length", "pitch_diameter", "row_distance"), ("mm", 1e3)),
-    **dict.fromkeys(("bore", "outside_diameter"), ("mm", 1e3)),
     **dict.fromkeys(("clearance", "preload"), ("um", 1e6)),
-    **dict.fromkeys(("rating", "static_rating", "fatigue_limit"), ("N", 1.0)),
+    **dict.fromkeys(("rating", "static_rating"), ("N", 1.0)),
     "contact_angle": ("deg", 180 / math.pi),
 }
+_LENGTHS = ("diameter", "length", "distance", "bore")
 
 Problem = tuple[bool, str, str, str]  # whether it is wrong, key, problem, allowed
 
 
 def said(key: str, value: object) -> object:
     """A number of a bearing as messages have it, with its unit."""
-    unit, factor = _UNITS.get(key, ("", 1.0))
+    unit, factor = _UNITS.get(key, ("mm", 1e3) if key.endswith(_LENGTHS) else ("", 1.0))
     return f"{factor * value:.6g} {unit}" if unit and isinstance(value, (int, float)) else value
 
 
-def checked(bearing: RollingBearing, path: str) -> RollingBearing:
+def checked(bearing: RollingBearing, path: str, *, parts: bool = False) -> RollingBearing:
     """Return a bearing whose numbers fit together.
 
     Elements may not be pressed, by preload and negative clearance, harder than the most loaded one at the static
     rating: that is the limit of the preload.
 
+    parts : check these alone, whatever the clearance.
+
     Raises
     ------
     ModelError : at `path`.key, of the first number that does not fit.
     """
-    check_parts(bearing, path)
-    return _without(bearing, path, _fits, _ratings)
-
-
-def check_parts(bearing: RollingBearing, path: str) -> None:
-    """Check the parts by themselves, whatever the clearance. Raises ModelError as `checked` does."""
-    _without(bearing, path, _sizes, _shapes)
-
-
-def _without(
-    bearing: RollingBearing, path: str, *checks: Callable[[RollingBearing], Iterator[Problem]]
-) -> RollingBearing:
-    """A bearing without problems. Raises ModelError for the first one."""
-    for wrong, key, problem, allowed in (found for problems in checks for found in problems(bearing)):
-        if wrong:
-            raise ModelError(problem, path=f"{path}.{key}", given=said(key, getattr(bearing, key)), allowed=allowed)
+    for problems in (_sizes, _shapes) if parts else (_sizes, _shapes, _fits, _ratings):
+        for wrong, key, problem, allowed in problems(bearing):
+            if wrong:
+                given = said(key, getattr(bearing, key))
+                raise ModelError(problem, path=f"{path}.{key}", given=given, allowed=allowed)
     return bearing
 
 
@@ -86,33 +76,21 @@ def _shapes(bearing: RollingBearing) -> Iterator[Problem]:
     low, high = ANGLES[bearing.type]
     degrees, size = abs(math.degrees(bearing.contact_angle)), bearing.element_diameter
     outside = not low - 1e-9 <= degrees <= high + 1e-9
-    yield (
-        outside,
-        "contact_angle",
-        f"does not go with the type {bearing.type}",
-        f"{low:g} to {high:g} deg" if high else "0",
-    )
+    span = f"{low:g} to {high:g} deg" if high else "0"
+    yield outside, "contact_angle", f"does not go with the type {bearing.type}", span
     room = bearing.pitch_diameter * math.sin(math.pi / bearing.elements)
-    yield (
-        size > room * (1 + _ROUNDING),
-        "element_diameter",
-        "elements overlap on the pitch circle",
-        f"up to {1e3 * room:g} mm",
-    )
+    most = f"up to {1e3 * room:g} mm"
+    yield size > room * (1 + _ROUNDING), "element_diameter", "elements overlap on the pitch circle", most
     if bearing.is_ball:
         grooves_fit = all(_GROOVE[0] <= one <= _GROOVE[1] for one in bearing.groove)
         yield not grooves_fit, "groove", "no groove of a ball", "{} to {}".format(*_GROOVE)
     else:
-        least, most = (share * size for share in _LENGTH)
-        fits = least <= bearing.element_length <= most
-        yield (
-            not fits,
-            "element_length",
-            "does not fit the diameter of the roller",
-            f"{1e3 * least:g} to {1e3 * most:g} mm",
-        )
+        least, longest = (share * size for share in _LENGTH)
+        fits = least <= bearing.element_length <= longest
+        span = f"{1e3 * least:g} to {1e3 * longest:g} mm"
+        yield not fits, "element_length", "does not fit the diameter of the roller", span
     backward = bearing.rows == 2 and bearing.contact_angle < 0
-    yield backward, "contact_angle", "two rows carry both senses", f"{degrees:g} deg; arrangement says how rows face"
+    yield backward, "contact_angle", "two rows carry both senses", f"{degrees:g} deg, and arrangement"
     yield bearing.rows > 2 and degrees > 0, "rows", "more than two rows with a contact angle", "1 or 2"
     if bearing.rows == 1 or (bearing.type == "spherical roller" and degrees > 0):
         yield bearing.row_distance != 0, "row_distance", "given though it follows", "0"

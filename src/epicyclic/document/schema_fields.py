@@ -551,8 +551,7 @@ class BearingTable(LinkTable):
             allowed = "internal_clearance, twice the radial play; the force over deflection follows from the parts"
             raise ModelError(f"{beside[0]} beside a rolling bearing", allowed=allowed)
         if self.type is not None and self.bolts is not None:  # rigid beside it, they would take its force
-            allowed = "a bearing without bolts, or bolts without its parts"
-            raise ModelError("bolts beside a rolling bearing", path="bolts", allowed=allowed)
+            raise ModelError("bolts beside a rolling bearing", path="bolts", allowed="one of them")
         return self
 
 
@@ -578,6 +577,11 @@ class SupportTable(BearingTable):
         own = self.model_fields_set - {"to", "bearings"}
         if self.bearings and own:
             raise ModelError(f"{', '.join(sorted(own))} beside named bearings", allowed="each key in a named bearing")
+        taken: dict[float, str] = {}
+        for name, table in self.bearings.items():
+            if table.type is not None and (first := taken.setdefault(table.at or 0.0, name)) != name:
+                problem = f"two rolling bearings at one place, {first} and {name}"
+                raise ModelError(problem, path=f"{name}.at", allowed="another place than the other bearings")
         return self
 
 

@@ -12,7 +12,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
-from ..bearings.checks import check_parts, checked, said
+from ..bearings.checks import checked, said
 from ..bearings.clearance import operating_clearance
 from ..bearings.element_loads import Array, contact_set, radial_curve
 from ..bearings.rating_life import dynamic_rating, static_rating
@@ -222,8 +222,8 @@ def _rolling(site: LinkSite, path: str, table: BearingTable, log: ResolutionLog)
     if stated.get("rows", 1) > 1 and table.element_diameter is not None and table.type != "spherical roller":
         stated.setdefault("row_distance", table.element_length or table.element_diameter)
     bearing, where = RollingBearing(**stated), f"{path}.internal_clearance"
-    check_parts(bearing, path)
-    _inside_its_gear(site, path, table, bearing)
+    checked(bearing, path, parts=True)
+    _inside_gear(site, path, table, bearing, log)
     if isinstance(given, ClearanceTable):
         given, words = _in_operation(given, bearing, where, log)
     try:
@@ -256,26 +256,30 @@ def _in_operation(table: ClearanceTable, bearing: RollingBearing, path: str, log
     return left, words
 
 
-def _inside_its_gear(site: LinkSite, path: str, table: BearingTable, bearing: RollingBearing) -> None:
+def _inside_gear(site: LinkSite, path: str, table: BearingTable, bearing: RollingBearing, log: ResolutionLog) -> None:
     """Refuse the bearing of a planet that reaches beyond the roots of the gear in which it sits.
+
+    Warns of outer rows whose centre is beyond the face, where a hub or another gear of the shaft may be.
 
     Raises
     ------
     ModelError : it does, at a place within the face of the gear.
     """
     gear, outside = site.first.gear, bearing.pitch_diameter + bearing.element_diameter
-    at = site.station if table.at is None else site.centre + table.at
-    if site.kind != "bearing" or gear is None or abs(at - site.first.station) >= (gear.face_width or math.inf) / 2:
+    face = math.inf if gear is None or gear.face_width is None else gear.face_width
+    face = 2 * face + gear.gap if gear is not None and gear.herringbone else face
+    aside = abs((site.station if table.at is None else site.centre + table.at) - site.first.station)
+    if site.kind != "bearing" or gear is None or aside >= face / 2:
         return
     if outside > 2 * gear.root_radius:
         problem = f"the bearing reaches {1e3 * outside:.4g} mm, beyond the root circle of its gear"
         allowed = f"with element_diameter less than {2e3 * gear.root_radius:.4g} mm, or a place `at` beside the face"
-        raise ModelError(
-            problem,
-            path=f"{path}.pitch_diameter",
-            given=said("pitch_diameter", bearing.pitch_diameter),
-            allowed=allowed,
-        )
+        given = said("pitch_diameter", bearing.pitch_diameter)
+        raise ModelError(problem, path=f"{path}.pitch_diameter", given=given, allowed=allowed)
+    apart = (bearing.rows - 1) * bearing.row_distance
+    if aside + apart / 2 > face / 2:
+        text = f"rows whose centres are {1e3 * apart:.4g} mm apart in a gear {1e3 * face:.4g} mm wide"
+        log.coded("rows-beside-gear", f"{path}: {text}")
 
 
 def _law_of_parts(
