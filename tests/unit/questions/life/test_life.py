@@ -322,10 +322,13 @@ def test_a_case_that_fails_is_left_out_and_a_train_that_stands_is_refused() -> N
     alone = epicyclic.life(model, overrides={"case": "run"}, instants=16)
     np.testing.assert_allclose(result.bearing_duty_life_reference, 2 * alone.bearing_duty_life_reference, rtol=1e-12)
     assert (
-        "stand is left out, its share of the time is without load: operation.speed: nothing turns"
+        "stand is left out, its share of the time is without load: cases.stand.speed: nothing turns"
         in result.attrs["warnings"]
     )
-    with pytest.raises(ModelError, match=r"operation.speed: nothing turns"):
+    with pytest.raises(ModelError, match=r"cases\.stand\.speed: nothing turns"):
+        epicyclic.life(model, overrides={"case": "stand"})
+    model["operation"]["speed"] = model["cases"]["stand"].pop("speed")
+    with pytest.raises(ModelError, match=r"operation\.speed: nothing turns"):
         epicyclic.life(model, overrides={"case": "stand"})
 
 
