@@ -76,8 +76,8 @@ def operating_clearance(
         allowed = f"up to {1e3 * races[0]:g} mm"
         raise ModelError("no bore of an inner ring", path="bore", given=said("bore", bore or 0), allowed=allowed)
     if not (outside_diameter >= races[1] if outside_diameter is not None else not outer_fit):
-        allowed, given = f"{1e3 * races[1]:g} mm or more", said("outside_diameter", outside_diameter or 0)
-        raise ModelError("no outer ring", path="outside_diameter", given=given, allowed=allowed)
+        allowed, path = f"{1e3 * races[1]:g} mm or more", "outside_diameter"
+        raise ModelError("no outer ring", path=path, given=said(path, outside_diameter or 0), allowed=allowed)
     new, words = initial or 0.0, "as stated"
     if group is not None:
         low, high = group_range(bearing, group, bore or 0.0)

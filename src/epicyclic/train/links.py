@@ -278,8 +278,7 @@ def _inside_gear(site: LinkSite, path: str, table: BearingTable, bearing: Rollin
         raise ModelError(problem, path=f"{path}.pitch_diameter", given=given, allowed=allowed)
     apart = (bearing.rows - 1) * bearing.row_distance
     if aside + apart / 2 > face / 2:
-        text = f"rows whose centres are {1e3 * apart:.4g} mm apart in a gear {1e3 * face:.4g} mm wide"
-        log.coded("rows-beside-gear", f"{path}: {text}")
+        log.coded("rows-beside-gear", f"{path}: rows {1e3 * apart:.4g} mm apart in a gear {1e3 * face:.4g} mm wide")
 
 
 def _law_of_parts(

@@ -230,7 +230,7 @@ def test_rows_beside_their_gear_are_told_and_two_bearings_at_one_place_refused()
         return [text for text in load(model).warnings if "[rows-beside-gear]" in text]
 
     (text,) = told("31 mm")
-    assert "planet.bearing: rows whose centres are 31 mm apart in a gear 30 mm wide" in text
+    assert "planet.bearing: rows 31 mm apart in a gear 30 mm wide" in text
     helices = {"herringbone": True, "helix_angle": "20 deg", "gap": "10 mm"}
     assert not told("29 mm")
     assert not told("69 mm", **helices)
