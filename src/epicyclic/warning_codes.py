@@ -234,6 +234,14 @@ thrust-not-counted life.md
 A rolling bearing without contact angle is held rigidly along the axis or in tilt, and helical teeth load it there.
 Two rows, two named bearings at their places, a contact angle, or a bearing of its own for the thrust.
 
+rows-beside-gear life.md
+The outer rows of the bearing of a planet stand beside its gear.
+Check row_distance, rows and face_width; nothing, where a hub or another gear of the shaft is as wide.
+
+bearing-preloaded life.md
+Fits and temperature take more than the clearance of the new bearing: its elements are pressed without load.
+A larger clearance group, looser fits, or a smaller temperature difference; nothing, where a preload is meant.
+
 bearing-overloaded life.md
 A bearing does not carry its forces: one row with a contact angle carries thrust in one sense.
 Turn the contact angle about, take two rows, or a second bearing that carries the other sense.

@@ -16,23 +16,40 @@ _LENGTH = (0.2, 12.0)  # of a roller, in diameters
 _OFF = 3.0  # a rating of the catalogue over that of the geometry
 _LOOSE = 0.02  # clearance of rollers, in diameters
 
+# key -> unit of a message, per SI; of other lengths mm
+_UNITS = {
+    **dict.fromkeys(("clearance", "preload"), ("um", 1e6)),
+    **dict.fromkeys(("rating", "static_rating"), ("N", 1.0)),
+    "contact_angle": ("deg", 180 / math.pi),
+}
+_LENGTHS = ("diameter", "length", "distance", "bore")
+
 Problem = tuple[bool, str, str, str]  # whether it is wrong, key, problem, allowed
 
 
-def checked(bearing: RollingBearing, path: str) -> RollingBearing:
+def said(key: str, value: object) -> object:
+    """A number of a bearing as messages have it, with its unit."""
+    unit, factor = _UNITS.get(key, ("mm", 1e3) if key.endswith(_LENGTHS) else ("", 1.0))
+    return f"{factor * value:.6g} {unit}" if unit and isinstance(value, (int, float)) else value
+
+
+def checked(bearing: RollingBearing, path: str, *, parts: bool = False) -> RollingBearing:
     """Return a bearing whose numbers fit together.
 
     Elements may not be pressed, by preload and negative clearance, harder than the most loaded one at the static
     rating: that is the limit of the preload.
 
+    parts : check these alone, whatever the clearance.
+
     Raises
     ------
     ModelError : at `path`.key, of the first number that does not fit.
     """
-    for problems in (_sizes, _shapes, _fits, _ratings):
+    for problems in (_sizes, _shapes) if parts else (_sizes, _shapes, _fits, _ratings):
         for wrong, key, problem, allowed in problems(bearing):
             if wrong:
-                raise ModelError(problem, path=f"{path}.{key}", given=getattr(bearing, key), allowed=allowed)
+                given = said(key, getattr(bearing, key))
+                raise ModelError(problem, path=f"{path}.{key}", given=given, allowed=allowed)
     return bearing
 
 
@@ -59,22 +76,29 @@ def _shapes(bearing: RollingBearing) -> Iterator[Problem]:
     low, high = ANGLES[bearing.type]
     degrees, size = abs(math.degrees(bearing.contact_angle)), bearing.element_diameter
     outside = not low - 1e-9 <= degrees <= high + 1e-9
-    yield outside, "contact_angle", f"does not go with the type {bearing.type}", f"{low:g} to {high:g} deg"
+    span = f"{low:g} to {high:g} deg" if high else "0"
+    yield outside, "contact_angle", f"does not go with the type {bearing.type}", span
     room = bearing.pitch_diameter * math.sin(math.pi / bearing.elements)
-    yield size > room * (1 + _ROUNDING), "element_diameter", "elements overlap on the pitch circle", f"up to {room:g} m"
+    most = f"up to {1e3 * room:g} mm"
+    yield size > room * (1 + _ROUNDING), "element_diameter", "elements overlap on the pitch circle", most
     if bearing.is_ball:
         grooves_fit = all(_GROOVE[0] <= one <= _GROOVE[1] for one in bearing.groove)
         yield not grooves_fit, "groove", "no groove of a ball", "{} to {}".format(*_GROOVE)
     else:
-        least, most = (share * size for share in _LENGTH)
-        fits = least <= bearing.element_length <= most
-        yield not fits, "element_length", "does not fit the diameter of the roller", f"{least:g} to {most:g} m"
+        least, longest = (share * size for share in _LENGTH)
+        fits = least <= bearing.element_length <= longest
+        span = f"{1e3 * least:g} to {1e3 * longest:g} mm"
+        yield not fits, "element_length", "does not fit the diameter of the roller", span
+    backward = bearing.rows == 2 and bearing.contact_angle < 0
+    yield backward, "contact_angle", "two rows carry both senses", f"{degrees:g} deg, and arrangement"
     yield bearing.rows > 2 and degrees > 0, "rows", "more than two rows with a contact angle", "1 or 2"
     if bearing.rows == 1 or (bearing.type == "spherical roller" and degrees > 0):
         yield bearing.row_distance != 0, "row_distance", "given though it follows", "0"
     else:
         wide = size if bearing.is_ball else bearing.element_length * math.cos(bearing.contact_angle)
-        yield bearing.row_distance < wide, "row_distance", "rows overlap", f"{wide:g} m or more"
+        size_of = "element_diameter" if bearing.is_ball else "element_length"
+        overlap = f"rows overlap, with {size_of} = {said(size_of, getattr(bearing, size_of))}"
+        yield bearing.row_distance < wide, "row_distance", overlap, f"{1e3 * wide:g} mm or more"
 
 
 def _fits(bearing: RollingBearing) -> Iterator[Problem]:
@@ -83,12 +107,12 @@ def _fits(bearing: RollingBearing) -> Iterator[Problem]:
     yield bearing.preload > 0 and slope == 0, "preload", "needs a contact angle", "0"
     # a free contact angle of 60 deg, and what no roller bearing has
     most = bearing.groove_distance if bearing.is_ball else _LOOSE * bearing.element_diameter
-    yield bearing.clearance > most, "clearance", "too large for the elements", f"up to {most:g} m"
+    yield bearing.clearance > most, "clearance", "too large for the elements", f"up to {1e6 * most:g} um"
     stiffness, exponent = element_law(bearing)
     limit = (rated_element_load(bearing) / stiffness) ** (1 / exponent)
     tight = -bearing.clearance / 2 * math.cos(bearing.contact_angle)
     allowed = "less: elements would bear more than the most loaded one at the static rating"
-    yield tight > limit, "clearance", "presses the elements too hard", f"{-2 * limit:g} m or more"
+    yield tight > limit, "clearance", "presses the elements too hard", f"{-2e6 * limit:.4g} um or more"
     yield tight + bearing.preload * slope > limit, "preload", "larger than the limit", allowed
 
 

@@ -17,6 +17,7 @@ from importlib import resources
 from typing import Any
 
 from ..errors import ModelError
+from .checks import said
 
 GROUPS = ("C2", "CN", "C3", "C4")
 _EXPANSION = 12e-6  # of steel [1/K]
@@ -43,7 +44,7 @@ def group_range(bearing: str, group: str, bore: float) -> tuple[float, float]:
     found = [row[column : column + 2] for row in rows if row[0] < round(1e3 * bore, 6) <= row[1]]
     if not found:
         allowed = f"above {rows[0][0]} and up to {rows[-1][1]} mm, or initial in place of group"
-        raise ModelError("outside of the table of groups", path="bore", given=bore, allowed=allowed)
+        raise ModelError("outside of the table of groups", path="bore", given=said("bore", bore), allowed=allowed)
     return 1e-6 * found[0][0], 1e-6 * found[0][1]
 
 
@@ -72,10 +73,11 @@ def operating_clearance(
     if (group is None) is (initial is None):
         raise ModelError("not a clearance before mounting", path="initial", allowed="initial, or group")
     if not (0 < bore <= races[0] if bore is not None else not (group or inner_fit)):
-        raise ModelError("no bore of an inner ring", path="bore", given=bore or 0, allowed=f"up to {races[0]:g} m")
+        allowed = f"up to {1e3 * races[0]:g} mm"
+        raise ModelError("no bore of an inner ring", path="bore", given=said("bore", bore or 0), allowed=allowed)
     if not (outside_diameter >= races[1] if outside_diameter is not None else not outer_fit):
-        allowed = f"{races[1]:g} m or more"
-        raise ModelError("no outer ring", path="outside_diameter", given=outside_diameter or 0, allowed=allowed)
+        allowed, path = f"{1e3 * races[1]:g} mm or more", "outside_diameter"
+        raise ModelError("no outer ring", path=path, given=said(path, outside_diameter or 0), allowed=allowed)
     new, words = initial or 0.0, "as stated"
     if group is not None:
         low, high = group_range(bearing, group, bore or 0.0)

@@ -540,10 +540,18 @@ class BearingTable(LinkTable):
             raise ModelError(f"a {self.type} bearing without {missing[0]}", allowed=f"all of {', '.join(needed)}")
         if (self.viscosity_ratio is None) is not (self.contamination is None):
             raise ModelError("half of the oil", allowed="viscosity_ratio and contamination together")
+        if self.element_length is not None and (self.type or "").endswith("ball"):
+            raise ModelError("of a ball", path="element_length", allowed="no such key, or a roller bearing")
+        turned = self.rows == 2 and self.contact_angle and self.type != "spherical roller"
+        if self.arrangement is not None and not turned:
+            allowed = "no such key, or an angular contact or tapered bearing of two rows with a contact_angle"
+            raise ModelError("no effect", path="arrangement", given=self.arrangement, allowed=allowed)
         beside = [name for name in ("clearance", "exponent", "friction") if getattr(self, name) is not None]
         if beside and self.held_by_parts():
             allowed = "internal_clearance, twice the radial play; the force over deflection follows from the parts"
             raise ModelError(f"{beside[0]} beside a rolling bearing", allowed=allowed)
+        if self.type is not None and self.bolts is not None:  # rigid beside it, they would take its force
+            raise ModelError("bolts beside a rolling bearing", path="bolts", allowed="one of them")
         return self
 
 
@@ -569,6 +577,11 @@ class SupportTable(BearingTable):
         own = self.model_fields_set - {"to", "bearings"}
         if self.bearings and own:
             raise ModelError(f"{', '.join(sorted(own))} beside named bearings", allowed="each key in a named bearing")
+        taken: dict[float, str] = {}
+        for name, table in self.bearings.items():
+            if table.type is not None and (first := taken.setdefault(table.at or 0.0, name)) != name:
+                problem = f"two rolling bearings at one place, {first} and {name}"
+                raise ModelError(problem, path=f"{name}.at", allowed="another place than the other bearings")
         return self
 
 

@@ -106,9 +106,13 @@ def _describe(detail: Any) -> tuple[str, str]:
             names = ", ".join(KIND_BY_NAME)
             allowed = f"kind = sun, planet, ring, carrier or gear, for a table that is none of {names}"
             return f"missing{nearest(loc[-2], _keys(loc[:-3]))}", allowed
+        if "shaft_sections" in loc[:-1]:
+            return "missing", "a section that the list has, counted from 1; a new one with to and diameter"
         table = _table_at(loc[:-1])
         field = table.model_fields.get(str(loc[-1])) if table else None
         return "missing", field.description or "" if field else ""
+    if kind == "dict_type" and loc[-1] == "shaft_sections":
+        return "no sections", "a list of one section or more, or no such key"
     return words_of(detail)
 
 

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
-from ..bearings.checks import checked
+from ..bearings.checks import checked, said
 from ..bearings.clearance import operating_clearance
 from ..bearings.element_loads import Array, contact_set, radial_curve
 from ..bearings.rating_life import dynamic_rating, static_rating
@@ -213,16 +213,7 @@ def _rolling(site: LinkSite, path: str, table: BearingTable, log: ResolutionLog)
     ModelError : parts that do not fit, a site in two halves of a carrier.
     """
     stated = {name: getattr(table, name) for name in ("type", *PARTS) if getattr(table, name) is not None}
-    given = stated.pop("internal_clearance", 0.0)
-    if isinstance(given, ClearanceTable):
-        where, sizes = f"{path}.internal_clearance", (table.pitch_diameter or 0.0, table.element_diameter or 0.0)
-        races = sizes[0] - sizes[1], sum(sizes)
-        try:
-            given, words = operating_clearance(table.type or "", races, **given.model_dump(exclude_none=True))
-        except ModelError as error:
-            raise error.at(f"{where}.{error.path}") from None
-        log.note(where, given, "m", words)
-    clearance = of_branch(given, site.first.branch)
+    given, words = stated.pop("internal_clearance", 0.0), ""
     for name in ("viscosity_ratio", "contamination"):
         stated.pop(name, None)
     if site.share != 1:
@@ -230,32 +221,64 @@ def _rolling(site: LinkSite, path: str, table: BearingTable, log: ResolutionLog)
         raise ModelError("one rolling bearing in two halves of a carrier", path=path, given=table.type, allowed=allowed)
     if stated.get("rows", 1) > 1 and table.element_diameter is not None and table.type != "spherical roller":
         stated.setdefault("row_distance", table.element_length or table.element_diameter)
+    bearing, where = RollingBearing(**stated), f"{path}.internal_clearance"
+    checked(bearing, path, parts=True)
+    _inside_gear(site, path, table, bearing, log)
+    if isinstance(given, ClearanceTable):
+        given, words = _in_operation(given, bearing, where, log)
     try:
-        bearing = checked(RollingBearing(clearance=clearance, **stated), path)
+        bearing = checked(replace(bearing, clearance=of_branch(given, site.first.branch)), path)
     except ModelError as error:
-        where = error.path.replace(f"{path}.clearance", f"{path}.internal_clearance")
-        raise ModelError(error.problem, path=where, given=error.given, allowed=error.allowed) from None
-    _inside_its_gear(site, path, table, bearing)
+        if error.path != f"{path}.clearance":
+            raise
+        problem = f"{error.problem}, in operation: {words}" if words else error.problem
+        raise ModelError(problem, path=where, given=error.given, allowed=error.allowed) from None
     for name, value in (("rating", dynamic_rating(bearing)), ("static_rating", static_rating(bearing))):
         log.note(f"{path}.{name}", value, "N", *([] if name in stated else ["the parts"]))
     return bearing
 
 
-def _inside_its_gear(site: LinkSite, path: str, table: BearingTable, bearing: RollingBearing) -> None:
+def _in_operation(table: ClearanceTable, bearing: RollingBearing, path: str, log: ResolutionLog) -> tuple[float, str]:
+    """Clearance in operation [m] and its origin; warns where fits and temperature take more than there is.
+
+    Raises
+    ------
+    ModelError : a table from which none follows.
+    """
+    races = bearing.pitch_diameter - bearing.element_diameter, bearing.pitch_diameter + bearing.element_diameter
+    try:
+        left, words = operating_clearance(bearing.type, races, **table.model_dump(exclude_none=True))
+    except ModelError as error:
+        raise error.at(f"{path}.{error.path}") from None
+    log.note(path, left, "m", words)
+    if left < min(0.0, table.initial or 0.0):
+        log.coded("bearing-preloaded", f"{path}: {said('clearance', left)} in operation ({words})")
+    return left, words
+
+
+def _inside_gear(site: LinkSite, path: str, table: BearingTable, bearing: RollingBearing, log: ResolutionLog) -> None:
     """Refuse the bearing of a planet that reaches beyond the roots of the gear in which it sits.
+
+    Warns of outer rows whose centre is beyond the face, where a hub or another gear of the shaft may be.
 
     Raises
     ------
     ModelError : it does, at a place within the face of the gear.
     """
     gear, outside = site.first.gear, bearing.pitch_diameter + bearing.element_diameter
-    at = site.station if table.at is None else site.centre + table.at
-    if site.kind != "bearing" or gear is None or abs(at - site.first.station) >= (gear.face_width or math.inf) / 2:
+    face = math.inf if gear is None or gear.face_width is None else gear.face_width
+    face = 2 * face + gear.gap if gear is not None and gear.herringbone else face
+    aside = abs((site.station if table.at is None else site.centre + table.at) - site.first.station)
+    if site.kind != "bearing" or gear is None or aside >= face / 2:
         return
     if outside > 2 * gear.root_radius:
         problem = f"the bearing reaches {1e3 * outside:.4g} mm, beyond the root circle of its gear"
         allowed = f"with element_diameter less than {2e3 * gear.root_radius:.4g} mm, or a place `at` beside the face"
-        raise ModelError(problem, path=f"{path}.pitch_diameter", given=bearing.pitch_diameter, allowed=allowed)
+        given = said("pitch_diameter", bearing.pitch_diameter)
+        raise ModelError(problem, path=f"{path}.pitch_diameter", given=given, allowed=allowed)
+    apart = (bearing.rows - 1) * bearing.row_distance
+    if aside + apart / 2 > face / 2:
+        log.coded("rows-beside-gear", f"{path}: rows {1e3 * apart:.4g} mm apart in a gear {1e3 * face:.4g} mm wide")
 
 
 def _law_of_parts(

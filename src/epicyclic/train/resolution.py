@@ -617,11 +617,17 @@ def load(source: str | Path | Mapping[str, object], overrides: Mapping[str, obje
     try:
         return resolve(document)
     except ModelError as error:
-        allowed, path = "; ".join(filter(None, (error.allowed, *document.hints))), error.path
-        if path.startswith("operation."):
-            key = path.split(".")[1]
-            path = f"{document.model.operation_path(key)}{path.removeprefix('operation')}"
+        allowed, path = (
+            "; ".join(filter(None, (error.allowed, *document.hints))),
+            path_at_case(document.data, error.path),
+        )
         raise ModelError(error.problem, path=path, given=error.given, allowed=allowed) from None
+
+
+def path_at_case(data: Mapping[str, object], path: str) -> str:
+    """A path of the operation where a document states it: in the case that is computed, or as it is; others stay."""
+    stands = path.startswith("operation.") and of_another_point(data, path)
+    return f"cases.{data['case']}{path.removeprefix('operation')}" if stands else path
 
 
 def resolve(document: Document) -> Train:

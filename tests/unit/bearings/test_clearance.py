@@ -105,16 +105,21 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
         r"internal_clearance\.initial: not a clearance before mounting; allowed: initial, or",
     ),
     "neither": ({"group": None}, r"internal_clearance\.initial: not a clearance"),
-    "no bore": ({"bore": None}, r"internal_clearance\.bore = 0: no bore of an inner ring; allowed: up to 0\.058 m"),
-    "wide bore": ({"bore": "60 mm"}, r"internal_clearance\.bore = 0\.06: no bore"),
-    "no outside": ({"outside_diameter": None}, r"internal_clearance\.outside_diameter = 0: no outer ring"),
-    "outside": ({"outside_diameter": "80 mm"}, r"outside_diameter = 0\.08: no outer ring; allowed: 0\.082 m or more"),
+    "no bore": ({"bore": None}, r"internal_clearance\.bore = 0 mm: no bore of an inner ring; allowed: up to 58 mm"),
+    "wide bore": ({"bore": "60 mm"}, r"internal_clearance\.bore = 60 mm: no bore"),
+    "no outside": ({"outside_diameter": None}, r"internal_clearance\.outside_diameter = 0 mm: no outer ring"),
+    "outside": ({"outside_diameter": "80 mm"}, r"outside_diameter = 80 mm: no outer ring; allowed: 82 mm or more"),
     "small": (
         {"bore": "8 mm"},
-        r"internal_clearance\.bore = 0\.008: outside of the table of groups; allowed: above",
+        r"internal_clearance\.bore = 8 mm: outside of the table of groups; allowed: above",
     ),
     "group": ({"group": "C6"}, r"internal_clearance\.group"),
     "unit": ({"temperature_difference": "5 m"}, r"temperature_difference"),
+    "heat": (
+        {"temperature_difference": "500 K"},
+        r"internal_clearance = -373\.54.* um: presses the elements too hard, in operation: C3: .* 65 um taken, less "
+        r"18\.54 um by fits and 420 um by heat; allowed: -[0-9.]+ um or more",
+    ),
 }
 
 
@@ -124,6 +129,29 @@ def test_a_clearance_that_does_not_follow_is_refused(name: str) -> None:
     stated = {key: value for key, value in {**FITTED, **changes}.items() if value is not None}
     with pytest.raises(ModelError, match=words):
         load(train(internal_clearance=stated))
+
+
+@pytest.mark.parametrize("key", ["element_diameter", "pitch_diameter"])
+def test_parts_are_checked_before_the_clearance_that_they_make(key: str) -> None:
+    """Larger elements leave no inner ring, a larger circle no outer one: the part is named, not the clearance."""
+    size = {"element_diameter": "25 mm", "pitch_diameter": "110 mm"}[key]
+    with pytest.raises(ModelError, match=rf"planet\.bearing\.{key} = {size}: "):
+        load(train(internal_clearance=FITTED, **{key: size}))
+
+
+def test_fits_that_take_more_than_the_clearance_are_told() -> None:
+    """A bearing that is pressed on purpose, by its number or that of the new bearing, is none of them."""
+
+    def said(**changes: Any) -> list[str]:
+        table = {key: value for key, value in {**FITTED, **changes}.items() if value is not None}
+        return [text for text in load(train(internal_clearance=table)).warnings if "[bearing-preloaded]" in text]
+
+    assert not said()
+    (text,) = said(inner_fit="75 um")
+    assert text.startswith("stages.main.planet.bearing.internal_clearance: -12.0")
+    assert "72.86 um by fits and 4.2 um by heat" in text
+    loose = {"group": None, "inner_fit": None, "outer_fit": None, "temperature_difference": None}
+    assert not said(initial="-5 um", **loose)
 
 
 def test_a_type_without_groups_takes_a_number() -> None:

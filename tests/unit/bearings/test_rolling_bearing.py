@@ -87,6 +87,7 @@ BAD: list[tuple[RollingBearing, dict[str, Any], str, str]] = [
     (CYLINDRICAL, {"element_length": 0.3}, "element_length", "does not fit"),
     (DOUBLE, {"rows": 3}, "rows", "more than two"),
     (DOUBLE, {"row_distance": 5e-3}, "row_distance", "overlap"),
+    (DOUBLE, {"contact_angle": -DOUBLE.contact_angle}, "contact_angle", "both senses"),
     (DOUBLE, {"arrangement": "T"}, "arrangement", "no such"),
     (CYLINDRICAL, {"row_distance": 5e-3}, "row_distance", "follows"),
     (SPHERICAL, {"row_distance": 20e-3}, "row_distance", "follows"),
@@ -110,6 +111,28 @@ def test_numbers_that_do_not_fit_are_named(
     with pytest.raises(ModelError, match=words) as caught:
         checked(replace(bearing, **change), "main.bearing")
     assert caught.value.path == f"main.bearing.{key}"
+
+
+@pytest.mark.parametrize(
+    ("bearing", "change", "text"),
+    [
+        (TAPERED, {"contact_angle": math.radians(95)}, "b.contact_angle = 95 deg: .*; allowed: 5 to 45 deg$"),
+        (DEEP_GROOVE, {"contact_angle": 0.1}, "; allowed: 0$"),
+        (CYLINDRICAL, {"element_length": 0.3}, "b.element_length = 300 mm: .*; allowed: [0-9.]+ to [0-9.]+ mm$"),
+        (CYLINDRICAL, {"clearance": -1e-3}, "b.clearance = -1000 um: .*; allowed: -[0-9.]+ um or more$"),
+        (DEEP_GROOVE, {"rating": 14.0}, "b.rating = 14 N: .* N of the geometry$"),
+        (
+            DOUBLE,
+            {"row_distance": 5e-3},
+            "b.row_distance = 5 mm: rows overlap, with element_.* = .* mm; .* mm or more$",
+        ),
+    ],
+)
+def test_what_was_given_has_the_unit_of_what_is_allowed(
+    bearing: RollingBearing, change: dict[str, Any], text: str
+) -> None:
+    with pytest.raises(ModelError, match=text):
+        checked(replace(bearing, **change), "b")
 
 
 def test_the_limit_of_the_preload_is_the_static_load_of_an_element() -> None:

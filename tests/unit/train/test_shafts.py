@@ -71,6 +71,8 @@ def shaft(request: pytest.FixtureRequest) -> dict[str, Any]:
         ({f"{SHAFT}.2.diameter": 0}, f"{SHAFT}.2.diameter", "", "> 0"),
         ({f"{SHAFT}.2.to": "100 mm"}, SHAFT, "does not reach", "reach rear at 120 mm"),
         ({f"{SHAFT}.1.from": "-150 mm"}, SHAFT, "does not reach", "reach front at -180 mm"),
+        ({f"{SHAFT}.9.diameter": "60 mm"}, f"{SHAFT}.9.to", "missing", "a section that the list has, counted from 1"),
+        ({SHAFT: []}, SHAFT, "no sections", "a list of one section or more"),
         ({f"{SHAFT}.2.length": "20 mm"}, f"{SHAFT}.2.length", "unknown key", ""),
         ({"loads.belt": {"on": "pinion", "at": "310 mm"}}, SHAFT, "does not reach", "load/belt at 310 mm"),
     ],

@@ -39,6 +39,7 @@ from ...statics.record import Record, record_of
 from ...statics.static import group_row_forces, held_train, quasi_static
 from ...system.assembly import assemble, train_provenance
 from ...system.system import Array, System
+from ...train.resolution import path_at_case
 from ...train.train import Link, Train
 from ...warning_codes import CodedText, coded
 from ..response import SteadyOptions
@@ -133,6 +134,10 @@ def _bearings(train: Train, options: LifeOptions) -> tuple[dict[str, State], Seq
         raise ModelError("the speed of one member is missing", path="operation.speed", allowed="e.g. 1500 rpm")
     system = assemble(train)
     system.require_turning()
+    if not any(system.body_turns):
+        problem = "nothing turns, and no race against the other"
+        where = path_at_case(train.document, "operation.speed")
+        raise ModelError(problem, path=where, allowed="a speed above 0")
     record, said = _record(system, options), system.warnings
     if options.forces == "steady":
         rows, said = link_row_forces(system, record), json.loads(steady(system, SteadyOptions(samples=1)).warnings)
@@ -150,10 +155,6 @@ def _record(system: System, options: LifeOptions) -> Record:
     one turn.
     """
     turns = {name: abs(turn) for name, turn in zip(system.dofs.bodies, system.body_turns, strict=True) if turn}
-    if not turns:
-        raise ModelError(
-            "nothing turns, and no race against the other", path="operation.speed", allowed="a speed above 0"
-        )
     of = min(turns, key=lambda name: turns[name])
     turn = record_of(system, cycles=None, turns=1, of=of, samples=options.instants, most=options.instants)
     if system.laws.memory.any():

@@ -219,3 +219,27 @@ def test_a_bearing_beyond_the_root_circle_of_its_gear_is_refused() -> None:
         load(train(**large))
     load(train(**large, at="16 mm"))
     load(train(**{**large, "pitch_diameter": "97 mm"}))
+
+
+def test_rows_beside_their_gear_are_told_and_two_bearings_at_one_place_refused() -> None:
+    """The face is 30 mm wide, that of two helices 10 mm apart 70 mm: two rows may be as far apart."""
+
+    def told(distance: str, **more: Any) -> list[str]:
+        model = train(rows=2, row_distance=distance)
+        model["stages"]["main"] |= more
+        return [text for text in load(model).warnings if "[rows-beside-gear]" in text]
+
+    (text,) = told("31 mm")
+    assert "planet.bearing: rows 31 mm apart in a gear 30 mm wide" in text
+    helices = {"herringbone": True, "helix_angle": "20 deg", "gap": "10 mm"}
+    assert not told("29 mm")
+    assert not told("69 mm", **helices)
+    assert told("71 mm", **helices)
+    named = train()
+    parts = named["stages"]["main"]["planet"].pop("bearing")
+    rear = {**parts, "at": "1 mm"}
+    named["stages"]["main"]["planet"]["bearing"] = {"front": parts, "rear": rear}
+    load(named)
+    rear["at"] = 0
+    with pytest.raises(ModelError, match=r"bearing\.rear\.at: two rolling bearings at one place, front and"):
+        load(named)

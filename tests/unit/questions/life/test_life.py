@@ -322,10 +322,13 @@ def test_a_case_that_fails_is_left_out_and_a_train_that_stands_is_refused() -> N
     alone = epicyclic.life(model, overrides={"case": "run"}, instants=16)
     np.testing.assert_allclose(result.bearing_duty_life_reference, 2 * alone.bearing_duty_life_reference, rtol=1e-12)
     assert (
-        "stand is left out, its share of the time is without load: operation.speed: nothing turns"
+        "stand is left out, its share of the time is without load: cases.stand.speed: nothing turns"
         in result.attrs["warnings"]
     )
-    with pytest.raises(ModelError, match=r"operation.speed: nothing turns"):
+    with pytest.raises(ModelError, match=r"cases\.stand\.speed: nothing turns"):
+        epicyclic.life(model, overrides={"case": "stand"})
+    model["operation"]["speed"] = model["cases"]["stand"].pop("speed")
+    with pytest.raises(ModelError, match=r"operation\.speed: nothing turns"):
         epicyclic.life(model, overrides={"case": "stand"})
 
 
@@ -338,6 +341,16 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
     "no parts": ({"elements": None}, r"planet\.bearing.*a cylindrical roller bearing without elements"),
     "no length": ({"element_length": None}, r"without element_length"),
     "clearance": ({"clearance": "15 um"}, r"clearance beside a rolling bearing; allowed: internal_clearance"),
+    "bolts": (
+        {"bolts": {"count": 12, "radius": "60 mm"}},
+        r"planet\.bearing\.bolts: bolts beside a rolling bearing; allowed: one of them",
+    ),
+    "length of a ball": ({"type": "deep groove ball"}, r"planet\.bearing\.element_length: of a ball"),
+    "arrangement of one row": (
+        {"type": "tapered roller", "contact_angle": "14 deg", "arrangement": "O"},
+        r"planet\.bearing\.arrangement = O: no effect; allowed: no such key, or an angular contact or tapered",
+    ),
+    "arrangement without angle": ({"rows": 2, "arrangement": "X"}, r"planet\.bearing\.arrangement = X: no effect"),
     "overlap": ({"elements": 30}, r"planet\.bearing\.element_diameter.*overlap"),
     "rating": ({"rating": "1 MN"}, r"planet\.bearing\.rating"),
     "no type": ({"type": None}, r"elements without type"),
