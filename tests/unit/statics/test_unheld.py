@@ -113,7 +113,9 @@ def test_bearings_of_planets_are_named_by_their_key() -> None:
 
 def test_of_several_bearings_the_keys_and_the_rule_are_named() -> None:
     """A direction that one names is 0 in the others; where none names it the first holds it rigidly."""
-    seats = {"front": {"at": "-40 mm", "radial": "4e8 N/m"}, "rear": {"at": "40 mm", "radial": "4e8 N/m"}}
+    seats: dict[str, dict[str, Any]] = {
+        name: {"at": at, "radial": "4e8 N/m"} for name, at in (("front", "-40 mm"), ("rear", "40 mm"))
+    }
     (held,) = [link for link in epicyclic.load(changed(stages__main__sun__support=seats)).links if "front" in link.name]
     assert held.stiffness[2] == math.inf
     seats["rear"]["z"] = 0

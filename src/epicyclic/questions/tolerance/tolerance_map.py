@@ -128,10 +128,9 @@ def check_play(document: Mapping[str, object], at_means: Mapping[str, object], e
     ------
     ModelError : no law follows it, as where a stiffness stands beside the parts of a bearing.
     """
-    wider = mean_of(entry) + max(abs(mean_of(entry)), _UNIT)
     base, other = (
         assemble(load(document, {**at_means, entry.path: values_text([value], entry.unit)}))
-        for value in (mean_of(entry), wider)
+        for value in (mean_of(entry), mean_of(entry) + _UNIT)
     )
     changes = _changes(entry.path, base, replace(other, groups=base.groups))
     if any(change.any() for change in changes) or all(
@@ -671,6 +670,12 @@ def _dimensions(entries: Sequence[Tolerance]) -> NDArray[np.int64]:
     return np.repeat(np.arange(len(entries)), np.add(own, common))
 
 
+def _stated(train: Train, path: str) -> object:
+    """The distribution of a tolerance as the file states it."""
+    table = train.document["tolerance"]
+    return table.get(path) if isinstance(table, Mapping) else None
+
+
 def tolerance_map(train: Train, *, laws: bool = False) -> ToleranceMap:
     """The map of a train with tolerances.
 
@@ -694,6 +699,9 @@ def tolerance_map(train: Train, *, laws: bool = False) -> ToleranceMap:
     for index, entry in enumerate(entries):
         if index in plays:
             continue
+        if (seat := entry.path.rpartition(".")[0]).endswith(".internal_clearance"):
+            problem, allowed = "a part of a clearance is not drawn", f'"{seat}", the clearance of the running bearing'
+            raise ModelError(problem, path=f"tolerance.{entry.path}", given=_stated(train, entry.path), allowed=allowed)
         if not entry.path.startswith("deviations."):
             numbers += [(index, planet) for planet in range(entry.count)]
             continue
@@ -702,7 +710,13 @@ def tolerance_map(train: Train, *, laws: bool = False) -> ToleranceMap:
         of_table.setdefault(table, {})[component] = index
     drawn = [entries[index] for index in (*(index for index, _ in numbers), *plays)]
     at_means: dict[str, object] = {entry.path: values_text([mean_of(entry)], entry.unit) for entry in drawn}
-    unit_train = load(document, {**at_means, **unit_overrides(tables, document)})
+    try:
+        unit_train = load(document, {**at_means, **unit_overrides(tables, document)})
+    except ModelError as error:
+        if (refused := next((entry for entry in drawn if entry.path == error.path), None)) is None:
+            raise
+        problem, text = f"its mean {mean_of(refused):.6g} {refused.unit}: {error.problem}", _stated(train, error.path)
+        raise ModelError(problem, path=f"tolerance.{error.path}", given=text, allowed=error.allowed) from None
     items, keys = unit_deviations(unit_train, tables)
     names = list(dict.fromkeys(keys))
     deviated, notes = drawn_tables(document, tables, of_table, entries, names)
