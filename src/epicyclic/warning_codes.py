@@ -238,6 +238,10 @@ bearing-overloaded life.md
 A bearing does not carry its forces: one row with a contact angle carries thrust in one sense.
 Turn the contact angle about, take two rows, or a second bearing that carries the other sense.
 
+races-dented life.md
+The static safety of a bearing is below 1: its most loaded element leaves a dent of 1e-4 of its diameter.
+A larger bearing, more or longer elements, less load.
+
 races-stand life.md
 A bearing is loaded while its races do not turn against each other: a rating life is not defined.
 Look at false brinelling: small motions, lubrication, or a bearing that turns.

@@ -109,7 +109,7 @@ def _radial_elements(bearing: RollingBearing) -> float:
 
 
 def static_safety(bearing: RollingBearing, zone: LoadZone) -> float:
-    """C_0/P_0 with P_0 = 5 Q/(i Z cos alpha) of the most loaded element; inf without load."""
+    """C_0/P_0 with P_0 = i Z cos alpha Q/5 of the most loaded element; inf without load."""
     most = float(zone.load[zone.most])
     return static_rating(bearing) * _STRIBECK / (_radial_elements(bearing) * most) if most > 0 else math.inf
 

@@ -247,7 +247,7 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "element_angle": ("rad", "place of the element in the frame of the link, from x to y"),
     "element_pressure": ("Pa", "largest pressure of an element, at the inner race"),
     "load_zone_extent": ("1", "share of the diameter that is loaded; above 1 all elements bear"),
-    "static_safety": ("1", "static rating over the equivalent static load"),
+    "static_safety": ("1", "static rating over the load P_0 = Z Q/5 of the most loaded element"),
     "cage_frequency": ("Hz", "turns of the cage in the housing"),
     "outer_race_frequency": ("Hz", "frequency at which elements pass a place of the outer race"),
     "inner_race_frequency": ("Hz", "frequency at which elements pass a place of the inner race"),

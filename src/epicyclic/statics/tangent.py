@@ -340,7 +340,7 @@ def turn_warnings(system: System) -> list[CodedText]:
     told = [i for i in off.tolist() if i >= meshes or i == worst]
     said = [
         f"{names[i]} {law[:, i].max() / 1e3:.5g} kN by the law, {tangent[:, i].max() / 1e3:.5g} kN by the tangent, "
-        f"off by up to {error[i] / 1e3:.3g} kN ({100 * error[i] / largest[i]:.2g} % of the largest) at an instant"
+        f"off by up to {error[i] / 1e3:.3g} kN ({100 * error[i] / largest[i]:.3g} % of the largest) at an instant"
         for i in told
     ]
     text = (
@@ -353,13 +353,21 @@ def _slow_forces(system: System, of: System, record: Record) -> Array:
     """Quasi-static forces (T, w + G) of whole meshes and of the links that are groups `of` a System [N, N m]."""
     forces, links, face = list[Array](), system.links, faces(system.meshes)
     held = held_train(system)
+    # what stands for a group: of its link neither a row beside its law nor, of forces, a moment
+    beside, moments = set(of.links.name), ("/rx", "/ry", "/rz")
+    own = [
+        [
+            link == group.name and name not in beside and name.endswith(moments) == group.rows[0].endswith(moments)
+            for name, link in zip(links.name, links.link, strict=True)
+        ]
+        for group in of.groups
+    ]
     for piece in quasi_static(held, record):
         if system.groups:
             of_groups = system.laws.rows.size(piece.state.group_force)
         else:
             rows = links.stiffness * piece.link_deflection + links.preload
-            at = np.array(links.link)
-            of_groups = np.stack([np.linalg.norm(rows[:, at == group.name], axis=1) for group in of.groups], axis=1)
+            of_groups = np.stack([np.linalg.norm(rows[:, at], axis=1) for at in own], axis=1)
         forces.append(np.hstack([face.total(held.net_force(piece.state), axis=1), of_groups]))
     return np.concatenate(forces)
 

@@ -276,4 +276,4 @@ def _clamped_mode(pieces: Sequence[_Piece]) -> float:
         K[2 * i : 2 * i + 4, 2 * i : 2 * i + 4] += rows.T @ np.diag([stiffness["x"], stiffness["rx"]]) @ rows
     root = 1 / np.sqrt(_lumps(pieces, places.tolist())[1:-1, [0, 2]].ravel())
     lowest = np.linalg.eigvalsh(root[:, None] * K[2:-2, 2:-2] * root)[0]
-    return math.sqrt(float(lowest)) / (2 * math.pi)
+    return math.sqrt(max(float(lowest), 0.0)) / (2 * math.pi)  # of a thread rounding is all there is

@@ -18,7 +18,7 @@ from ...errors import ConvergenceError
 from ...results.dataset import dataset
 from ...system.system import Array
 from ...train.train import DIRECTIONS, Link, Train
-from ...warning_codes import coded
+from ...warning_codes import CodedText, coded
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -48,19 +48,26 @@ def inner_first(link: Link) -> bool:
     return link.kind != "bearing" or link.second is not None
 
 
+def force_rows(link: Link) -> int:
+    """How many of the rows x y z rx ry load the elements: five of a link that follows them, three of balls whose z has
+    a stiffness, else two."""
+    if link.contacts is not None:
+        return 5
+    return 3 if link.rolling is not None and link.rolling.is_ball and 0 < link.stiffness[2] < np.inf else 2
+
+
 def inner_force(link: Link, rows: Mapping[str, Array]) -> Array:
-    """Force on the inner race along x and y (T, 2), or in all five rows of a link that follows them (T, 5) [N, N m].
+    """Force on the inner race (T, 2, 3 or 5) [N, N m], as many rows as `force_rows` has.
 
     rows : name -> force (T,) of every row of the links, on the first body.
     """
     still = np.zeros_like(next(iter(rows.values()), np.zeros(1)))
-    axes = DIRECTIONS[: 5 if link.contacts is not None else 2]
-    force = np.stack([rows.get(f"{link.name}/{axis}", still) for axis in axes], axis=1)
+    force = np.stack([rows.get(f"{link.name}/{axis}", still) for axis in DIRECTIONS[: force_rows(link)]], axis=1)
     return force if inner_first(link) else -force
 
 
 def bearing_state(link: Link, force: Array, turns: Mapping[str, float]) -> State:
-    """Variables of a bearing under forces as of `inner_force` (T, 2 or 5), of the elements (Z,).
+    """Variables of a bearing under forces as of `inner_force`, of the elements (Z,).
 
     The load zone is that under the largest force, the stiffness that at the mean one; nan of what forces or speeds that
     are not known would say.  turns : as of `body_turns`.
@@ -86,6 +93,16 @@ def bearing_state(link: Link, force: Array, turns: Mapping[str, float]) -> State
         values = zone.load[zone.most[0]], zone.angle, zone.pressure, zone.extent, static_safety(bearing, zone)
         state |= dict(zip(_ZONE, values, strict=True))
     return state
+
+
+def dented(states: Mapping[str, State]) -> list[CodedText]:
+    """A warning of bearings, by what names them, whose static safety is below 1 [iso76]."""
+    said = [
+        f"{name} (static safety {state['static_safety']:.3g}, {state['element_pressure'] / 1e6:.0f} MPa)"
+        for name, state in states.items()
+        if state["static_safety"] < 1
+    ]
+    return [coded("races-dented", f"elements dent their races: {', '.join(said)}")] if said else []
 
 
 def _stiffness(bearing: RollingBearing, load: float) -> float:
@@ -129,6 +146,7 @@ def with_bearings(result: xr.Dataset, train: Train, rows: Mapping[str, Array]) -
             states.append(bearing_state(link, np.full_like(force, np.nan), turns))
     if not links:
         return result
+    said += dented(dict(zip([link.name for link in links], states, strict=True)))
     columns, origin = state_columns(links, states), {value.path: value.origin for value in train.values}
     columns["clearance_origin"] = "bearing", [origin.get(f"{link.path}.internal_clearance", "") for link in links]
     made = dataset(columns, bearing_coords(links, columns), verb=result.attrs["verb"])

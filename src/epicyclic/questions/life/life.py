@@ -51,6 +51,8 @@ from .bearing_state import (
     bearing_coords,
     bearing_state,
     body_turns,
+    dented,
+    force_rows,
     inner_first,
     inner_force,
     rolling_links,
@@ -100,14 +102,18 @@ def life(source: Train | Duty, options: LifeOptions, *, progress: Callable[[floa
             warnings += said
         except (ModelError, ConvergenceError) as error:
             failed.append(error)
-            warnings.append(coded("case-failed", f"{case} is left out: {error}"))
+            warnings.append(coded("case-failed", f"{case} is left out, its share of the time is without load: {error}"))
         tell((number + 1) / len(cases))
     if not trains:
         raise failed[0]
     first = next(iter(trains.values()))
     links = rolling_links(first)
-    warnings += [*_standing(found), *_not_counted(first, links)]
-    columns = _columns(found, links, list(trains), np.array(shares) / sum(shares))
+    warnings += [
+        *_standing(found),
+        *dented({" in ".join(key): one for key, one in found.items()}),
+        *_not_counted(first, links),
+    ]
+    columns = _columns(found, links, list(trains), np.array(shares))
     return dataset(
         columns,
         bearing_coords(links, columns) | {"case": list(trains)},
@@ -177,7 +183,7 @@ def _in_case(link: Link, force: Array, system: System, time: Array, turns: Mappi
     load = float(np.mean(size**p) ** (1 / p))
     reference = _life(bearing, force, turning) if max(load, abs(force).max()) > quiet else np.inf
     basic = float(basic_life(bearing, load)) if load > quiet else np.inf
-    if bearing.contact_angle:  # X and Y of ISO 281 are not computed: the radial load that has the same life
+    if bearing.contact_angle or force.shape[1] == 3:  # without X and Y of ISO 281: the radial load of the same life
         load, basic = float(equivalent_load(bearing, reference)), np.nan
     modified = np.nan
     if link.lubrication and np.isfinite(reference):
@@ -196,7 +202,7 @@ def _frame(link: Link, system: System) -> float:
 
 
 def _life(bearing: RollingBearing, force: Array, turning: Any) -> float:
-    """Life [10^6 revolutions] by Miner's sum over forces (T, 2 or 5) [N, N m]."""
+    """Life [10^6 revolutions] by Miner's sum over forces as of `inner_force`."""
     options: dict[str, Any] = {"places": _PLACES, "laminae": LAMINAE}
     size = loads = np.hypot(*force.T[:2])
     low, high = max(size.min(), 1e-3 * size.max()), size.max()
@@ -217,23 +223,28 @@ def _standing(found: Mapping[tuple[str, str], State]) -> list[CodedText]:
 
 
 def _not_counted(train: Train, links: Sequence[Link]) -> list[CodedText]:
-    """A warning of bearings beside helical teeth that hold a thrust or a tilting moment rigidly, which is in no life.
+    """A warning of bearings beside helical teeth that hold a thrust or a tilting moment rigidly, or by a stiffness of
+    its own beside their law, which is in no life.
 
     The thrusts of a planet in its two meshes cancel.
     """
     helical = {body for mesh in train.meshes if mesh.base_helix and not mesh.side for body in (mesh.a, mesh.b)}
     planets = {body.name for body in train.bodies if body.branch is not None}
     whose = {body.name: body.shaft_of or body.name for body in train.bodies}
-    rigid = [
+    held = [
         link.name
         for link in links
         if (loaded := helical & {whose[link.first], whose.get(link.second or "")})
-        and np.isinf(link.stiffness[3 if loaded <= planets else 2 : 5]).any()
+        and any(
+            np.isinf(stiffness) or (stiffness and row >= force_rows(link))
+            for row, stiffness in enumerate(link.stiffness[:5])
+            if row >= (3 if loaded <= planets else 2)
+        )
     ]
-    if not rigid:
+    if not held:
         return []
-    text = f"{', '.join(rigid)}: helical teeth push or tilt what z, rx or ry hold rigidly; that load is in no life"
-    return [coded("thrust-not-counted", text)]
+    text = "helical teeth push or tilt what z, rx or ry hold rigidly or beside the law; that load is in no life"
+    return [coded("thrust-not-counted", f"{', '.join(held)}: {text}")]
 
 
 def _columns(

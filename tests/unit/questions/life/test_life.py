@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from math import pi
 from typing import Any
 
@@ -11,7 +12,13 @@ import pytest
 
 import epicyclic
 from epicyclic.bearings.element_loads import displacement
-from epicyclic.bearings.rating_life import basic_life, distributed_life, equivalent_load, life_modification
+from epicyclic.bearings.rating_life import (
+    basic_life,
+    distributed_life,
+    equivalent_load,
+    life_modification,
+    static_rating,
+)
 from epicyclic.bearings.rolling_bearing import RollingBearing
 from epicyclic.errors import ModelError
 from epicyclic.questions.life.views import findings, key_figures, tables
@@ -203,6 +210,26 @@ def test_a_contact_angle_makes_a_law_of_five_rows() -> None:
     assert (result.bearing_life_reference.values < radial.bearing_life_reference.values).all()
 
 
+def test_balls_whose_z_has_a_stiffness_live_under_the_thrust() -> None:
+    """Of the sun of three equal planets thrust is all that its bearing carries: T/r tan(helix)."""
+    ball = RollingBearing(
+        type="deep groove ball", elements=9, element_diameter=15e-3, pitch_diameter=58e-3, clearance=20e-6
+    )
+    stated = {"elements": 9, "element_diameter": "15 mm", "pitch_diameter": "58 mm", "internal_clearance": "20 um"}
+    model = train()
+    model["stages"]["main"]["helix_angle"] = "12 deg"
+    model["stages"]["main"]["sun"]["support"] = {"type": ball.type, **stated, "z": "1e8 N/m", "tilt": 0}
+    result = epicyclic.life(model, instants=8)
+    thrust = TORQUE / (1 + TEETH[2] / TEETH[0]) / (MODULE * TEETH[0] / 2) * np.sin(np.radians(12))
+    life = distributed_life(ball, displacement(ball, [[0.0, 0.0, thrust]]), turning="inner")
+    found = result.sel(bearing="main/sun/support")
+    turn = 1e6 * 2 * np.pi / found.race_speed
+    np.testing.assert_allclose(found.bearing_life_reference, life * turn, rtol=2e-2)  # some 0.2 % of it is radial
+    assert "main/sun/support" not in result.attrs["warnings"]
+    model["stages"]["main"]["sun"]["support"] = {**PARTS, "z": "1e8 N/m", "tilt": 0}  # rollers do not carry it
+    assert "main/sun/support" in epicyclic.life(model, instants=8).attrs["warnings"]
+
+
 def test_two_bearings_at_a_distance_carry_the_moment_of_helical_teeth() -> None:
     """Front and rear of a planet: their difference times half of the distance is the moment of the two thrusts."""
     one = {**PARTS, "internal_clearance": 0}
@@ -291,8 +318,13 @@ def test_a_case_that_fails_is_left_out_and_a_train_that_stands_is_refused() -> N
     }
     result = epicyclic.life(model, overrides={"case": "all"}, instants=16)
     assert result.case.values.tolist() == ["run"]
-    assert result.case_share.values.tolist() == [1.0]
-    assert "stand is left out: operation.speed: nothing turns" in result.attrs["warnings"]
+    assert result.case_share.values.tolist() == [0.5]
+    alone = epicyclic.life(model, overrides={"case": "run"}, instants=16)
+    np.testing.assert_allclose(result.bearing_duty_life_reference, 2 * alone.bearing_duty_life_reference, rtol=1e-12)
+    assert (
+        "stand is left out, its share of the time is without load: operation.speed: nothing turns"
+        in result.attrs["warnings"]
+    )
     with pytest.raises(ModelError, match=r"operation.speed: nothing turns"):
         epicyclic.life(model, overrides={"case": "stand"})
 
@@ -335,3 +367,31 @@ def test_a_drawing_without_parts_says_what_is_missing() -> None:
         ModelError, match=r"no bearing is stated by its parts; allowed: .cylindrical roller. or another"
     ):
         epicyclic.life("ren2021")
+
+
+def test_a_thrust_beside_the_law_is_no_error_of_its_tangent() -> None:
+    """The warning sets forces along x and y against each other; z of the balls is linear in both."""
+    model = train()
+    main = model["stages"]["main"]
+    main["helix_angle"], model["deviations"] = "12 deg", {"planet": {"run_out": ["5 um", 0, 0]}}
+    parts = {"elements": 9, "element_diameter": "15 mm", "pitch_diameter": "58 mm", "internal_clearance": 0}
+    main["sun"]["support"] = {"type": "deep groove ball", **parts, "z": "1e8 N/m", "tilt": 0}
+    (text,) = [one for one in json.loads(epicyclic.steady(model).attrs["warnings"]) if "[law-over-turn]" in one]
+    law, tangent = map(float, re.findall(r"main/sun/support (\S+) kN by the law, (\S+) kN by the tangent", text)[0])
+    assert tangent < law < 1.0  # the thrust is 2.9 kN
+    assert "(100 % of the largest)" in text
+
+
+def test_a_load_that_dents_the_races_is_named_with_its_safety() -> None:
+    """P_0 = Z Q/5 of the most loaded element, more than the radial force where clearance narrows the zone."""
+    model = train()
+    model["operation"]["torque"] = {"carrier": "60 kN m"}
+    result = epicyclic.life(model, instants=8)
+    most = result.element_load.max("element").values[:, 0]
+    safety = static_rating(BEARING) / (BEARING.elements * most / 5)
+    np.testing.assert_allclose(result.static_safety.values[:, 0], safety, rtol=1e-9)
+    assert (safety < 1).all()
+    for one in (result, epicyclic.check(model), epicyclic.static(model, cycles=1)):
+        assert "main/planet/3/bearing" in one.attrs["warnings"]
+        assert "[races-dented]" in one.attrs["warnings"]
+    assert "[races-dented]" not in epicyclic.check(train()).attrs["warnings"]
