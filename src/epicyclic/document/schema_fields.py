@@ -541,8 +541,7 @@ class BearingTable(LinkTable):
         if (self.viscosity_ratio is None) is not (self.contamination is None):
             raise ModelError("half of the oil", allowed="viscosity_ratio and contamination together")
         if self.type is not None and (self.x is None) is not (self.y is None):
-            one, other = ("x", "y") if self.y is None else ("y", "x")
-            problem = f"{one} without {other} beside a rolling bearing, whose parts are then for the life alone"
+            problem = "only one of x and y beside a rolling bearing, whose parts are then for the life alone"
             raise ModelError(problem, allowed="radial, or both x and y")
         beside = [name for name in ("clearance", "exponent", "friction") if getattr(self, name) is not None]
         if beside and self.held_by_parts():

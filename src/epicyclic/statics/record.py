@@ -98,12 +98,10 @@ def unheld(free: Array, force: Array, names: Sequence[str]) -> tuple[Unheld, ...
 def unheld_error(coordinates: Sequence[Unheld], system: System) -> ModelError:
     """What to raise where coordinates are not held against the load; there is at least one."""
     problem = f"nothing takes {', '.join(map(str, coordinates))}"
-    keys: list[str] = []
-    for key in dict.fromkeys(coordinate.key for coordinate in coordinates):
-        seat, _, direction = key.rpartition(".")
-        keys += [f"{seat}.{name}.{direction}" for name in system.bearings.get(seat, ())] or [key]
-    seat = coordinates[0].key.rpartition(".")[0]
-    if seat in system.bearings:
+    loose = [key.rsplit(".", 1) for key in dict.fromkeys(coordinate.key for coordinate in coordinates)]
+    places = [(seat, [f"{seat}.{name}" for name in system.bearings.get(seat, ())], key) for seat, key in loose]
+    keys = [f"{place}.{key}" for seat, named, key in places for place in named or [seat]]
+    if (seat := loose[0][0]) in system.bearings:
         return ModelError(problem, path=seat, allowed=f"a stiffness in one of {', '.join(keys)}: {_OF_SEVERAL}")
     allowed = f"a stiffness in {', '.join(keys)}, or no such key: a direction that is not named is rigid"
     return ModelError(problem, path=keys[0], given=0, allowed=allowed)

@@ -670,12 +670,6 @@ def _dimensions(entries: Sequence[Tolerance]) -> NDArray[np.int64]:
     return np.repeat(np.arange(len(entries)), np.add(own, common))
 
 
-def _stated(train: Train, path: str) -> object:
-    """The distribution of a tolerance as the file states it."""
-    table = train.document["tolerance"]
-    return table.get(path) if isinstance(table, Mapping) else None
-
-
 def tolerance_map(train: Train, *, laws: bool = False) -> ToleranceMap:
     """The map of a train with tolerances.
 
@@ -692,6 +686,7 @@ def tolerance_map(train: Train, *, laws: bool = False) -> ToleranceMap:
     document = {name: table for name, table in train.document.items() if name not in ("tolerance", "assumed")}
     if not entries:
         raise ModelError("no tolerance is given", path="tolerance", allowed='"PATH" = "normal(mean, deviation)"')
+    stated: Any = train.document["tolerance"]
     tables: dict[str, tuple[Kind, list[str]]] = {}
     of_table: dict[str, dict[str, int]] = {}
     numbers: list[tuple[int, int]] = []  # entry and planet of each torque and stiffness
@@ -701,7 +696,7 @@ def tolerance_map(train: Train, *, laws: bool = False) -> ToleranceMap:
             continue
         if (seat := entry.path.rpartition(".")[0]).endswith(".internal_clearance"):
             problem, allowed = "a part of a clearance is not drawn", f'"{seat}", the clearance of the running bearing'
-            raise ModelError(problem, path=f"tolerance.{entry.path}", given=_stated(train, entry.path), allowed=allowed)
+            raise ModelError(problem, path=f"tolerance.{entry.path}", given=stated.get(entry.path), allowed=allowed)
         if not entry.path.startswith("deviations."):
             numbers += [(index, planet) for planet in range(entry.count)]
             continue
@@ -715,7 +710,7 @@ def tolerance_map(train: Train, *, laws: bool = False) -> ToleranceMap:
     except ModelError as error:
         if (refused := next((entry for entry in drawn if entry.path == error.path), None)) is None:
             raise
-        problem, text = f"its mean {mean_of(refused):.6g} {refused.unit}: {error.problem}", _stated(train, error.path)
+        problem, text = f"its mean {mean_of(refused):.6g} {refused.unit}: {error.problem}", stated.get(error.path)
         raise ModelError(problem, path=f"tolerance.{error.path}", given=text, allowed=error.allowed) from None
     items, keys = unit_deviations(unit_train, tables)
     names = list(dict.fromkeys(keys))

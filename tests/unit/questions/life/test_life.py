@@ -345,7 +345,7 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
     "clearance of the parts": ({"internal_clearance": "5 mm"}, r"planet\.bearing\.internal_clearance"),
     "half of a stiffness": (
         {"y": "1e9 N/m"},
-        r"y without x beside a rolling bearing.*; allowed: radial, or both x and y",
+        r"only one of x and y beside a rolling bearing.*; allowed: radial, or both x and y",
     ),
     "half of the oil": ({"contamination": 0.5}, r"half of the oil; allowed: viscosity_ratio and contamination"),
     "angle": ({"contact_angle": "15 deg"}, r"planet\.bearing\.contact_angle"),
