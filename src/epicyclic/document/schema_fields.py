@@ -546,6 +546,9 @@ class BearingTable(LinkTable):
         if self.arrangement is not None and not turned:
             allowed = "no such key, or an angular contact or tapered bearing of two rows with a contact_angle"
             raise ModelError("no effect", path="arrangement", given=self.arrangement, allowed=allowed)
+        if self.type is not None and (self.x is None) is not (self.y is None):
+            problem = "only one of x and y beside a rolling bearing, whose parts are then for the life alone"
+            raise ModelError(problem, allowed="radial, or both x and y")
         beside = [name for name in ("clearance", "exponent", "friction") if getattr(self, name) is not None]
         if beside and self.held_by_parts():
             allowed = "internal_clearance, twice the radial play; the force over deflection follows from the parts"

@@ -199,6 +199,8 @@ _REASONS = (
     (r"tolerance\..*", "distributions of deviations have no place"),
     (r"deviations\..*", "deviations have no place; what they do to the mean load is in K_gamma"),
     (r"(?:cases\.[\w-]+\.)?loads\..*|operation\.loads.*", "forces on members are not written"),
+    (r".*\.internal_clearance(?:\..*)?", "play has no place"),
+    (r".*\.shaft_sections\..*", "one rigid shaft in the file"),
     (r".*\.bore$", "only the mass that follows from it is written"),
     (r".*\.meshes\.[^.]+\.variation.*", "the file has the mean stiffness"),
     (r".*\.meshes\.[^.]+\.(?:phase|pressure_angle)", "follows from the geometry in the file"),

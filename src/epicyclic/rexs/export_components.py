@@ -371,6 +371,12 @@ def add_joints(draft: Draft) -> None:
 
 def _add_joint(draft: Draft, link: Link, *, inner: int, outer: int, turn: float) -> None:
     """Add one joint: a bearing where it turns freely, else a coupling."""
+    if link.contacts is not None:
+        force = f"contact forces of {link.contacts.load / 1e3:.4g} kN in sum, alike all round"
+        draft.drop(link.path, f"law of its parts: the stiffness under {force} is written")
+    elif link.rolling is not None and (curve := dict(link.curves).get(0)) is not None:
+        force = f"a radial force of {curve.force[-1] / 2e3:.4g} kN"
+        draft.drop(link.path, f"law of its parts: the stiffness at {force} is written")
     radial, tilt = _mean(draft, link, 0, 1, "x and y"), _mean(draft, link, 3, 4, "rx and ry")
     axial = link.stiffness[2]
     held = zip((row.id for row in STIFFNESSES), (radial, axial, tilt, turn), strict=True)
@@ -387,7 +393,7 @@ def _add_joint(draft: Draft, link: Link, *, inner: int, outer: int, turn: float)
 def _mean(draft: Draft, link: Link, a: int, b: int, names: str) -> float:
     """Stiffness across both directions, the mean where they differ: the file has one."""
     first, second = link.stiffness[a], link.stiffness[b]
-    if first == second:
+    if math.isclose(first, second):
         return first
     draft.drop(link.path, f"{names} differ ({first:.6g}, {second:.6g} in SI): the file has one, their mean")
     return (first + second) / 2

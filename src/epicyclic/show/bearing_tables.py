@@ -29,7 +29,10 @@ _LOADS = {
     "clearance_origin": ("of", None),
 }
 _LARGEST = "Load zones are those under the largest force, the stiffness is that at the mean force."
-NOMINAL = "Under the nominal torques, shared evenly, without weight."
+NOMINAL = (
+    "Under the nominal torques, shared evenly, without weight. Bearings share as equal springs on rigid shafts; "
+    "a shaft that bends shares otherwise, and static has it."
+)
 _FREQUENCIES = {
     "cage_frequency": ("cage, in the housing [Hz]", 1.0),
     "outer_race_frequency": ("outer race [Hz]", 1.0),

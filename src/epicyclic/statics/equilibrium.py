@@ -352,7 +352,7 @@ def require_balance(free: Array, force: Array, system: System) -> None:
     instant, motion = np.unravel_index(int(np.argmax(excess)), work.shape)
     names = system.dofs.names
     if coordinates := unheld(free, force[instant], names):
-        raise unheld_error(coordinates)
+        raise unheld_error(coordinates, system)
     worst = int(np.argmax(np.abs(force[instant] * free[:, motion])))
     raise ModelError(
         "the load does not balance along a motion that nothing holds",

@@ -34,6 +34,10 @@ from ..warning_codes import CodedText, code_of, coded
 _WORK_LEFT = 1e-6
 # Load that counts, per the largest: torques written with six digits leave 1e-6 of themselves.
 _SMALL = 1e-5
+_OF_SEVERAL = (
+    "a direction that one of several bearings names, by a key or by parts without a stated radial, is 0 "
+    "in those that do not name it, and rigid in the first where none does"
+)
 # Mean force of a link per its largest one that is rounding.
 _NO_MEAN = 1e-9
 
@@ -91,15 +95,16 @@ def unheld(free: Array, force: Array, names: Sequence[str]) -> tuple[Unheld, ...
     return tuple(Unheld(name=names[i], load=load) for i, load in reactions.items())
 
 
-def unheld_error(coordinates: Sequence[Unheld]) -> ModelError:
+def unheld_error(coordinates: Sequence[Unheld], system: System) -> ModelError:
     """What to raise where coordinates are not held against the load; there is at least one."""
-    keys = list(dict.fromkeys(coordinate.key for coordinate in coordinates))
-    return ModelError(
-        f"nothing takes {', '.join(map(str, coordinates))}",
-        path=keys[0],
-        given=0,
-        allowed=f"a stiffness in {', '.join(keys)}, or no such key: a direction that is not named is rigid",
-    )
+    problem = f"nothing takes {', '.join(map(str, coordinates))}"
+    loose = [key.rsplit(".", 1) for key in dict.fromkeys(coordinate.key for coordinate in coordinates)]
+    places = [(seat, [f"{seat}.{name}" for name in system.bearings.get(seat, ())], key) for seat, key in loose]
+    keys = [f"{place}.{key}" for seat, named, key in places for place in named or [seat]]
+    if (seat := loose[0][0]) in system.bearings:
+        return ModelError(problem, path=seat, allowed=f"a stiffness in one of {', '.join(keys)}: {_OF_SEVERAL}")
+    allowed = f"a stiffness in {', '.join(keys)}, or no such key: a direction that is not named is rigid"
+    return ModelError(problem, path=keys[0], given=0, allowed=allowed)
 
 
 def contradicting_radii(system: System) -> str:
@@ -118,7 +123,7 @@ def unheld_warnings(system: System, free: Array) -> list[CodedText]:
     if not force.any():
         return []
     coordinates = unheld(free, force, system.dofs.names)
-    return [coded("load-not-held", str(unheld_error(coordinates)))] if coordinates else []
+    return [coded("load-not-held", str(unheld_error(coordinates, system)))] if coordinates else []
 
 
 def _reactions(free: Array, work: Array, offered: NDArray[np.bool_], most: int | None = None) -> dict[int, float]:

@@ -121,8 +121,19 @@ def assemble(train: Train) -> System:
         unscaled=unscaled,
         scaled=excitation_lines(replace(train, ripples=following), structure, model) if unscaled else (),
         locked=dict(train.torques) if train.kinematics.locked else None,
+        bearings=_named_bearings(train),
         errors=error_rows(train, structure, T),
     )
+
+
+def _named_bearings(train: Train) -> dict[str, tuple[str, ...]]:
+    """Path of every seat of several named bearings -> their names, in the order of the file."""
+    named: dict[str, tuple[str, ...]] = {}
+    for path in dict.fromkeys(link.path for link in train.links if link.kind in ("support", "bearing")):
+        seat, _, name = path.rpartition(".")
+        if name not in ("support", "bearing", "bolts"):
+            named[seat] = (*named.get(seat, ()), name)
+    return named
 
 
 def train_provenance(train: Train) -> dict[str, str]:

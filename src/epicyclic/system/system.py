@@ -254,6 +254,7 @@ class System:
     unscaled : paths of ripple at frequencies that do not follow the speed: see `require_scaling`.
     scaled : the lines without these, where there are any.
     locked : of a train that what is held locks the torque on every body that carries one [N m]; None: the train turns.
+    bearings : path of every seat of several named bearings -> their names, those without stiffness among them.
     """
 
     dofs: Dofs
@@ -283,6 +284,7 @@ class System:
     unscaled: frozenset[str] = frozenset()
     scaled: tuple[Line, ...] = ()
     locked: Mapping[str, float] | None = None
+    bearings: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     errors: ErrorRows = field(default_factory=ErrorRows)
 
     def __post_init__(self) -> None:

@@ -13,6 +13,8 @@ import pytest
 from typer.testing import CliRunner
 
 import epicyclic
+from epicyclic.bearings.element_loads import contact_set, displacement
+from epicyclic.bearings.rating_life import static_rating
 from epicyclic.cli.main import app
 from epicyclic.errors import ModelError
 from epicyclic.rexs.encodings import read_rexs_file
@@ -478,6 +480,36 @@ def test_what_is_not_carried_is_listed() -> None:
             "K_gamma"} <= paths  # fmt: skip
     bearing = named(found.file)["concept_bearing", "main/sun/support"]
     assert bearing.attributes["radial_stiffness"].value == 6e7
+
+
+def test_a_bearing_by_its_parts_says_where_its_stiffness_holds() -> None:
+    """One row at half of its static rating, as its tangent there; of two rows x and y are the same but for rounding."""
+    parts: dict[str, Any] = {
+        "type": "cylindrical roller",
+        "elements": 13,
+        "element_diameter": "10 mm",
+        "element_length": "16 mm",
+    }
+    parts |= {"pitch_diameter": "56 mm"}
+    clearance = {"initial": "40 um", "bore": "40 mm", "inner_fit": "5 um"}
+    model = changed(stages__main__planet__bearing={**parts, "internal_clearance": clearance})
+    found, train = rexs_of(epicyclic.load(model)), epicyclic.load(model)
+    said = {entry.path: entry.text for entry in found.dropped}
+    rolling = next(link.rolling for link in train.links if link.rolling)
+    load = static_rating(rolling) / 2
+    written = named(found.file)["concept_bearing", "main/planet/1/bearing"].attributes["radial_stiffness"].value
+    slope = contact_set(rolling).tangent(displacement(rolling, [load]))[0, 0]
+    assert written == pytest.approx(slope, rel=1e-3)  # of the curve by points
+    where = "stages.main.planet.bearing"
+    assert said[where] == f"law of its parts: the stiffness at a radial force of {load / 1e3:.4g} kN is written"
+    assert said[f"{where}.internal_clearance.bore"] == "play has no place"
+
+    two = changed(stages__main__planet__bearing={**parts, "rows": 2, "row_distance": "17 mm"})
+    texts = [entry.text for entry in rexs_of(epicyclic.load(two)).dropped if entry.path == where]
+    (link, *_) = (link for link in epicyclic.load(two).links if link.contacts)
+    assert link.contacts is not None
+    force = f"contact forces of {link.contacts.load / 1e3:.4g} kN in sum, alike all round"
+    assert texts == [f"law of its parts: the stiffness under {force} is written"]
 
 
 def test_gravity_points_down_in_the_axes_of_the_unit() -> None:

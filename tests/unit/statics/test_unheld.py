@@ -111,6 +111,22 @@ def test_bearings_of_planets_are_named_by_their_key() -> None:
     assert refused.value.path == "stages.main.planet.bearing.z"
 
 
+def test_of_several_bearings_the_keys_and_the_rule_are_named() -> None:
+    """A direction that one names is 0 in the others; where none names it the first holds it rigidly."""
+    seats: dict[str, dict[str, Any]] = {
+        name: {"at": at, "radial": "4e8 N/m"} for name, at in (("front", "-40 mm"), ("rear", "40 mm"))
+    }
+    (held,) = [link for link in epicyclic.load(changed(stages__main__sun__support=seats)).links if "front" in link.name]
+    assert held.stiffness[2] == math.inf
+    seats["rear"]["z"] = 0
+    with pytest.raises(ModelError, match=r"is 0 in those that do not name it") as refused:
+        epicyclic.static(changed(stages__main__sun__support=seats))
+    assert refused.value.path == "stages.main.sun.support"
+    assert "stages.main.sun.support.front.z, stages.main.sun.support.rear.z" in refused.value.allowed
+    (said,) = json.loads(epicyclic.modes(changed(stages__main__sun__support=seats)).attrs["warnings"])
+    assert said.startswith(str(refused.value))
+
+
 def test_torques_out_of_balance_are_no_matter_of_supports() -> None:
     def unbalanced(system: Any, load: Any) -> Any:
         return load + 100.0 * np.array([name == "main/sun/rz" for name in system.dofs.names])

@@ -483,7 +483,8 @@ def nominal_forces(train: Train) -> dict[str, Array]:
 
     The forces of the meshes at their places balance with those of the links, turning apart.  Where several links could
     carry a load, they are the ones of least squares, as of equal springs (moments count at the pitch radius of the
-    bearing); weights and inertia are left out.  nan without torques.
+    bearing) on rigid bodies: shafts and necks carry what balance asks and count in no square.  Weights and inertia are
+    left out.  nan without torques.
     """
     made, whole = structure_of(train), {mesh.name: mesh for mesh in train.meshes}
     each = np.array([mean_force(train, whole[row.whole]) / max(1, len(whole[row.whole].slices)) for row in made.meshes])
@@ -492,12 +493,14 @@ def nominal_forces(train: Train) -> dict[str, Array]:
     matrix = np.vstack([made.link, made.rigid]).reshape(len(rows), -1, 6)[..., :5].reshape(len(rows), -1)
     radius = np.array([row.link.rolling.pitch_diameter / 2 if row.link.rolling else 1.0 for row in rows])
     size = np.where([row.direction < 3 for row in rows], 1.0, radius) * [row.stiffness > 0 for row in rows]
+    size[[row.link.kind in ("neck", "shaft") for row in rows]] *= _STIFFER
     known = np.isfinite(load).all()
     force = size * np.linalg.lstsq(matrix.T * size, load)[0] if known else np.full(len(rows), _NAN)
     return {f"{row.link.name}/{DIRECTIONS[row.direction]}": force[i : i + 1] for i, row in enumerate(rows)}
 
 
 _TILTS = ("rx", "ry")
+_STIFFER = 1e4  # than bearings are shafts and necks where loads are shared as by equal springs: 1e-8 of them is left
 _NO_LEVER = 1e-12  # [m, or 1 of an angle] rounding of cosines, a lever of no rigid direction
 
 

@@ -189,7 +189,7 @@ def _require_balance(system: System, modal: Modal) -> None:
     work, size = np.abs(shapes.T @ mean), np.abs(shapes.T) @ np.abs(mean)
     if np.any(work > _BALANCE * size):
         if coordinates := unheld(shapes, mean, system.dofs.names):
-            raise unheld_error(coordinates)
+            raise unheld_error(coordinates, system)
         worst = int(np.argmax(work / np.where(size > 0, size, 1.0)))
         name = system.dofs.names[int(np.argmax(np.abs(shapes[:, worst] * system.dofs.radius)))]
         raise ModelError(

@@ -355,7 +355,7 @@ def _warnings(tally: SampleTally, asked: int, shortfall: float) -> list[CodedTex
         text = (
             f"{tally.failed} of {tally.done} samples have no solution, or no load of the nominal sense to share "
             "(a torque drawn at zero or beyond, a stiffness below zero or too far from others for "
-            "double precision), and count nowhere"
+            "double precision, a clearance that its link cannot have), and count nowhere"
         )
         messages.append(coded("points-failed", text))
     if shortfall >= _SHORTFALL:

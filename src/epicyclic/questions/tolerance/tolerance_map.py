@@ -128,10 +128,9 @@ def check_play(document: Mapping[str, object], at_means: Mapping[str, object], e
     ------
     ModelError : no law follows it, as where a stiffness stands beside the parts of a bearing.
     """
-    wider = mean_of(entry) + max(abs(mean_of(entry)), _UNIT)
     base, other = (
         assemble(load(document, {**at_means, entry.path: values_text([value], entry.unit)}))
-        for value in (mean_of(entry), wider)
+        for value in (mean_of(entry), mean_of(entry) + _UNIT)
     )
     changes = _changes(entry.path, base, replace(other, groups=base.groups))
     if any(change.any() for change in changes) or all(
@@ -687,6 +686,7 @@ def tolerance_map(train: Train, *, laws: bool = False) -> ToleranceMap:
     document = {name: table for name, table in train.document.items() if name not in ("tolerance", "assumed")}
     if not entries:
         raise ModelError("no tolerance is given", path="tolerance", allowed='"PATH" = "normal(mean, deviation)"')
+    stated: Any = train.document["tolerance"]
     tables: dict[str, tuple[Kind, list[str]]] = {}
     of_table: dict[str, dict[str, int]] = {}
     numbers: list[tuple[int, int]] = []  # entry and planet of each torque and stiffness
@@ -694,6 +694,9 @@ def tolerance_map(train: Train, *, laws: bool = False) -> ToleranceMap:
     for index, entry in enumerate(entries):
         if index in plays:
             continue
+        if (seat := entry.path.rpartition(".")[0]).endswith(".internal_clearance"):
+            problem, allowed = "a part of a clearance is not drawn", f'"{seat}", the clearance of the running bearing'
+            raise ModelError(problem, path=f"tolerance.{entry.path}", given=stated.get(entry.path), allowed=allowed)
         if not entry.path.startswith("deviations."):
             numbers += [(index, planet) for planet in range(entry.count)]
             continue
@@ -702,7 +705,13 @@ def tolerance_map(train: Train, *, laws: bool = False) -> ToleranceMap:
         of_table.setdefault(table, {})[component] = index
     drawn = [entries[index] for index in (*(index for index, _ in numbers), *plays)]
     at_means: dict[str, object] = {entry.path: values_text([mean_of(entry)], entry.unit) for entry in drawn}
-    unit_train = load(document, {**at_means, **unit_overrides(tables, document)})
+    try:
+        unit_train = load(document, {**at_means, **unit_overrides(tables, document)})
+    except ModelError as error:
+        if (refused := next((entry for entry in drawn if entry.path == error.path), None)) is None:
+            raise
+        problem, text = f"its mean {mean_of(refused):.6g} {refused.unit}: {error.problem}", stated.get(error.path)
+        raise ModelError(problem, path=f"tolerance.{error.path}", given=text, allowed=error.allowed) from None
     items, keys = unit_deviations(unit_train, tables)
     names = list(dict.fromkeys(keys))
     deviated, notes = drawn_tables(document, tables, of_table, entries, names)

@@ -489,7 +489,7 @@ def _balanced_modal_force(force: Array, shapes: Array, rigid: NDArray[np.bool_],
     wrong = rigid & (np.abs(modal) > _BALANCE * size)
     if wrong.any():
         if loose := unheld(shapes[:, rigid], force, system.dofs.names):
-            raise unheld_error(loose)
+            raise unheld_error(loose, system)
         worst = int(np.argmax(np.where(wrong, np.abs(modal), 0.0)))
         name = system.dofs.names[int(np.argmax(np.abs(shapes[:, worst] * system.dofs.radius)))]
         radii = contradicting_radii(system)

@@ -127,6 +127,28 @@ def test_bearings_that_hold_a_moment_by_distance_and_rows_share_it_by_least_squa
     assert sum(map(abs, held)) == pytest.approx(moment - couple * distance, rel=1e-6)
 
 
+def test_three_bearings_share_as_equal_springs_on_a_rigid_shaft_also_where_it_bends() -> None:
+    """F_i = W (1/3 + (a - m)(z_i - m) / sum (z_j - m)^2) of a spur mesh at a = 0, m the mean of the places z_i."""
+    model = helical_pair()
+    stage = model["stages"]["main"]
+    del stage["helix_angle"], stage["pinion"]["hand"]
+    places = np.array([-0.25, 0.23, 0.42])
+    seat = stage["pinion"]["support"]["front"]
+    ends = zip(("front", "middle", "rear"), places.tolist(), strict=True)
+    stage["pinion"]["support"] = {name: {**seat, "at": place} for name, place in ends}
+    total = 300 / (MODULE * 24 / 2) / np.cos(radians(20))
+    mean = places.mean()
+    share = 1 / 3 - mean * (places - mean) / ((places - mean) ** 2).sum()
+    for sections in (
+        {},
+        {"shaft_sections": [{"from": -0.3, "to": 0.1, "diameter": 0.03}, {"to": 0.5, "diameter": 0.05}]},
+    ):
+        stage["pinion"] |= sections
+        rows = nominal_forces(load(model))
+        found = [[rows[f"main/pinion/support/{name}/{d}"].item() for d in "xy"] for name in ("front", "middle", "rear")]
+        np.testing.assert_allclose(np.hypot(*np.transpose(found)), total * share, rtol=1e-6)
+
+
 def test_what_the_file_does_not_state_is_named() -> None:
     """Without torque no loads, without speed no frequencies; neither fails."""
     for missing, empty, there in (

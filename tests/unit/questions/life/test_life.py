@@ -356,6 +356,10 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
     "no type": ({"type": None}, r"elements without type"),
     "other type": ({"type": "plain"}, r"planet\.bearing\.type"),
     "clearance of the parts": ({"internal_clearance": "5 mm"}, r"planet\.bearing\.internal_clearance"),
+    "half of a stiffness": (
+        {"y": "1e9 N/m"},
+        r"only one of x and y beside a rolling bearing.*; allowed: radial, or both x and y",
+    ),
     "half of the oil": ({"contamination": 0.5}, r"half of the oil; allowed: viscosity_ratio and contamination"),
     "angle": ({"contact_angle": "15 deg"}, r"planet\.bearing\.contact_angle"),
 }

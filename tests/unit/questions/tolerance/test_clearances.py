@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -89,6 +90,9 @@ def test_a_clearance_that_is_not_allowed_is_a_sample_that_failed() -> None:
     lot = tolerance_map(epicyclic.load(drawn(with_play(), {PLAY: "normal(10 um, 20 um)"})))
     found = lot.evaluate(np.array([[0.05, 0.5, 0.5], [0.6, 0.5, 0.5]]))
     assert found.failed.tolist() == [True, False]
+    tally: Any = SimpleNamespace(plan=replace(FEW, samples=2), failed=1, done=2, open=0)
+    (said,) = lots._warnings(tally, 2, 0.0)
+    assert "a clearance that its link cannot have" in said
 
 
 def test_tangents_do_not_know_a_clearance() -> None:
@@ -103,6 +107,28 @@ def test_a_clearance_that_no_law_follows_is_refused() -> None:
         ModelError, match=r"tolerance\.stages.*internal_clearance: no law follows it.*without a stiffness"
     ):
         tolerance_map(epicyclic.load(model))
+
+
+def test_a_mean_that_is_not_allowed_is_told_at_its_tolerance_as_it_is_given() -> None:
+    model = drawn(train(), {CLEARANCE: "uniform(-100 um, 3 mm)"})
+    with pytest.raises(
+        ModelError, match=r"its mean 0\.00145 m: too large for the elements; allowed: up to "
+    ) as refused:
+        tolerance_map(epicyclic.load(model))
+    assert (refused.value.path, refused.value.given) == (f"tolerance.{CLEARANCE}", "uniform(-100 um, 3 mm)")
+
+
+def test_a_part_of_a_clearance_is_refused_by_its_name() -> None:
+    model = drawn(train(internal_clearance={"initial": "60 um"}), {f"{CLEARANCE}.initial": "normal(60 um, 5 um)"})
+    with pytest.raises(ModelError, match=rf'a part of a clearance is not drawn; allowed: "{CLEARANCE}"') as refused:
+        tolerance_map(epicyclic.load(model))
+    assert (refused.value.path, refused.value.given) == (f"tolerance.{CLEARANCE}.initial", "normal(60 um, 5 um)")
+
+
+def test_a_mean_of_more_than_half_the_largest_clearance_is_drawn() -> None:
+    """The rollers of 12 mm allow 0.24 mm."""
+    lot = tolerance_map(epicyclic.load(drawn(train(), {CLEARANCE: "uniform(0.15 mm, 0.2 mm)"})))
+    assert not lot.evaluate(np.full((1, lot.dimension_entry.size), 0.5)).failed.any()
 
 
 def test_lost_motion_of_an_output_follows_the_clearance(monkeypatch: pytest.MonkeyPatch) -> None:
