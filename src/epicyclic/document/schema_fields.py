@@ -106,6 +106,8 @@ class Unit(Bounds):
         if self.table is not None:
             self.table.model_rebuild()
             forms.append(handler(self.table.__pydantic_core_schema__))
+            # older versions of pydantic leave it out of a table that stands in one place alone
+            handler.resolve_ref_schema(forms[-1]).setdefault("description", self.table.__doc__)
         return {"anyOf": forms, "x-quantity": self.describe(), **({"x-words": list(self.words)} if self.words else {})}
 
     def forms(self, kind: str) -> list[dict[str, Any]]:

@@ -495,7 +495,7 @@ def nominal_forces(train: Train) -> dict[str, Array]:
     size = np.where([row.direction < 3 for row in rows], 1.0, radius) * [row.stiffness > 0 for row in rows]
     size[[row.link.kind in ("neck", "shaft") for row in rows]] *= _STIFFER
     known = np.isfinite(load).all()
-    force = size * np.linalg.lstsq(matrix.T * size, load)[0] if known else np.full(len(rows), _NAN)
+    force = size * np.linalg.lstsq(matrix.T * size, load, rcond=None)[0] if known else np.full(len(rows), _NAN)
     return {f"{row.link.name}/{DIRECTIONS[row.direction]}": force[i : i + 1] for i, row in enumerate(rows)}
 
 

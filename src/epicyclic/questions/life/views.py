@@ -34,7 +34,9 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
         columns["most damage in"] = [_most(result, place) for place in range(len(bearings))]
     columns["C [kN]"] = list(numbers(result, "bearing_rating", "bearing") / 1e3)
     columns["C_0 [kN]"] = list(numbers(result, "bearing_static_rating", "bearing") / 1e3)
-    lead = "Lives that 90 % of such bearings reach. Moments count with two rows, thrust with a contact angle."
+    lead = (
+        "Lives that 90 % of such bearings reach. Moments count with two rows, thrust with a contact angle or on balls."
+    )
     lives = Table(title="Life of rolling bearings", columns=columns, lead=lead, digits=4)
     return [lives, *_changes(result), *bearing_tables(result)]
 

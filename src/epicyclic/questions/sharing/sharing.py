@@ -347,7 +347,8 @@ def _by_record(
     record = record_of(system, cycles=cycles, turns=None, of=None, samples=samples, most=1)
     # laws may have a memory, mesh cycles several lengths
     spread = len(set(system.meshes.tone.tolist())) == 1 and not system.laws.memory.any()
-    record = replace(record, spread=spread and record.period < _EXACT // samples)
+    if spread and record.period < _EXACT // samples:
+        record = replace(record, spread=True, count=min(record.count, record.period))
     forces = forces_of_equilibria(system, record, record.count)
     force = forces.history.T
     starts = [cycle_starts(system, group, record) for group in members]

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.unit.questions.life.test_life import train
 
 import epicyclic
 from epicyclic import assemble, load
@@ -136,3 +137,14 @@ def test_what_cannot_be_shared_is_refused() -> None:
     system = assemble(load("wind-five"))
     with pytest.raises(ModelError, match="cycles = 0"):
         epicyclic.sharing(system, cycles=0)
+
+
+def test_a_common_period_shorter_than_what_is_asked_for_is_passed_once() -> None:
+    """With laws every instant is solved by itself, of no more cycles than the common period has."""
+    model = train()
+    model["deviations"] = {"planet": {"run_out": ["5 um", 0, 0]}}
+    system = assemble(load(model))
+    spread = spread_sharing(system, patience=1.0)
+    whole = sharing(system, SharingOptions(method="static"))["load_sharing"].sel(definition="cycle-peak")
+    assert spread.ratio.shape[1] == spread.period
+    np.testing.assert_allclose(spread.cycle_peak, whole.values, rtol=1e-9)
