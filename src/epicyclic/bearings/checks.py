@@ -27,7 +27,7 @@ _LENGTHS = ("diameter", "length", "distance", "bore")
 Problem = tuple[bool, str, str, str]  # whether it is wrong, key, problem, allowed
 
 
-def said(key: str, value: object) -> object:
+def with_unit(key: str, value: object) -> object:
     """A number of a bearing as messages have it, with its unit."""
     unit, factor = _UNITS.get(key, ("mm", 1e3) if key.endswith(_LENGTHS) else ("", 1.0))
     return f"{factor * value:.6g} {unit}" if unit and isinstance(value, (int, float)) else value
@@ -48,7 +48,7 @@ def checked(bearing: RollingBearing, path: str, *, parts: bool = False) -> Rolli
     for problems in (_sizes, _shapes) if parts else (_sizes, _shapes, _fits, _ratings):
         for wrong, key, problem, allowed in problems(bearing):
             if wrong:
-                given = said(key, getattr(bearing, key))
+                given = with_unit(key, getattr(bearing, key))
                 raise ModelError(problem, path=f"{path}.{key}", given=given, allowed=allowed)
     return bearing
 
@@ -97,7 +97,7 @@ def _shapes(bearing: RollingBearing) -> Iterator[Problem]:
     else:
         wide = size if bearing.is_ball else bearing.element_length * math.cos(bearing.contact_angle)
         size_of = "element_diameter" if bearing.is_ball else "element_length"
-        overlap = f"rows overlap, with {size_of} = {said(size_of, getattr(bearing, size_of))}"
+        overlap = f"rows overlap, with {size_of} = {with_unit(size_of, getattr(bearing, size_of))}"
         yield bearing.row_distance < wide, "row_distance", overlap, f"{1e3 * wide:g} mm or more"
 
 

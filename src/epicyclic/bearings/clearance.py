@@ -17,7 +17,7 @@ from importlib import resources
 from typing import Any
 
 from ..errors import ModelError
-from .checks import said
+from .checks import with_unit
 
 GROUPS = ("C2", "CN", "C3", "C4")
 _EXPANSION = 12e-6  # of steel [1/K]
@@ -44,7 +44,7 @@ def group_range(bearing: str, group: str, bore: float) -> tuple[float, float]:
     found = [row[column : column + 2] for row in rows if row[0] < round(1e3 * bore, 6) <= row[1]]
     if not found:
         allowed = f"above {rows[0][0]} and up to {rows[-1][1]} mm, or initial in place of group"
-        raise ModelError("outside of the table of groups", path="bore", given=said("bore", bore), allowed=allowed)
+        raise ModelError("outside of the table of groups", path="bore", given=with_unit("bore", bore), allowed=allowed)
     return 1e-6 * found[0][0], 1e-6 * found[0][1]
 
 
@@ -74,10 +74,10 @@ def operating_clearance(
         raise ModelError("not a clearance before mounting", path="initial", allowed="initial, or group")
     if not (0 < bore <= races[0] if bore is not None else not (group or inner_fit)):
         allowed = f"up to {1e3 * races[0]:g} mm"
-        raise ModelError("no bore of an inner ring", path="bore", given=said("bore", bore or 0), allowed=allowed)
+        raise ModelError("no bore of an inner ring", path="bore", given=with_unit("bore", bore or 0), allowed=allowed)
     if not (outside_diameter >= races[1] if outside_diameter is not None else not outer_fit):
         allowed, path = f"{1e3 * races[1]:g} mm or more", "outside_diameter"
-        raise ModelError("no outer ring", path=path, given=said(path, outside_diameter or 0), allowed=allowed)
+        raise ModelError("no outer ring", path=path, given=with_unit(path, outside_diameter or 0), allowed=allowed)
     new, words = initial or 0.0, "as stated"
     if group is not None:
         low, high = group_range(bearing, group, bore or 0.0)

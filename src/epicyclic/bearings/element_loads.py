@@ -46,6 +46,7 @@ _LONG, _LONG_PROFILE = 2.5, 0.0005
 _OSCULATION = 0.98
 _STEPS, _HALVINGS, _TOLERANCE, _ROUNDING, _FAR = 200, 40, 1e-11, 1e-14, 1e3
 _CURVE, _CURVE_PLACES = 41, 720
+_ALIKE = 1e-9  # loads of elements that are equal
 
 
 # the law of one contact ----------------------------------------------------------------------------------------------
@@ -362,7 +363,8 @@ def load_zone(bearing: RollingBearing, q: ArrayLike, *, laminae: int = LAMINAE) 
     contacts = contact_set(bearing, places=bearing.elements, laminae=laminae, first=first)
     lamina_load = contacts.loads(q).reshape(contacts.shape)
     load = lamina_load.sum(axis=2)
-    row, element = map(int, np.unravel_index(load.argmax(), load.shape))
+    # of equal ones the first: rows and elements alike are told apart by rounding
+    row, element = map(int, np.unravel_index((load >= (1 - _ALIKE) * load.max()).argmax(), load.shape))
     ends = contact_set(bearing, places=2, laminae=1, first=first)
     pressed, opposite = ends.approach(q).reshape(bearing.rows, 2)[row]
     return LoadZone(

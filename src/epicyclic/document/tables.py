@@ -186,7 +186,7 @@ def leaves(
 
 
 def keyed(table: Mapping[str, Any], above: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], object]]:
-    """tuple[str, ...] and values of everything that is no table, and of empty tables."""
+    """Keys from the top down, and value, of everything that is no table, and of empty tables."""
     for key, value in table.items():
         if isinstance(value, Mapping) and value:
             yield from keyed(value, (*above, key))

@@ -48,7 +48,8 @@ def bearing_tables(result: xr.Dataset, forces: str = _LARGEST) -> list[Table]:
     """
     if "load_zone_extent" not in result:
         return []
-    most = result["element_load"].fillna(-1.0).argmax("element")
+    load = result["element_load"]
+    most = (load >= (1 - 1e-9) * load.max("element")).argmax("element")  # of equal ones the first
     zone = 2 * np.arccos(1 - 2 * result["load_zone_extent"].clip(0.0, 1.0))
     place = result["element_angle"].isel(element=most)
     result = result.assign(

@@ -12,7 +12,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
-from ..bearings.checks import checked, said
+from ..bearings.checks import checked, with_unit
 from ..bearings.clearance import operating_clearance
 from ..bearings.element_loads import Array, contact_set, radial_curve
 from ..bearings.rating_life import dynamic_rating, static_rating
@@ -252,7 +252,7 @@ def _in_operation(table: ClearanceTable, bearing: RollingBearing, path: str, log
         raise error.at(f"{path}.{error.path}") from None
     log.note(path, left, "m", words)
     if left < min(0.0, table.initial or 0.0):
-        log.coded("bearing-preloaded", f"{path}: {said('clearance', left)} in operation ({words})")
+        log.coded("bearing-preloaded", f"{path}: {with_unit('clearance', left)} in operation ({words})")
     return left, words
 
 
@@ -274,7 +274,7 @@ def _inside_gear(site: LinkSite, path: str, table: BearingTable, bearing: Rollin
     if outside > 2 * gear.root_radius:
         problem = f"the bearing reaches {1e3 * outside:.4g} mm, beyond the root circle of its gear"
         allowed = f"with element_diameter less than {2e3 * gear.root_radius:.4g} mm, or a place `at` beside the face"
-        given = said("pitch_diameter", bearing.pitch_diameter)
+        given = with_unit("pitch_diameter", bearing.pitch_diameter)
         raise ModelError(problem, path=f"{path}.pitch_diameter", given=given, allowed=allowed)
     apart = (bearing.rows - 1) * bearing.row_distance
     if aside + apart / 2 > face / 2:

@@ -271,3 +271,10 @@ def test_the_life_says_which_thrust_it_does_not_count(pair: dict[str, Any], shaf
     result = life(pair, overrides=overrides | shaft)
     (text,) = [text for text in result.attrs["warnings"].split('", "') if "thrust-not-counted" in text]
     assert "main/pinion/support/front" in text
+
+
+@pytest.mark.parametrize("diameter", ["0.1 um", "0.2 um", "0.3 um", "0.5 um"])
+def test_a_shaft_as_thin_as_a_thread_has_a_mode(pair: dict[str, Any], diameter: str) -> None:
+    """Beside a thick section its stiffness is rounding, of either sign."""
+    train = load(pair, overrides={f"{SHAFT}.1.diameter": "400 mm", f"{SHAFT}.2.diameter": diameter})
+    assert all(np.isfinite(span.frequency) and span.frequency >= 0 for span in train.spans)

@@ -312,7 +312,7 @@ _KNOWN = {
     "load": Effect("mesh forces follow it one to one", 2e-3),
     "speed": Effect("mesh frequencies follow it one to one", 2e-3),
     "damping": Effect("the height of the resonances", 1e-3),
-    "rating": Effect("the life of the bearing follows its third power, of rollers the power 10/3", 1e-3),
+    "rating": Effect("L10r of the bearing follows its third power, of rollers the fourth", 1e-3),
 }
 # Range of a lever per its value; errors begin at none at all.  Range of a stiffness per its power of ten: softness is
 # what is sought, and beyond ten times a support is as good as rigid.

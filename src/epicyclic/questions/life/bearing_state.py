@@ -15,7 +15,7 @@ from ...bearings.element_loads import contact_set, displacement, load_zone
 from ...bearings.rating_life import dynamic_rating, static_rating, static_safety
 from ...bearings.rolling_bearing import RollingBearing, passing_frequencies
 from ...errors import ConvergenceError
-from ...results.dataset import dataset
+from ...results.dataset import dataset, largest
 from ...system.system import Array
 from ...train.train import DIRECTIONS, Link, Train
 from ...warning_codes import CodedText, coded
@@ -88,7 +88,7 @@ def bearing_state(link: Link, force: Array, turns: Mapping[str, float]) -> State
         **dict(zip(_FREQUENCIES, np.abs(passing_frequencies(bearing, *races)), strict=True)),
     }
     if np.isfinite(force).all():
-        most = force[np.abs(force).max(axis=1).argmax() if force.shape[1] > 2 else size.argmax()]
+        most = force[largest(np.abs(force).max(axis=1) if force.shape[1] > 2 else size)]
         zone = load_zone(bearing, displacement(bearing, most if len(most) > 2 else [*most, 0.0]), laminae=LAMINAE)
         values = zone.load[zone.most[0]], zone.angle, zone.pressure, zone.extent, static_safety(bearing, zone)
         state |= dict(zip(_ZONE, values, strict=True))

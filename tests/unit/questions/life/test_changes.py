@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.unit.questions.life.test_life import train
+from tests.unit.questions.life.test_life import PARTS, train
 
 import epicyclic
+from epicyclic.questions.life.changes import changes_of
 from epicyclic.questions.life.views import findings, tables
 from epicyclic.train.resolution import load
 
@@ -75,3 +76,12 @@ def test_a_floating_sun_is_not_floated() -> None:
     model = train()
     model["stages"]["main"]["sun"]["support"] = {"radial": 0}
     assert epicyclic.life(model, instants=8, changes=True).sizes["change"] == 2
+
+
+def test_what_is_changed_is_the_bearing_that_lives_shortest() -> None:
+    """Not the one of the sun, which equal planets hardly load."""
+    model = train()
+    model["stages"]["main"]["sun"]["support"] = PARTS
+    result = epicyclic.life(model, instants=8)
+    assert result.bearing_duty_life_reference.sel(bearing="main/sun/support") > result.bearing_duty_life_reference.min()
+    assert list(changes_of(result).changes[0]) == [f"{BEARING}.internal_clearance"]
