@@ -24,6 +24,7 @@ from epicyclic.errors import ModelError
 from epicyclic.questions.life.views import findings, key_figures, tables
 from epicyclic.statics.record import record_of
 from epicyclic.statics.static import held_train, quasi_static
+from epicyclic.statics.tangent import _slow_forces, linear
 from epicyclic.system.assembly import assemble
 from epicyclic.train.resolution import load
 
@@ -410,3 +411,19 @@ def test_a_load_that_dents_the_races_is_named_with_its_safety() -> None:
         assert "main/planet/3/bearing" in one.attrs["warnings"]
         assert "[races-dented]" in one.attrs["warnings"]
     assert "[races-dented]" not in epicyclic.check(train()).attrs["warnings"]
+
+
+def test_the_warning_sets_forces_of_five_rows_against_forces_without_their_moments() -> None:
+    model = train(type="tapered roller", contact_angle="14 deg", rows=2, z="1e8 N/m")
+    model["stages"]["main"]["helix_angle"] = "12 deg"
+    lawful = assemble(load(model))
+    tangent = linear(lawful)
+    record = record_of(tangent, cycles=1, turns=None, of=None, samples=2, most=2)
+    found = _slow_forces(tangent, lawful, record)[:, -len(lawful.groups) :]
+    (piece,) = quasi_static(held_train(tangent), record)
+    rows = tangent.links.stiffness * piece.link_deflection + tangent.links.preload
+    names = list(tangent.links.name)
+    for place, group in enumerate(lawful.groups):
+        own = [names.index(f"{group.name}/{axis}") for axis in ("radial", "tangential")]  # z is beside the law
+        np.testing.assert_allclose(found[:, place], np.hypot(*rows[:, own].T), rtol=1e-12)
+        assert np.abs(rows[:, names.index(f"{group.name}/ry")]).max() > 1.0  # the thrusts tilt the planet
