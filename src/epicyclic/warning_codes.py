@@ -120,7 +120,19 @@ A shorter tip, or another profile shift.
 
 thin-rim model-file.md
 The rim of a ring is thin: it bends between the planets, which a rigid body cannot show.
-A thicker rim (rim, outer_diameter); or take load sharing and ring motions as estimates.
+elastic = true in the table of the ring; or a thicker rim (rim, outer_diameter).
+
+thick-ring elastic-rings.md
+The rim of a ring that bends is higher than a curved beam is right for.
+A ring without elastic where it is stiff enough; else take its bending as an estimate.
+
+ring-orders elastic-rings.md
+Orders of a ring that are left out have a share of the compliance of its meshes, or resonate near the mesh frequency.
+More modes in the table elastic.
+
+bolts-averaged elastic-rings.md
+Bolts pass a ring that bends; their stiffness varies with their passing, and its mean is taken.
+More bolts than twice the orders of the ring, evenly spaced; else take what the ring does at that order as missing.
 
 tilt-without-slices model-file.md
 A mesh of one row has no stiffness against tilt although its gears may tilt against each other.

@@ -23,6 +23,7 @@ from .deviations import DeviationsTable
 from .ripple import RippleTable
 from .schema_fields import (
     CouplingTable,
+    ElasticTable,
     Length,
     MeshForceTable,
     Place,
@@ -194,6 +195,7 @@ class MemberTable(GearKeys):
     bore: Gap | None = key(None, "bore diameter of the solid the mass is taken from")
     rim: Length | None = key(None, "radial thickness of a ring outside its root circle")
     outer_diameter: Radius | None = key(None, "outer diameter of a ring")
+    elastic: ElasticTable | None = key(None, "a ring that bends: true, or what is known of its section; default rigid")
     # shafts, halves
     on: str | None = key(None, "member whose shaft it sits on")
     clocking: Annotated[PerPlanet | str, Unit("angle", many=True, words=("fit",))] | None = key(

@@ -156,6 +156,8 @@ def text_form(kind: str, *, inf: bool, many: bool) -> dict[str, Any]:
 Length = Annotated[float, Unit("length", low=0, above=True)]  # [m], above 0
 Place = Annotated[float, Unit("length")]  # [m], of any sign
 
+Foundation = Annotated[float, Unit("stiffness_per_width", low=0)]  # [N/m^2]
+
 
 def key(default: Any, text: str, **more: Any) -> Any:
     """Return a field with a default and a description for the schema."""
@@ -622,6 +624,47 @@ class SectionTable(SchemaTable):
         if self.bore is not None and self.bore >= self.diameter:
             raise ModelError("bore not below diameter", path="bore", given=self.bore, allowed="bore < diameter")
         return self
+
+
+class FoundationTable(SchemaTable):
+    """A uniform foundation in the housing all round a ring, per length of its centre line."""
+
+    radial: Foundation | None = key(None, "radial stiffness per length; default 0")
+    tangential: Foundation | None = key(None, "tangential stiffness per length; default 0")
+
+
+class ElasticTable(SchemaTable):
+    """A thin ring that bends in its plane: `true`, from its rim, or what is known of its section."""
+
+    radius: Length | None = key(None, "radius of the centre line; default the middle of the rim")
+    area: Annotated[float, Unit("area", low=0, above=True)] | None = key(
+        None, "area of the section, for shear and stretch; default rim times width"
+    )
+    bending: Annotated[float, Unit("rigidity", low=0, above=True)] | None = key(
+        None, "bending stiffness E I in the plane of the ring; default of the rim"
+    )
+    axial: Annotated[float, Unit("force", low=0, above=True)] | Literal[True] | None = key(
+        None, "stiffness E A against stretch, or true, of the area; without it the ring is inextensible"
+    )
+    modes: Annotated[int, Field(ge=2, le=60)] | None = key(
+        None, "highest order n of cos and sin n psi; default as many as it takes, at most 12"
+    )
+    foundation: FoundationTable | None = key(None, "uniform foundation in the housing")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _whole(cls, data: Any) -> Any:
+        """Read `true` as a table without keys."""
+        if isinstance(data, dict):
+            return data
+        if data is True:
+            return {}
+        raise ModelError("no elastic ring", given=data, allowed="true, or a table; a ring without the key is rigid")
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        table = handler.resolve_ref_schema(handler(schema))
+        return {"anyOf": [{"const": True}, table], "description": table.get("description", "")}
 
 
 class CouplingTable(SolidTable):

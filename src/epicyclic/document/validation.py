@@ -172,11 +172,12 @@ def _is_model(annotation: Any) -> bool:
 
 _COMMON = {"kind", "mass", "inertia", "tilt_inertia", "split", "neck", "left", "right", "station", "material"}
 _GEAR = (
-    set(MemberTable.model_fields) - {"bearing", "support", "pin_radius", "ahead", "direction", "rim", "outer_diameter"}
+    set(MemberTable.model_fields)
+    - {"bearing", "support", "pin_radius", "ahead", "direction", "rim", "outer_diameter", "elastic"}
 ) | (_COMMON)
 _ALLOWED: dict[str, set[str]] = {
     "sun": _GEAR | {"support"},
-    "ring": _GEAR - {"bore"} | {"support", "rim", "outer_diameter"},
+    "ring": _GEAR - {"bore"} | {"support", "rim", "outer_diameter", "elastic"},
     "gear": _GEAR | {"support", "direction"},
     "planet": _GEAR | {"bearing", "pin_radius", "ahead"},
     "carrier": _COMMON | {"support", "pin_radius", "shaft_sections"},

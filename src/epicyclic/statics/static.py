@@ -397,7 +397,7 @@ def locked_columns(held: HeldTrain, displacement: Array) -> Columns:
     system = held.system
     if system.locked is None:
         return {}
-    turn = system.dofs.expand[5::6]
+    turn = system.dofs.rigid[5::6]
     moving = np.flatnonzero(np.any(turn != 0, axis=1))
     names, turn = [system.dofs.bodies[i] for i in moving], turn[moving]
     angle = turn @ displacement.T

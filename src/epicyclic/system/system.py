@@ -44,12 +44,13 @@ _AT_SPEED = 1e-9
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Dofs:
-    """The reduced coordinates and how they expand to all six coordinates of every body.
+    """The reduced coordinates and how they expand to all coordinates of every body.
 
     names : (n,) ``main/sun/x``; body, direction : the two parts.
     radius : (n,) reference radius R of an rz coordinate (u = R rz) [m], 1 for the others.
     bodies : (nb,) every body of the train, in order.
-    expand : (6 nb, n) full displacement = expand @ q, in each body's own axes, order x y z rx ry rz.
+    expand : (N, n) full displacement = expand @ q: of all bodies, in order, x y z rx ry rz in the body's own axes, then
+    the coordinates by which bodies bend.  elastic : index of each body that bends, and the names of these, in order.
     """
 
     names: tuple[str, ...]
@@ -58,6 +59,12 @@ class Dofs:
     radius: Array
     bodies: tuple[str, ...]
     expand: Array
+    elastic: tuple[tuple[int, tuple[str, ...]], ...] = ()
+
+    @property
+    def rigid(self) -> Array:
+        """Expansion to x y z rx ry rz of every body, (6 nb, n)."""
+        return self.expand[: 6 * len(self.bodies)]
 
     def __repr__(self) -> str:
         """One line: number of coordinates and of bodies."""
@@ -239,7 +246,8 @@ class System:
     force : (n,) steady external force, torques included, without gap contributions.
     tones : mesh frequencies, exact [Hz at s = 1]; empty where no speed is given.
     lines : excitation lines, distinct frequencies, rising; the line of frequency 0 has the constant errors.
-    body_mass : (nb, 6) mass and inertia of every body's six coordinates, for kinetic-energy shares.
+    body_mass : (nb, 6) mass and inertia of every body's six coordinates, for kinetic-energy shares.  bent_mass : (N, N)
+    what bodies that bend have beside it; empty where none does.
     warnings : physical warnings of the train and its assembly.  provenance : attributes for every result.
     missing_inertia : paths of masses and inertias that a free coordinate needs but the file does not give (zero in M);
         an analysis that needs M calls `require_inertia`.
@@ -271,6 +279,7 @@ class System:
     lines: tuple[Line, ...] = ()
     zeta: float | None = None
     body_mass: Array = field(default_factory=lambda: np.zeros((0, 6)))
+    bent_mass: Array = field(default_factory=lambda: np.zeros((0, 0)))
     symmetries: tuple[Symmetry, ...] = ()
     warnings: tuple[CodedText, ...] = ()
     provenance: dict[str, str] = field(default_factory=dict)
@@ -609,9 +618,9 @@ def turn_operator(count: int, *, moves: Sequence[tuple[int, int]], turned: Seque
 
 
 def reduced_operator(R: Array, expand: Array) -> Array | None:
-    """Operator R (6 nb, 6 nb) on the reduced coordinates, (n, n) [1]; None where rigid connections break the symmetry.
+    """Operator R (N, N) on the reduced coordinates, (n, n) [1]; None where rigid connections break the symmetry.
 
-    expand : (6 nb, n), q_full = expand @ q.
+    expand : (N, n), q_full = expand @ q.
     """
     moved = R @ expand
     # every column has a unit entry of its own, so the normal equations are well conditioned; the residual is checked

@@ -48,6 +48,7 @@ from .links import couplings, links_of_bodies, links_of_stage
 from .mesh_laws import contact_errors
 from .phasing import disc_gaps
 from .power import planet_arms, power_flow
+from .rings import standing_bolts, with_orders
 from .ripple import resolve_ripples
 from .shafts import bent_shafts, moved_loads, warn_of_spans
 from .stage_bodies import bodies_of_stage, coaxial, frames_of, free_bodies, member_centre, meshes_of_stage, tilt_groups
@@ -112,7 +113,7 @@ def _check_rims(shape: StageShape, log: ResolutionLog) -> None:
         gear = shape.gear(name)
         height = gear.root_radius - gear.tip_radius
         rim = member.rim if member.outer_diameter is None else member.outer_diameter / 2 - gear.root_radius
-        if rim is not None and rim < THIN_RIM * height:
+        if rim is not None and rim < THIN_RIM * height and member.elastic is None:
             key = "rim" if member.outer_diameter is None else "outer_diameter"
             log.coded(
                 "thin-rim",
@@ -659,6 +660,11 @@ def resolve(document: Document) -> Train:
         log.coded("torque-undetermined", f"{text} that follow from the stiffnesses")
     tilting = tilt_groups(shafts.bodies, shafts.links, misaligned_bodies(model, bodies))
     meshes = [mesh for shape in shapes for mesh in meshes_of_stage(shape, model, kinematics, tilting, log)]
+    elastic = {f"{p.name}.{n}": t.elastic for p in plans for n, t in p.stage.members.items() if t.elastic is not None}
+    if elastic:
+        shafts = shafts._replace(bodies=with_orders(shafts.bodies, meshes, kinematics, elastic, log))
+        links, standing = (standing_bolts(some, shafts.bodies, kinematics, log) for some in (links, shafts.links))
+        shafts = shafts._replace(links=standing)
     check_sizes(document, bodies, meshes, log)
     check_tolerances(document, bodies, meshes)
     others = [path for path in _table(document.data) if path not in TOLERANCE_TABLES]

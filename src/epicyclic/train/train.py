@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..bearings.rolling_bearing import RollingBearing
+from ..bodies.thin_ring import ThinRing
 from ..teeth import geometry
 from ..teeth.mesh_stiffness import ContactTable, ForceCurve, ToothPair
 from ..warning_codes import CodedText, coded
@@ -99,7 +100,7 @@ class GearData(Teeth):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Body:
-    """One rigid body with up to six degrees of freedom.
+    """One body with up to six degrees of freedom, and those by which it bends.
 
     name : ``stage/member[/branch][/side]``, e.g. ``main/planet/2``, ``main/ring/left``; ``[bodies]`` by their own name.
     member : name in the model file, ``main.planet``; all bodies of one member turn at one mean speed.
@@ -114,6 +115,7 @@ class Body:
     outer_radius : of a ring whose rim or outer diameter is given [m], else None.
     shaft_of : of a place on a shaft that bends (`ShaftSpan`) the body whose shaft it is, with member, kind and branch
         of that; ``main/sun/shaft/front`` by name.  None of all others.
+    elastic : the ring that it is, None of a rigid body.
     """
 
     name: str
@@ -133,6 +135,7 @@ class Body:
     outer_radius: float | None = None
     gear: GearData | None = None
     shaft_of: str | None = None
+    elastic: ThinRing | None = None
 
     def __repr__(self) -> str:
         """One line: name, kind, teeth and mass."""

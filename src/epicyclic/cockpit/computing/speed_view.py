@@ -124,7 +124,7 @@ def mode_view(
     elastic = np.flatnonzero(squared > 0)[:_MOST]
     shapes = kinds.vectors[:, elastic]
     shapes = shapes * normalisation(shapes, system.dofs.radius)
-    full = (system.dofs.expand @ shapes).reshape(len(system.dofs.bodies), 6, -1).transpose(2, 0, 1)
+    full = (system.dofs.rigid @ shapes).reshape(len(system.dofs.bodies), 6, -1).transpose(2, 0, 1)
     label, body = _labels(train, system, full, labels)
     radius = _radii(train)
     frequency = np.sqrt(squared) / (2 * np.pi)

@@ -488,15 +488,15 @@ def nominal_forces(train: Train) -> dict[str, Array]:
     """
     made, whole = structure_of(train), {mesh.name: mesh for mesh in train.meshes}
     each = np.array([mean_force(train, whole[row.whole]) / max(1, len(whole[row.whole].slices)) for row in made.meshes])
-    load = -(each @ made.mesh).reshape(-1, 6)[:, :5].ravel()
-    rows = (*made.links, *made.rigids)
-    matrix = np.vstack([made.link, made.rigid]).reshape(len(rows), -1, 6)[..., :5].reshape(len(rows), -1)
+    rigid, rows = 6 * len(train.bodies), (*made.links, *made.rigids)
+    load = -(each @ made.mesh)[:rigid].reshape(-1, 6)[:, :5].ravel()
+    matrix = np.vstack([made.link, made.rigid])[:, :rigid].reshape(len(rows), -1, 6)[..., :5].reshape(len(rows), -1)
     radius = np.array([row.link.rolling.pitch_diameter / 2 if row.link.rolling else 1.0 for row in rows])
     size = np.where([row.direction < 3 for row in rows], 1.0, radius) * [row.stiffness > 0 for row in rows]
     size[[row.link.kind in ("neck", "shaft") for row in rows]] *= _STIFFER
     known = np.isfinite(load).all()
     force = size * np.linalg.lstsq(matrix.T * size, load, rcond=None)[0] if known else np.full(len(rows), _NAN)
-    return {f"{row.link.name}/{DIRECTIONS[row.direction]}": force[i : i + 1] for i, row in enumerate(rows)}
+    return {row.name: force[i : i + 1] for i, row in enumerate(rows)}
 
 
 _TILTS = ("rx", "ry")

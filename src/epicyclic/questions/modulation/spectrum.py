@@ -464,7 +464,7 @@ def _body_motion(system: System, motion: Spectrum, position: SensorPosition) -> 
     """Mean motion of the bodies under the sensor, (6, S, K) [m, rad]."""
     expand = np.zeros((6, len(system.force)))
     for body in position.bodies:
-        expand += system.dofs.expand[6 * body : 6 * body + 6] / len(position.bodies)
+        expand += system.dofs.rigid[6 * body : 6 * body + 6] / len(position.bodies)
     moved: ComplexArray = np.tensordot(expand, motion.amplitude[:, 0], axes=1)
     return moved
 

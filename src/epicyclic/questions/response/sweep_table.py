@@ -338,7 +338,7 @@ def empty_table(ready: Response, count: int, *, orders: int, shafts: bool, harmo
     layout = Layout(
         axis=lines.axis[face.first],
         radius=dofs.radius,
-        translation=dofs.expand.reshape(len(dofs.bodies), 6, -1)[:, :3],
+        translation=dofs.rigid.reshape(len(dofs.bodies), 6, -1)[:, :3],
         pairs=lateral_pairs(system),
         turn=system.links.turn,
         orders=orders,
