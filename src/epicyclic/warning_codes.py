@@ -127,7 +127,7 @@ The rim of a ring that bends is higher than a curved beam is right for.
 A ring without elastic where it is stiff enough; else take its bending as an estimate.
 
 ring-orders elastic-rings.md
-Orders of a ring that are left out have a share of the compliance of its meshes, or resonate near the mesh frequency.
+Orders of a ring that are left out have natural frequencies near the mesh frequency.
 More modes in the table elastic.
 
 bolts-averaged elastic-rings.md

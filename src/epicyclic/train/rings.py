@@ -24,8 +24,8 @@ from .train import Body, GearData, Link, Mesh, ResolutionLog
 
 _SHEAR = 5 / 6
 THICK = 0.3  # height per mean radius, beyond which it is no thin ring
-# Orders left out: share of the compliance of the softest mesh, and mesh frequencies below their natural frequency.
-_LEFT, _APART = 1e-3, 3.0
+# Orders left out: share of the compliance of a mesh, and mesh frequencies below their natural frequency.
+_LEFT, _APART = 1e-2, 3.0
 _MOST, _ALL = 12, 60
 _EVEN = 1e-9  # angles of bolts carry rounding
 
@@ -101,8 +101,9 @@ def with_orders(
 ) -> list[Body]:
     """Bodies whose rings have as many orders as they need, where the file states none.
 
-    The orders left out take less than a thousandth of the compliance of a mesh, and the lowest of them is three times
-    above the mesh frequencies [Hz]; where that takes more than 12, 12, and a warning says what they leave.
+    The orders left out have less than a hundredth of the compliance of a mesh, and the lowest of them has three times
+    the mesh frequency; where that takes more than 12, 12.  The log says what they leave, which the stiffness of a mesh
+    holds where it is that of teeth on their body; a warning, where one of them may resonate.
     """
     found = []
     for body in bodies:
@@ -119,12 +120,9 @@ def with_orders(
         log.note(f"{path}.modes", orders, "", "default" if stated[body.member].modes is None else "given")
         log.note(f"{path}.left_out", float(left[orders]), "", "geometry")
         log.note(f"{path}.highest_frequency", body.elastic.frequency(orders), "Hz", "geometry")
-        if left[orders] >= _LEFT or body.elastic.frequency(orders + 1) <= within:
-            log.coded(
-                "ring-orders",
-                f"{path}: orders beyond {orders} have {left[orders]:.2g} of the compliance of a mesh and begin at "
-                f"{body.elastic.frequency(orders + 1):.4g} Hz, the mesh frequency is {within / _APART:.4g} Hz",
-            )
+        if (beyond := body.elastic.frequency(orders + 1)) <= within:
+            text = f"{path}: orders beyond {orders} begin at {beyond:.4g} Hz"
+            log.coded("ring-orders", f"{text}, the mesh frequency is {within / _APART:.4g} Hz")
         found.append(replace(body, elastic=replace(body.elastic, orders=orders)))
     return found
 
@@ -132,14 +130,12 @@ def with_orders(
 def _left_out(body: Body, meshes: Sequence[Mesh]) -> list[float]:
     """Compliance of all orders above n = 0, 1, .. of a ring along a mesh, per compliance of the stiffest mesh."""
     assert body.elastic is not None
-    total = np.zeros(_ALL + 1)
+    total, bent = np.zeros(_ALL + 1), replace(body.elastic, orders=_ALL)
     for mesh in meshes:
         if mesh.b == body.name:
             normal = (math.sin(mesh.pressure_angle), math.cos(mesh.pressure_angle))
             share = mesh.stiffness * math.cos(mesh.base_helix) ** 2
-            total = np.maximum(
-                total, share * order_compliances(replace(body.elastic, orders=_ALL), normal, mesh.radius_b)
-            )
+            total = np.maximum(total, share * order_compliances(bent, normal, mesh.radius_b))
     return [float(left) for left in total.sum() - np.cumsum(total)]
 
 
