@@ -130,6 +130,10 @@ ring-orders elastic-rings.md
 Orders of a ring that are left out have natural frequencies near the mesh frequency.
 More modes in the table elastic.
 
+rim-in-stiffness elastic-rings.md
+A ring bends by coordinates of its own, and the stiffness of its meshes is of a kind that may hold that bending too.
+stiffness = "energy" or "contact" of the mesh, which leave these orders out; a number measured on stiff bodies is right.
+
 bolts-averaged elastic-rings.md
 Bolts pass a ring that bends; their stiffness varies with their passing, and its mean is taken.
 More bolts than twice the orders of the ring, evenly spaced; else take what the ring does at that order as missing.
