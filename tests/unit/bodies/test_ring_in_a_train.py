@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from epicyclic import ModelError, assemble, load, static
+from epicyclic.bodies.thin_ring import order_compliances
 from epicyclic.questions.modes.eigen import eigen, whirl
 from epicyclic.questions.modes.modal import modal
 from epicyclic.system.system import System
@@ -167,7 +168,6 @@ def test_static_ring_under_its_planets_has_the_closed_form():
         turn = ring.section_turn(n)
         stiffness = math.pi * ring.bending * (n**2 - 1) ** 2 / ring.radius**3 * turn
         radial, tangential = force * math.sin(mesh.pressure_angle), force * math.cos(mesh.pressure_angle)
-        sense = mesh.flank
         a = 3 * radial / stiffness
         b = 3 * tangential * (1 / n + turn * lever / ring.radius * (1 / n - n)) / stiffness
         amplitude = math.hypot(part[f"main/ring/a{n}"], part[f"main/ring/b{n}"])
@@ -248,3 +248,69 @@ def test_rigid_bolts_that_turn_are_refused():
                 **BOLTED,
             },
         )
+
+
+def block(system: System, matrix: np.ndarray, n: int) -> np.ndarray:
+    """Block of a matrix on the coordinates of one order, (2, 2)."""
+    at = [system.dofs.names.index(f"main/ring/{part}{n}") for part in "ab"]
+    return matrix[np.ix_(at, at)]
+
+
+@pytest.mark.parametrize(("ring_speed", "lag"), [(0, 2e-6), (700, 2e-6)])
+def test_terms_of_the_speed_are_the_closed_ones(ring_speed, lag):
+    """G, Kg, E and the skew term of material damping of a held and of a turning ring, order by order."""
+    stage = free_stage(None)
+    stage["operation"] = {"speed": {"carrier": "1500 rpm", "ring": f"{ring_speed} rpm"}}
+    stage["damping"] = {"stiffness": lag}
+    train = load(stage)
+    system = assemble(train)
+    ring = next(body.elastic for body in train.bodies if body.elastic is not None)
+    frame, spin = math.tau * 25, math.tau * ring_speed / 60
+    nu, J = spin - frame, np.array([[0.0, 1.0], [-1.0, 0.0]])
+    for n in (2, 3, 6):
+        slope = (n**2 - 1) / (n * ring.radius) * ring.section_turn(n)
+        line = math.pi * ring.line_mass * ring.radius
+        M = line * (1 + 1 / n**2) + math.pi * ring.radius * ring.line_inertia * slope**2
+        K = math.pi * ring.bending * (n**2 - 1) ** 2 / ring.radius**3 * ring.section_turn(n)
+        coriolis = 2 * (M * nu * n - line * 2 * spin / n) * J
+        held = line * (spin**2 * ((n**2 - 1) ** 2 / n**2) - (nu * n - spin / n) ** 2 - (nu - spin) ** 2)
+        rotary = -((nu * n) ** 2) * (M - line * (1 + 1 / n**2))
+        # (nu n - w/n)^2 + (nu - w)^2 is that of a ring without rotary inertia
+        for matrix, expected in (
+            (system.M, M * np.eye(2)),
+            (system.G, coriolis),
+            (system.euler, coriolis / 2),
+            (system.Kg, (held + rotary) * np.eye(2)),
+            (system.Cskew, nu * lag * K * n * J),
+        ):
+            np.testing.assert_allclose(block(system, matrix, n), expected, atol=1e-12 * np.abs(expected).max())
+
+
+def test_spin_widens_an_extensible_ring():
+    """w = rho R^2 w^2 R/E: the static breathing under its own centrifugal load."""
+    train = load(free_stage(True))
+    system = assemble(train)
+    ring = next(body.elastic for body in train.bodies if body.elastic is not None)
+    spin = math.tau * 700 / 60
+    at = system.dofs.names.index("main/ring/a0")
+    (still,) = [line for line in system.lines if line.frequency == 0]
+    widened = float(still.force[2][at].real) / float(system.K[at, at])
+    assert widened == pytest.approx(ring.line_mass * ring.radius**3 * spin**2 / ring.axial, rel=1e-12)
+    assert "stages.main.ring.elastic" in still.causes
+
+
+def test_compliance_at_a_tooth_does_not_depend_on_the_orders():
+    """What the ring has by its coordinates the stiffness of the teeth leaves out."""
+    total = []
+    for modes in (4, 8, 12, 20):
+        stage = free_stage(None)
+        stage["stages"]["main"]["ring"]["elastic"] = {"modes": modes}
+        stage["stages"]["main"]["meshes"] = {"planet-ring": {"stiffness": "energy"}}
+        train = load(stage)
+        assert not any("rim-in-stiffness" in text for text in train.warnings)
+        mesh = next(mesh for mesh in train.meshes if mesh.internal)
+        ring = next(body.elastic for body in train.bodies if body.elastic is not None)
+        normal = (math.sin(mesh.pressure_angle), math.cos(mesh.pressure_angle))
+        total.append(1 / mesh.stiffness + order_compliances(ring, normal, mesh.radius_b).sum())
+    assert 1 / mesh.stiffness < 0.1 * total[0]  # most of it is the ring
+    np.testing.assert_allclose(total, total[-1], rtol=4e-3)
