@@ -411,7 +411,8 @@ def _columns(
     rigid = np.zeros((len(body), axes.size, 6))
     rigid[count, body] = gap_rows(normal, point, axes[body], rotation=rotation)
     matrix = np.concatenate(
-        [rigid.reshape(len(body), -1), *(np.zeros((len(body), len(p.elastic.names))) for p in elastic)], axis=1
+        [rigid.reshape(len(body), 6 * axes.size), *(np.zeros((len(body), len(p.elastic.names))) for p in elastic)],
+        axis=1,
     )
     for part in elastic:
         rows = np.flatnonzero((body == part.body) & ~rotation)

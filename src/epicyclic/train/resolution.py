@@ -50,7 +50,7 @@ from .phasing import disc_gaps
 from .power import planet_arms, power_flow
 from .rings import log_rings, standing_bolts
 from .ripple import resolve_ripples
-from .shafts import bent_shafts, moved_loads, warn_of_spans
+from .shafts import Shafts, bent_shafts, moved_loads, warn_of_spans
 from .stage_bodies import bodies_of_stage, coaxial, frames_of, free_bodies, member_centre, meshes_of_stage, tilt_groups
 from .stages import GearPair, Plan, gear_below, plan_stages
 from .train import DIRECTIONS, Body, Damping, Derived, Load, Mesh, ResolutionLog, Train, bodies_named, stage_axis
@@ -663,7 +663,7 @@ def resolve(document: Document) -> Train:
     if any(body.elastic is not None for body in bodies):
         log_rings(bodies, meshes, kinematics, log)
         links, standing = (standing_bolts(some, bodies, kinematics, log) for some in (links, shafts.links))
-        shafts = shafts._replace(links=standing)
+        shafts = Shafts(bodies=shafts.bodies, links=standing, spans=shafts.spans)
     check_sizes(document, bodies, meshes, log)
     check_tolerances(document, bodies, meshes)
     others = [path for path in _table(document.data) if path not in TOLERANCE_TABLES]

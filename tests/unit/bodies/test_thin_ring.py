@@ -93,7 +93,7 @@ def test_turning_ring_splits_as_endo_found():
     for n in (2, 3, 4):
         w = math.tau * spin
         still = RING.frequency(n) * math.tau
-        # waves in the material of a ring that spins [endo1984]
+        # waves in the material of a ring that spins (Endo et al. 1984)
         root = math.sqrt(still**2 + (n * (n**2 - 1) / (n**2 + 1)) ** 2 * w**2)
         for sign in (1, -1):
             material = (sign * 2 * n / (n**2 + 1) * w + root) / math.tau
