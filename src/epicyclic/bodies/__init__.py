@@ -1,0 +1,1 @@
+"""Bodies that bend, from finite elements: read, checked, reduced.  Matrices alone; no train."""
