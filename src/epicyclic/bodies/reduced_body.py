@@ -22,7 +22,7 @@ from ..errors import ModelError
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-Matrix: TypeAlias = Any  # an Array, or a csr_array of scipy
+Matrix: TypeAlias = Any  # an Array, a csr_array of scipy, or None where there is none
 
 # of the masses [kg] and lengths [m] of a file
 UNITS = {"kg m s": (1.0, 1.0), "t mm s": (1e3, 1e-3)}
@@ -55,9 +55,9 @@ class ReducedBody:
 
     M: Matrix
     K: Matrix
-    C: Matrix | None = None
-    G1: Matrix | None = None
-    KG1: Matrix | None = None
+    C: Matrix = None
+    G1: Matrix = None
+    KG1: Matrix = None
     D: Array | None = None
     node_id: Index
     node_xyz: Array

@@ -58,9 +58,9 @@ def _point(body: ReducedBody, interface: Interface) -> Array:
 
 def _node_rows(body: ReducedBody, interface: Interface, where: str) -> tuple[Index, Array, Matrix]:
     """Directions (m,), places (m, 3) and rows (m, n) of what the nodes of an interface do."""
-    for node in interface.nodes:
-        if node not in body.node_id:
-            raise refused(where, interface.name, "no such node in the body", "its nodes", given=node)
+    for one in interface.nodes:
+        if one not in body.node_id:
+            raise refused(where, interface.name, "no such node in the body", "its nodes", given=one)
     own = np.flatnonzero(np.isin(body.dof_node, interface.nodes) & ~body.modal)
     rows = sparse.eye_array(len(body.dof_dir), format="csr")[own]
     node, direction = body.dof_node[own], body.dof_dir[own]
@@ -98,7 +98,7 @@ def reduced(
     there = tuple(one if one.spider == "nodes" else _at_point(body, one, next(free), where) for one in interfaces)
     rows, columns, dofs = zip(*(_held(body, *pair, where) for pair in zip(interfaces, there, strict=True)), strict=True)
     constraint, motion = sparse.vstack(rows).tocsr(), sparse.block_diag(columns).tocsr()
-    count, most = len(body.dof_dir), len(body.dof_dir) - constraint.shape[0] - 1
+    count, most = len(body.dof_dir), len(body.dof_dir) - constraint.shape[0]
     if np.linalg.matrix_rank(constraint @ rigid_motion(body)) < 6:
         raise refused(where, names, "the interfaces do not hold the body", "nodes that are not on one line")
     if not 0 <= modes <= most:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from epicyclic.bodies.reduced_body import Array, ReducedBody
 from scipy import sparse
+
+from epicyclic.bodies.reduced_body import Array, ReducedBody
 
 RADIUS, HEIGHT, WIDTH, DENSITY, YOUNG, POISSON = 0.15, 0.03, 0.04, 7850.0, 2.07e11, 0.3
 _SIGNS = np.array([(s, r, z) for s in (-1, 1) for r in (-1, 1) for z in (-1, 1)], float)

@@ -7,10 +7,11 @@ from pathlib import Path
 
 import pytest
 import reduced_ring
+from tests.unit.bodies.bricks import brick_ring
+
 from epicyclic.bodies.checks import BodyFacts, checked
 from epicyclic.bodies.reading import read_body
 from epicyclic.bodies.reduced_body import ReducedBody
-from tests.unit.bodies.bricks import brick_ring
 
 Checked = tuple[ReducedBody, BodyFacts]
 

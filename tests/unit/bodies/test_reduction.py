@@ -4,27 +4,27 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 import pytest
 import scipy.linalg
+
 from epicyclic.bodies.checks import BodyFacts, checked
 from epicyclic.bodies.reduced_body import Array, ReducedBody, rigid_motion, rigid_rows
 from epicyclic.bodies.reduction import Interface, interface_shape, reduced
 from epicyclic.bodies.turning import axisymmetric, turned_shape, turning_with_frame
 from epicyclic.errors import ModelError
 
+Spider = Literal["average", "rigid", "nodes"]
 Checked = tuple[ReducedBody, BodyFacts]
 POINT = np.array([0.16, 0.01, -0.02])
 
 
-def places(spider: str, count: int = 4) -> list[Interface]:
-    """The four nodes of every other section of the ring of 8 bricks."""
-    step = 8 // count
-    return [
-        Interface(name=f"p{i}", nodes=tuple(range(4 * step * i + 1, 4 * step * i + 5)), spider=spider)
-        for i in range(count)
-    ]  # type: ignore[arg-type]
+def places(spider: Spider, count: int = 4) -> list[Interface]:
+    """The four nodes of every other section of the ring of 8 bricks, or of fewer."""
+    first = [4 * (8 // count) * i + 1 for i in range(count)]
+    return [Interface(name=f"p{i}", nodes=tuple(range(n, n + 4)), spider=spider) for i, n in enumerate(first)]
 
 
 def squares(body: ReducedBody) -> Array:
@@ -33,17 +33,12 @@ def squares(body: ReducedBody) -> Array:
 
 
 @pytest.mark.parametrize("spider", ["nodes", "average"])
-def test_all_modes_are_the_whole_body(few: Checked, spider: str) -> None:
-    body, there = reduced(few[0], places(spider), 96 - (48 if spider == "nodes" else 24) - 1, "few")
-    found, whole = squares(body), squares(few[0])
-    assert len(found) == 95
-    # the one mode that is left out is the highest
-    assert found[6:60] == pytest.approx(whole[6:60], rel=1e-7)
-    assert (
-        [one.nodes for one in there] == [(1, 2, 3, 4), (9, 10, 11, 12), (17, 18, 19, 20), (25, 26, 27, 28)]
-        if (spider == "nodes")
-        else [(1,), (2,), (3,), (4,)]
-    )
+def test_all_modes_are_the_whole_body(few: Checked, spider: Spider) -> None:
+    body, there = reduced(few[0], places(spider), 96 - 12 * 4 if spider == "nodes" else 96 - 6 * 4, "few")
+    assert squares(body)[6:] == pytest.approx(squares(few[0])[6:], rel=1e-8)
+    points = [(1,), (2,), (3,), (4,)]
+    kept = [(1, 2, 3, 4), (9, 10, 11, 12), (17, 18, 19, 20), (25, 26, 27, 28)]
+    assert [one.nodes for one in there] == (kept if spider == "nodes" else points)
 
 
 def test_frequencies_come_down_with_the_modes(few: Checked) -> None:
@@ -51,11 +46,11 @@ def test_frequencies_come_down_with_the_modes(few: Checked) -> None:
     worst = [
         np.max(squares(reduced(few[0], places("average"), modes, "few")[0])[6:20] / whole - 1) for modes in (2, 8, 20)
     ]
-    assert worst[0] > 10 * worst[1] > 100 * worst[2] > 0
+    assert worst[0] > 5 * worst[1] > 25 * worst[2] > 0
 
 
 def test_a_rigid_spider_is_the_elimination_of_its_nodes(few: Checked) -> None:
-    body, there = reduced(few[0], [*places("rigid", 2), *places("nodes")[1::2]], 40, "few")
+    body, there = reduced(few[0], [*places("rigid", 2), *places("nodes")[1::2]], 48, "few")
     own = [one for i, one in enumerate(few[0].dof_node) if not (one <= 4 or 17 <= one <= 20)]
     lift = np.zeros((96, len(own) + 12))
     lift[np.flatnonzero(np.isin(few[0].dof_node, own)), np.arange(len(own))] = 1
@@ -67,15 +62,14 @@ def test_a_rigid_spider_is_the_elimination_of_its_nodes(few: Checked) -> None:
         )
     k, m = (lift.T @ (one @ lift) for one in (few[0].K, few[0].M))
     want = scipy.linalg.eigh(k, m, eigvals_only=True)
-    assert squares(body)[6:40] == pytest.approx(want[6:40], rel=1e-4)
-    assert np.all(squares(body)[6:40] > want[6:40] * (1 - 1e-9))
+    assert squares(body)[6:] == pytest.approx(want[6:], rel=1e-8)
     assert [one.nodes for one in there] == [(1,), (2,), (9, 10, 11, 12), (25, 26, 27, 28)]
     assert body.node_id.tolist() == [1, 2, 9, 10, 11, 12, 25, 26, 27, 28]
     assert np.abs(body.node_xyz[0] - few[0].node_xyz[:4].mean(axis=0)).max() < 1e-15
 
 
 @pytest.mark.parametrize("spider", ["average", "rigid", "nodes"])
-def test_the_mass_of_a_reduced_body_is_that_of_the_whole(few: Checked, spider: str) -> None:
+def test_the_mass_of_a_reduced_body_is_that_of_the_whole(few: Checked, spider: Spider) -> None:
     body, there = reduced(few[0], places(spider), 5, "few")
     _, facts = checked(body, "few")
     assert facts.mass == pytest.approx(few[1].mass, rel=1e-9)
@@ -110,7 +104,8 @@ def test_two_nodes_do_not_see_the_rotation_about_their_line(few: Checked) -> Non
 def test_one_node_with_rotations_is_its_own_interface(few: Checked) -> None:
     body, there = reduced(few[0], places("average"), 3, "few")
     assert interface_shape(body, there[1], "few") == pytest.approx(np.eye(6, len(body.dof_dir), 6), abs=1e-12)
-    beside = interface_shape(body, replace(there[1], point=there[1].point + [0, 0, 0.1]), "few")  # type: ignore[operator]
+    higher = body.places(np.array(there[1].nodes))[0] + np.array([0, 0, 0.1])
+    beside = interface_shape(body, replace(there[1], point=higher), "few")
     assert beside[0, 6 + 4] == pytest.approx(0.1)  # x from ry
 
 
@@ -121,7 +116,7 @@ def test_one_node_with_rotations_is_its_own_interface(few: Checked) -> None:
         ([Interface(name="q", nodes=(1, 400))], 3, "few: q = 400: no such node"),
         ([Interface(name="q", nodes=())], 3, "few: q: no nodes with coordinates"),
         ([Interface(name="q", nodes=(1, 3), spider="nodes")], 3, "few: q: the interfaces do not hold the body"),
-        (places("average"), 72, "few: modes = 72: not so many modes; allowed: 0 to 71"),
+        (places("average"), 73, "few: modes = 73: not so many modes; allowed: 0 to 72"),
     ],
 )
 def test_what_is_refused(few: Checked, interfaces: list[Interface], modes: int, words: str) -> None:
@@ -149,7 +144,7 @@ def test_the_pattern_of_bricks(bricks: Checked) -> None:
     assert body.shape is not None
     waves = np.linalg.eigvals(body.D).imag
     assert np.abs(waves - np.round(waves)).max() < 1e-8
-    assert np.round(np.abs(waves)).max() > 5
+    assert set(np.round(np.abs(waves))) == set(range(6))
     assert len(body.M) in (30, 31)
     assert np.abs(body.D @ body.K - body.K @ body.D).max() < 1e-8 * body.K.max()
     here = interface_shape(body, Interface(name="a", nodes=(1, 2, 3, 4)), "bricks")

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import reduced_ring
 import scipy.linalg
+
 from epicyclic.bodies.checks import BodyFacts, checked, elastic_modes
 from epicyclic.bodies.reading import read_body
 from epicyclic.bodies.reduced_body import Array, ReducedBody
@@ -21,7 +22,7 @@ IN_PLANE = [316.7216, 892.9311, 1704.2639, 2740.2215, 3992.3191]  # n = 2 to 6 [
 def frequencies(body: ReducedBody) -> Array:
     """All frequencies [Hz] of dense matrices."""
     squares = scipy.linalg.eigh(body.K, body.M, eigvals_only=True)
-    return np.sqrt(np.abs(squares)) / (2 * math.pi)
+    return np.asarray(np.sqrt(np.abs(squares)) / (2 * math.pi))
 
 
 def in_plane(body: ReducedBody, facts: BodyFacts, count: int) -> tuple[Array, Array]:
