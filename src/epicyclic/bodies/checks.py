@@ -23,6 +23,7 @@ from .reduced_body import MAX_DENSE, MAX_DOFS, Array, Matrix, ReducedBody, refus
 _SYMMETRY, _NEGATIVE, _RIGID, _MODAL = 1e-9, 1e-9, 1e-8, 1e-6
 _MASS_WRONG, _MASS_SAID = 1e-3, 1e-6
 _NOISE, _SHIFT = 1e-12, 1e-10  # of squared frequencies over the largest ratio of the diagonals
+_HUGE = 1e100  # squares of it are finite
 _MODES, _SMALL = 6, 300  # frequencies that are said; coordinates of what is solved at once
 # what a factor of a mass or inertia usually is
 _FACTORS = {
@@ -89,8 +90,8 @@ def _require_structure(body: ReducedBody, where: str) -> None:
     count, known = len(body.dof_dir), set(body.node_id.tolist())
     for name in ("M", "K", "C", "G1", "KG1", "D", "node_xyz", "shape", "mass", "centre", "inertia"):
         value = getattr(body, name)
-        if value is not None and not np.all(np.isfinite(value.data if sparse.issparse(value) else value)):
-            raise refused(where, name, "not finite", "finite numbers")
+        if value is not None and not np.all(np.abs(value.data if sparse.issparse(value) else value) < _HUGE):
+            raise refused(where, name, "not finite", f"numbers below {_HUGE:g}")
     if not 6 <= count <= (MAX_DOFS if sparse.issparse(body.K) and sparse.issparse(body.M) else MAX_DENSE):
         allowed = f"6 to {MAX_DENSE} coordinates, of sparse matrices to {MAX_DOFS}"
         raise refused(where, "K", "too small or too large", allowed, given=count)

@@ -255,7 +255,7 @@ def _matrix(values: Mapping[str, Any], name: str, count: int, where: str) -> Mat
     if name not in values and not values.keys() & set(parts):
         return None
     try:
-        given = values[name] if name in values else tuple(_numbers(values, part, where) for part in parts)
+        given = values[name] if name in values else tuple(_array(values, part, (-1,), count, where) for part in parts)
         matrix = sparse.csr_array(given, shape=(count, count), dtype=float)
         matrix.check_format(full_check=True)
     except (KeyError, ValueError, TypeError) as error:

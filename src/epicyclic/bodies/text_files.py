@@ -138,7 +138,7 @@ def storage_text(text: str, dofs: str, where: str, dofs_where: str) -> Array:
     place = np.array([one.split(".") for one in dofs.split()], float).reshape(-1, 2)
     *index, values = _table(text, 3, where, "lines of row, column, value").T
     rows = np.stack(index)
-    if not np.all((rows >= 1) & (rows <= len(place)) & (rows % 1 == 0)):
+    if not np.all((rows >= 1) & (rows <= len(place)) & (rows == np.floor(rows))):
         raise refused(where, "rows", "no row or column", f"1 to {len(place)}, the lines of {dofs_where}")
     row, column = rows.astype(np.int64) - 1
     return np.column_stack([place[row], place[column], values])

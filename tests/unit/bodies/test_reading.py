@@ -80,6 +80,7 @@ def test_matlab_has_the_same_names(tmp_path: Path, plain: Content, bricks: Check
         assert np.array_equal(getattr(body, name), getattr(native_body(native_bytes(body), "x"), name))
         assert np.array_equal(getattr(body, name), plain[name])
     whole = content_of(native_bytes(bricks[0]))
+    assert bits(read_body(written(tmp_path, whole, ".mat"))[0].K) == bits(bricks[0].K)
     whole = {name: value for name, value in whole.items() if name[:2] not in ("M_", "K_")}
     again, more = read_body(written(tmp_path, whole | {"M": bricks[0].M, "K": bricks[0].K}, ".mat"))
     assert sparse.issparse(again.K)
