@@ -185,7 +185,7 @@ def _varying_share(ring: ThinRing, bolts: Sequence[Link]) -> float:
     moved = elastic_ring(ring).shape(math.hypot(*bolts[0].centre) * out)
     total: NDArray[np.float64] = np.zeros((steps, moved.shape[2], moved.shape[2]))
     for direction, k in zip((out, along), bolts[0].stiffness[:2], strict=True):
-        rows = np.einsum("ra,rae->re", direction, moved).reshape(steps, len(bolts), -1)
+        rows = np.einsum("ra,rae->re", direction, moved[:, :3]).reshape(steps, len(bolts), -1)
         total += k * np.einsum("sbe,sbf->sef", rows, rows)
     size = np.linalg.norm(np.fft.fft(total, axis=0), axis=(1, 2))
     return float(size[1:].max() / size[0])
