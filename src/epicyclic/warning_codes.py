@@ -134,6 +134,10 @@ rim-in-stiffness elastic-rings.md
 A ring bends by coordinates of its own, and the stiffness of its meshes is of a kind that may hold that bending too.
 stiffness = "energy" or "contact" of the mesh, which leave these orders out; a number measured on stiff bodies is right.
 
+reduced-mass-off reduced-bodies.md
+Mass, centre or inertia of a reduced body differ a little from those that its file says to expect.
+The file of the finite-element program; units and added masses there.
+
 bolts-averaged elastic-rings.md
 Bolts pass a ring that bends; their stiffness varies with their passing, and its mean is taken.
 More bolts than twice the orders of the ring, evenly spaced; else take what the ring does at that order as missing.

@@ -48,6 +48,7 @@ from .links import couplings, links_of_bodies, links_of_stage
 from .mesh_laws import contact_errors
 from .phasing import disc_gaps
 from .power import planet_arms, power_flow
+from .reduced import with_reduced
 from .rings import log_rings, standing_bolts
 from .ripple import resolve_ripples
 from .shafts import Shafts, bent_shafts, moved_loads, warn_of_spans
@@ -660,6 +661,8 @@ def resolve(document: Document) -> Train:
         log.coded("torque-undetermined", f"{text} that follow from the stiffnesses")
     tilting = tilt_groups(shafts.bodies, shafts.links, misaligned_bodies(model, bodies))
     meshes = [mesh for shape in shapes for mesh in meshes_of_stage(shape, model, kinematics, tilting, log)]
+    bent = with_reduced(shafts.bodies, shafts.links, meshes, model, kinematics, log)
+    shafts = Shafts(bodies=bent, links=shafts.links, spans=shafts.spans)
     if any(body.elastic is not None for body in bodies):
         log_rings(bodies, meshes, kinematics, log)
         links, standing = (standing_bolts(some, bodies, kinematics, log) for some in (links, shafts.links))
