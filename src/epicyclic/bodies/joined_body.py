@@ -1,8 +1,9 @@
 """A reduced body as coordinates of a train: its free elastic modes beside the six of its mean motion.
 
 Modes of the free body are orthogonal to its rigid motions, so that mass and inertia stay those of a rigid body.  The
-motion of a point is that of the interface there, u + theta x (P - P_i).  An axisymmetric body, one with D, has an
-interface all round: at the angle psi its motion is Phi exp(psi D) in axes turned as much.  Derived here.
+motion of a point is that of the interface there, u + theta x (P - P_i); of nodes that are kept each, u + G (P - P_i)
+with the gradient G of their displacements as far as they tell it.  An axisymmetric body, one with D, has an interface
+all round: at the angle psi its motion is Phi exp(psi D) in axes turned as much.  Derived here.
 """
 
 from __future__ import annotations
@@ -16,10 +17,10 @@ import scipy.linalg
 from ..errors import ModelError
 from .checks import BodyFacts
 from .elastic_body import Array, ElasticBody
-from .reduced_body import Matrix, ReducedBody
-from .reduction import Interface, interface_shape
+from .reduced_body import Matrix, ReducedBody, rigid_motion, rigid_rows
+from .reduction import Interface, interface_shape, node_rows
 
-_NEAR = 1e-2  # distance of a point from its interface, of the size of the body
+_NEAR = 5e-2  # distance of a point from its interface, of the size of the body
 _MASSLESS = 1e-12  # share of the largest eigenvalue of M, scaled to a unit diagonal
 _ROUND = 1e-3  # of moments of inertia and the centre of mass of a body about its axis
 
@@ -29,12 +30,14 @@ class InterfaceShape:
     """Shape of a body by its interfaces.
 
     names : (i,).  points : (i, 3) from the centre of mass [m].  shapes : (i, 6, e) motion of each per coordinate.
+    strains : (i, 3, 3, e) gradient of the displacement beside that of the rotation [1/m].
     turn : D (e, e) of an axisymmetric body.  reach : distance within which a point belongs to an interface [m].
     """
 
     names: tuple[str, ...]
     points: Array
     shapes: Array
+    strains: Array
     turn: Array | None
     reach: float
 
@@ -55,13 +58,12 @@ class InterfaceShape:
             i, away, angle = self.nearest(point)
             if away > self.reach:
                 continue
-            motion, place = self.shapes[i], self.points[i]
-            if self.turn is not None:
-                motion = motion @ scipy.linalg.expm(angle * self.turn)
-                motion = np.concatenate([_about(part.T, angle).T for part in (motion[:3], motion[3:])])
-                place = _about(place[None], np.array([angle]))[0]
-            row[:3] = motion[:3] + np.cross(motion[3:], (point - place)[:, None], axis=0)
-            row[3:] = motion[3:]
+            turned = np.eye(result.shape[2]) if self.turn is None else scipy.linalg.expm(angle * self.turn)
+            # in the axes of the interface, from it
+            off = _about(point[None], -angle)[0] - self.points[i]
+            motion = self.shapes[i] @ turned
+            moved = motion[:3] + np.cross(motion[3:], off[:, None], axis=0) + off @ self.strains[i] @ turned
+            row[:3], row[3:] = (_about(part.T, angle).T for part in (moved, motion[3:]))
         return result
 
 
@@ -80,7 +82,7 @@ def joined_body(body: ReducedBody, facts: BodyFacts, interfaces: Sequence[Interf
     ModelError : a coordinate without mass; a body that is not round about its axis.
     """
     _require_round(facts, where)
-    T, shapes = facts.rigid.copy(), [_dense(interface_shape(body, one, where)) for one in interfaces]
+    T, shapes = rigid_motion(body), [_dense(interface_shape(body, one, where)) for one in interfaces]
     points = np.array([_place(body, one) for one in interfaces])
     squares, modes = _free_modes(body, where)
     seen = np.array([shape @ modes for shape in shapes])
@@ -120,6 +122,7 @@ def joined_body(body: ReducedBody, facts: BodyFacts, interfaces: Sequence[Interf
             names=tuple(one.name for one in interfaces),
             points=points - facts.centre,
             shapes=np.array([shape @ modes for shape in shapes]),
+            strains=np.array([_strain(body, *of, where) @ modes for of in zip(interfaces, shapes, strict=True)]),
             turn=turn[6:, 6:] if body.D is not None else None,
             reach=_NEAR * float(np.abs(body.node_xyz).max()),
         ),
@@ -131,6 +134,23 @@ def _dense(matrix: Matrix, size: int = 0) -> Array:
     if matrix is None:
         return np.zeros((size, size))
     return np.asarray(matrix.toarray() if hasattr(matrix, "toarray") else matrix, float)
+
+
+def _strain(body: ReducedBody, interface: Interface, shape: Array, where: str) -> Array:
+    """Gradient of the displacements of nodes beside that of their mean rotation, d u_i/d x_j at (j, i, n) [1/m].
+
+    Zero of spiders, and along directions in which the nodes have no extent.
+    """
+    found = np.zeros((3, 3, len(body.dof_dir)))
+    if interface.spider != "nodes":
+        return found
+    directions, places, rows = node_rows(body, interface, where)
+    point = _place(body, interface)
+    left = _dense(rows) - rigid_rows(places, directions, point) @ shape
+    for i in range(3):
+        own = directions == i + 1
+        found[:, i] = np.linalg.pinv(places[own] - point, rcond=1e-9) @ left[own]
+    return found
 
 
 def _place(body: ReducedBody, interface: Interface) -> Array:

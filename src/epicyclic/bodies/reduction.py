@@ -40,7 +40,7 @@ def interface_shape(body: ReducedBody, interface: Interface, where: str) -> Arra
     ------
     ModelError : no such nodes in the body.
     """
-    directions, places, rows = _node_rows(body, interface, where)
+    directions, places, rows = node_rows(body, interface, where)
     seen = rigid_rows(places, directions, _point(body, interface))
     # rotations as displacements at the distance of the nodes
     reach = np.linalg.norm(places - places.mean(axis=0), axis=1).max() or 1.0
@@ -56,7 +56,7 @@ def _point(body: ReducedBody, interface: Interface) -> Array:
     return np.asarray(body.places(np.array(interface.nodes)).mean(axis=0))
 
 
-def _node_rows(body: ReducedBody, interface: Interface, where: str) -> tuple[Index, Array, Matrix]:
+def node_rows(body: ReducedBody, interface: Interface, where: str) -> tuple[Index, Array, Matrix]:
     """Directions (m,), places (m, 3) and rows (m, n) of what the nodes of an interface do."""
     for one in interface.nodes:
         if one not in body.node_id:
@@ -126,7 +126,7 @@ def reduced(
 
 def _at_point(body: ReducedBody, interface: Interface, number: int, where: str) -> Interface:
     """The interface of a spider as it is after the reduction: one node at its point."""
-    _node_rows(body, interface, where)
+    node_rows(body, interface, where)
     return replace(interface, nodes=(number,), point=_point(body, interface), spider="average")
 
 
@@ -137,7 +137,7 @@ def _places(body: ReducedBody, interface: Interface) -> Array:
 
 def _held(body: ReducedBody, interface: Interface, there: Interface, where: str) -> tuple[Matrix, Matrix, Index]:
     """A (m, n) and E (m, k) of A u = E q, and node and direction (2, k) of q."""
-    directions, places, rows = _node_rows(body, interface, where)
+    directions, places, rows = node_rows(body, interface, where)
     own = np.isin(body.dof_node, interface.nodes) & ~body.modal
     if interface.spider == "nodes":
         return rows, sparse.eye_array(len(directions)), np.stack([body.dof_node[own], directions])

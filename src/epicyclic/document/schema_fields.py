@@ -676,7 +676,7 @@ class InterfaceTable(SchemaTable):
 
     nodes: tuple[Annotated[int, Field(ge=1)], ...] = Field(description="numbers of the nodes", strict=False)
     spider: Literal["average", "rigid", "nodes"] = key(
-        "average", "mean motion of the nodes; or nodes stiff against each other; or, in a reduction, each kept"
+        "average", "mean motion of the nodes; nodes stiff against each other; or nodes as they are, linear between them"
     )
 
 

@@ -19,7 +19,6 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import expm
 
 from ..errors import ModelError
 from ..teeth.geometry import HALF, Phase
@@ -400,6 +399,8 @@ def _symmetries(train: Train, structure: Structure, T: Array, M: Array, K: Array
         full[: len(rigid), : len(rigid)] = rigid
         for part in structure.elastic:
             if part.body in central:
+                from scipy.linalg import expm
+
                 full[part.columns, part.columns] = expm(-angle * part.elastic.turn[6:, 6:])
         R = reduced_operator(full, T) if branches > 1 else None
         holds = R is not None and commutes(R, M) and commutes(R, K)

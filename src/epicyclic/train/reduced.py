@@ -8,21 +8,22 @@ from dataclasses import replace
 from fractions import Fraction
 from functools import lru_cache
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..bodies.elastic_body import ElasticBody
-from ..bodies.joined_body import InterfaceShape, joined_body
-from ..bodies.reading import read_body
-from ..bodies.reduced_body import ReducedBody
-from ..bodies.reduction import Interface, reduced
-from ..bodies.turning import axisymmetric, turning_with_frame
 from ..document.schema import ModelFile
 from ..document.schema_fields import MATRIX_FILES, ReducedTable
 from ..errors import ModelError
 from ..warning_codes import coded
 from .kinematics import Kinematics
 from .train import Body, Link, Mesh, ResolutionLog
+
+if TYPE_CHECKING:
+    from ..bodies.joined_body import InterfaceShape
+    from ..bodies.reduced_body import ReducedBody
+    from ..bodies.reduction import Interface
 
 _MASS = 1e-3  # of a stated mass or inertia from that of the matrices
 
@@ -52,7 +53,7 @@ def with_reduced(
         joined, mass, inertia, tilt, z = _joined(table, path, log)
         own = replace(body, reduced=joined, station=body.station + z, **_masses(body, model, mass, inertia, tilt, path))
         _require_constant(own, joined, links, bodies, kinematics, path)
-        _require_interfaces(own, joined, links, meshes, path)
+        _require_interfaces(own, joined, links, meshes, path, log)
         for key, value, unit in (
             ("mass", mass, "kg"),
             ("inertia", inertia, "kg m^2"),
@@ -76,7 +77,7 @@ def _table(body: Body, model: ModelFile) -> ReducedTable | None:
 
 
 def _joined(table: ReducedTable, path: str, log: ResolutionLog) -> tuple[ElasticBody, float, float, float, float]:
-    """The body of a table, its mass [kg], inertia and tilt inertia [kg m^2], and the place of its centre along z [m]."""
+    """The body of a table, mass [kg], inertia and tilt inertia [kg m^2], and the place of its centre along z [m]."""
     files = {key: str(getattr(table, key)) for key in MATRIX_FILES if getattr(table, key) is not None}
     stamps = tuple((name, _stamp(name)) for name in files.values())
     joined, mass, inertia, tilt, z, said = _read(table.model_dump_json(), stamps, path)
@@ -99,6 +100,11 @@ def _read(
     text: str, stamps: tuple[tuple[str, tuple[int, int]], ...], path: str
 ) -> tuple[ElasticBody, float, float, float, float, tuple[str, ...]]:
     """`_joined` of the table as JSON; stamps : of its files."""
+    from ..bodies.joined_body import joined_body
+    from ..bodies.reading import read_body
+    from ..bodies.reduction import reduced
+    from ..bodies.turning import axisymmetric, turning_with_frame
+
     table = ReducedTable.model_validate_json(text)
     files: Mapping[str, str] = {key: getattr(table, key) for key in MATRIX_FILES if getattr(table, key) is not None}
     source = files["file"] if "file" in files else files
@@ -121,6 +127,8 @@ def _read(
 
 def _interfaces(table: ReducedTable, body: ReducedBody, path: str) -> tuple[Interface, ...]:
     """The stated interfaces; else each node that has coordinates."""
+    from ..bodies.reduction import Interface
+
     known = set(body.node_id.tolist())
     for name, one in table.interfaces.items():
         for node in one.nodes:
@@ -135,7 +143,7 @@ def _interfaces(table: ReducedTable, body: ReducedBody, path: str) -> tuple[Inte
     return tuple(Interface(name=f"node {node}", nodes=(node,)) for node in nodes)
 
 
-def _masses(body: Body, model: ModelFile, mass: float, inertia: float, tilt: float, path: str) -> dict[str, float]:
+def _masses(body: Body, model: ModelFile, mass: float, inertia: float, tilt: float, path: str) -> dict[str, Any]:
     """Mass and inertias of a body by key [kg, kg m^2]; refuses others that the file states."""
     stage, _, member = body.member.partition(".")
     stated = model.stages[stage].members[member] if member else model.bodies[body.member]
@@ -175,21 +183,23 @@ def _require_constant(
 
 
 def _require_interfaces(
-    body: Body, joined: ElasticBody, links: Sequence[Link], meshes: Sequence[Mesh], path: str
+    body: Body, joined: ElasticBody, links: Sequence[Link], meshes: Sequence[Mesh], path: str, log: ResolutionLog
 ) -> None:
-    """Refuse a link or a mesh where the body has no interface."""
-    shape = joined.shape
-    assert isinstance(shape, InterfaceShape)
+    """Refuse a link or a mesh where the body has no interface, off its axis; on the axis the mean motion is one."""
+    shape: InterfaceShape = joined.shape  # type: ignore[assignment]
     for name, point in _points(body, links, meshes):
         i, away, _ = shape.nearest(point)
-        if away > shape.reach:
+        if away > shape.reach and math.hypot(point[0], point[1]) <= shape.reach:
+            text = f"{path}: {name} joins it on its axis, where it has no interface"
+            log.coded("mean-motion-held", f"{text}; its mean motion is taken")
+        elif away > shape.reach:
             text = ", ".join(f"{1e3 * value:.4g}" for value in point)
             nearest = ", ".join(f"{1e3 * value:.4g}" for value in shape.points[i])
             raise ModelError(
                 f"no interface of the body where {name} joins it",
                 path=path,
                 given=f"({text}) mm from its centre of mass",
-                allowed=f"an interface within {1e3 * shape.reach:.3g} mm; the nearest is {shape.names[i]} at ({nearest}) mm",
+                allowed=f"one within {1e3 * shape.reach:.3g} mm; the nearest is {shape.names[i]} at ({nearest}) mm",
             )
 
 
