@@ -131,8 +131,8 @@ Orders of a ring that are left out have natural frequencies near the mesh freque
 More modes in the table elastic.
 
 rim-in-stiffness elastic-rings.md
-A ring bends by coordinates of its own, and the stiffness of its meshes is of a kind that may hold that bending too.
-stiffness = "energy" or "contact" of the mesh, which leave these orders out; a number measured on stiff bodies is right.
+A gear bends by coordinates of its own, and the stiffness of its meshes is of a kind that may hold that bending too.
+Of a ring with elastic, stiffness = "energy" or "contact", which leave its orders out; or a number of stiff bodies.
 
 reduced-mass-off reduced-bodies.md
 Mass, centre or inertia of a reduced body differ a little from those that its file says to expect.

@@ -34,6 +34,7 @@ class ElasticBody:
     spin_load : (6 + e,) load of the spin per w^2 [kg m].
     shape : of points (R, 3) from its centre, in its axes [m], the displacement along x, y, z and the rotation about them
         per coordinate, (R, 6, e).
+    cyclic : of a body that is not axisymmetric `turned`.
     """
 
     names: tuple[str, ...]
@@ -51,6 +52,15 @@ class ElasticBody:
     spin_stiffness: Array
     spin_load: Array
     shape: Callable[[Array], Array]
+    cyclic: Callable[[float], Array | None] | None = None
+
+    def turned(self, angle: float) -> Array | None:
+        """Operator (e, e) that turns the pattern of the body by an angle [rad]; None where that is another body."""
+        if self.cyclic is not None:
+            return self.cyclic(angle)
+        from scipy.linalg import expm
+
+        return np.asarray(expm(-angle * self.turn[6:, 6:]))
 
     def __repr__(self) -> str:
         """One line: number of coordinates."""

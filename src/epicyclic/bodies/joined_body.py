@@ -10,6 +10,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
+from itertools import pairwise
 
 import numpy as np
 import scipy.linalg
@@ -22,6 +24,7 @@ from .reduction import Interface, interface_shape, node_rows
 
 _NEAR = 5e-2  # distance of a point from its interface, of the size of the body
 _MASSLESS = 1e-12  # share of the largest eigenvalue of M, scaled to a unit diagonal
+_SAME = 1e-6  # of frequencies, places and motions that symmetry makes equal
 _ROUND = 1e-3  # of moments of inertia and the centre of mass of a body about its axis
 
 
@@ -50,6 +53,30 @@ class InterfaceShape:
         away = np.linalg.norm(points - point, axis=1)
         i = int(np.argmin(away))
         return i, float(away[i]), float(turned[i])
+
+    def turned(self, groups: Sequence[slice], size: Array, angle: float) -> Array | None:
+        """Operator (e, e) that turns the motion of the interfaces by an angle [rad]; None where they do not close.
+
+        groups : coordinates of one frequency each, among which it stays.  size : (e,) roots of the modal masses.
+        """
+        images = _about(self.points, angle)
+        at = [int(np.argmin(np.linalg.norm(self.points - image, axis=1))) for image in images]
+        if max(np.linalg.norm(self.points[at] - images, axis=1)) > _SAME * np.abs(self.points).max():
+            return None
+        moved = np.zeros_like(self.shapes)
+        for i, image in enumerate(at):
+            moved[image] = np.concatenate(
+                [_about(part.T, angle).T for part in (self.shapes[i, :3], self.shapes[i, 3:])]
+            )
+        seen, wanted = (motion.reshape(-1, len(size)) / size for motion in (self.shapes, moved))
+        R, least = np.eye(len(size)), _SAME * np.abs(seen).max()
+        for own in groups:
+            left, share, right = np.linalg.svd(seen[:, own].T @ wanted[:, own])
+            if share.min() > least**2:  # else a mode that no interface sees stays as it is
+                R[own, own] = left @ right
+            if np.abs(seen[:, own] @ R[own, own] - wanted[:, own]).max() > least:
+                return None
+        return R * size / size[:, None]
 
     def __call__(self, points: Array) -> Array:
         """Motion (R, 6, e) of points (R, 3) from the centre of mass [m]; zero where there is no interface."""
@@ -103,6 +130,16 @@ def joined_body(body: ReducedBody, facts: BodyFacts, interfaces: Sequence[Interf
     rows = np.zeros((len(own), size))
     rows[:, 6:] = np.eye(len(own))
     names = tuple(f"e{i}" for i in range(1, len(own) + 1))
+    shape = InterfaceShape(
+        names=tuple(one.name for one in interfaces),
+        points=points - facts.centre,
+        shapes=np.array([shape @ modes for shape in shapes]),
+        strains=np.array([_strain(body, *of, where) @ modes for of in zip(interfaces, shapes, strict=True)]),
+        turn=turn[6:, 6:] if body.D is not None else None,
+        reach=_NEAR * float(np.abs(body.node_xyz).max()),
+    )
+    ends = np.flatnonzero(np.diff(squares) > _SAME * squares[1:]) + 1
+    groups = [slice(a, b) for a, b in pairwise([0, *ends.tolist(), len(squares)])]
     return ElasticBody(
         names=names,
         mass=mass,
@@ -118,14 +155,8 @@ def joined_body(body: ReducedBody, facts: BodyFacts, interfaces: Sequence[Interf
         spin=spin,
         spin_stiffness=stiff,
         spin_load=np.zeros(size),
-        shape=InterfaceShape(
-            names=tuple(one.name for one in interfaces),
-            points=points - facts.centre,
-            shapes=np.array([shape @ modes for shape in shapes]),
-            strains=np.array([_strain(body, *of, where) @ modes for of in zip(interfaces, shapes, strict=True)]),
-            turn=turn[6:, 6:] if body.D is not None else None,
-            reach=_NEAR * float(np.abs(body.node_xyz).max()),
-        ),
+        shape=shape,
+        cyclic=None if body.D is not None else partial(shape.turned, groups, np.sqrt(inertia)),
     )
 
 

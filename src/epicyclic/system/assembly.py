@@ -398,10 +398,8 @@ def _symmetries(train: Train, structure: Structure, T: Array, M: Array, K: Array
         rigid = turn_operator(len(train.bodies), moves=moves, turned=central, angle=angle)
         full[: len(rigid), : len(rigid)] = rigid
         for part in structure.elastic:
-            if part.body in central:
-                from scipy.linalg import expm
-
-                full[part.columns, part.columns] = expm(-angle * part.elastic.turn[6:, 6:])
+            if part.body in central and (turned := part.elastic.turned(angle)) is not None:
+                full[part.columns, part.columns] = turned
         R = reduced_operator(full, T) if branches > 1 else None
         holds = R is not None and commutes(R, M) and commutes(R, K)
         operator = np.eye(T.shape[1]) if R is None else R

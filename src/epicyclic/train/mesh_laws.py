@@ -356,6 +356,10 @@ def mesh_law(at: MeshSide, *, teeth: ToothPair | None, lean: int) -> MeshLaw:
     if shape.plan.gears[p.b].elastic is not None and stated_as not in ("energy", "contact"):
         text = f"{p.path}.stiffness: {shape.plan.member_path(p.b)} bends by coordinates of its own"
         log.coded("rim-in-stiffness", f"{text}; what the stiffness has of its rim counts twice")
+    for gear in (p.a, p.b):
+        if shape.plan.gears[gear].reduced is not None:
+            text = f"{p.path}.stiffness: {shape.plan.member_path(gear)} bends by matrices of its own"
+            log.coded("rim-in-stiffness", f"{text}; what the stiffness has of its body counts twice")
     if statement is not None and isinstance(statement.value, MeshForceTable):
         return _given_law(at, statement)
     value = "iso6336" if statement is None else statement.value

@@ -41,13 +41,20 @@ def written(folder: Path, body: ReducedBody, name: str = "body.npz") -> Path:
 def test_frequencies_of_the_set_with_a_ring_of_bricks():
     """Computed independently with the same matrices: the in-plane modes of the set."""
     train = with_ring(reduced_ring.KEPT)
-    found = modal(assemble(train)).frequency.values
+    system = assemble(train)
+    modes = modal(system)
+    found = modes.frequency.values
     single = [316.724, 788.568, 1210.120, 1704.481, 1824.540, 1889.477, 2019.699, 2653.879]
     double = [675.989, 936.784, 1095.101, 1893.255, 2329.115, 2661.232]
     for value in single:
         assert np.sum(np.abs(found - value) < 6e-4) == 1
     for value in double:
         assert np.sum(np.abs(found - value) < 6e-4) == 2
+        assert set(modes.mode_kind.values[np.abs(found - value) < 6e-4]) == {"translational"}
+    # its interfaces are a quarter of a turn apart, and so are its modes
+    assert system.symmetries[0].holds
+    kinds = dict(zip(np.round(found, 3), modes.mode_kind.values, strict=True))
+    assert [kinds[value] for value in (788.568, 1210.12, 1824.54, 1889.477)] == [*("planet", "rotational") * 2]
     assert any(text.endswith("[mean-motion-held]") for text in train.warnings)
 
 
