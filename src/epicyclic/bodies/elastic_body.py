@@ -32,7 +32,7 @@ class ElasticBody:
     turn : D (6 + e, 6 + e).  axisymmetric : whether it holds; else the body turns with its frame.
     spin, spin_stiffness : G_m per spin w [kg] and K_m per w^2 [kg], their blocks of the six zero.
     spin_load : (6 + e,) load of the spin per w^2 [kg m].
-    shape : of points (R, 3) from its centre, in its axes [m], the displacement along x, y, z and the rotation about them
+    shape : of points (R, 3) from its centre, in its axes [m], displacement along x, y, z and rotation about them
         per coordinate, (R, 6, e).
     cyclic : of a body that is not axisymmetric `turned`.
     """

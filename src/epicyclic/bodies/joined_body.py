@@ -114,7 +114,7 @@ def joined_body(body: ReducedBody, facts: BodyFacts, interfaces: Sequence[Interf
     squares, modes = _free_modes(body, where)
     seen = np.array([shape @ modes for shape in shapes])
     modes = modes / np.maximum(np.abs(seen[:, :3]).max(axis=(0, 1)), 1e-3 * np.abs(modes).max(axis=0))
-    M, K, C, G1, KG1 = (_dense(matrix, len(T)) for matrix in (body.M, body.K, body.C, body.G1, body.KG1))
+    M, C, G1, KG1 = (_dense(matrix, len(T)) for matrix in (body.M, body.C, body.G1, body.KG1))
     basis = np.hstack([T, modes])  # rigid motions about the origin of the file
     inertia = np.einsum("ie,ij,je->e", modes, M, modes)
     size = basis.shape[1]

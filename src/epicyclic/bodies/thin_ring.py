@@ -210,7 +210,7 @@ def _stacked(rows: list[_Row], size: int) -> tuple[Array, Array, tuple[str, ...]
 
 
 def _shape(ring: ThinRing, waves: list[_Wave], count: int, points: Array) -> Array:
-    """Motion of points (R, 3) per coordinate, (R, 6, count), displacements alone: the section at a point stays plane."""
+    """Displacements of points (R, 3) per coordinate, (R, 6, count), rotations 0: the section at a point stays plane."""
     x, y = points[:, 0], points[:, 1]
     radius, psi = np.hypot(x, y), np.arctan2(y, x)
     moved = np.zeros((len(points), 2, 6 + count))

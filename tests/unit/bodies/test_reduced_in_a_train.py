@@ -183,7 +183,7 @@ def test_bad_input_is_named(change, message):
 
 def test_body_off_its_axis_is_refused(tmp_path):
     ring = brick_ring(8)
-    ring = replace(ring, node_xyz=ring.node_xyz + [0.01, 0.0, 0.0])
+    ring = replace(ring, node_xyz=np.add(ring.node_xyz, (0.01, 0.0, 0.0)))
     with pytest.raises(ModelError, match="centre of mass off the axis"):
         with_ring(
             written(tmp_path, ring),
