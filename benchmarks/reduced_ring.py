@@ -31,38 +31,44 @@ MIDDLES = [(0, 1, 0), (1, 2, 0), (2, 1, 0), (1, 0, 0), (0, 1, 2), (1, 2, 2), (2,
 POSTS = [(0, 0, 1), (0, 2, 1), (2, 2, 1), (2, 0, 1)]
 
 
-def places() -> dict[tuple[int, int, int], tuple[int, float, float, float]]:
+def places(
+    sectors: int = SECTORS, height: float = HEIGHT
+) -> dict[tuple[int, int, int], tuple[int, float, float, float]]:
     """Number and place [m] of the node at each half sector, half height and half width."""
     found: dict[tuple[int, int, int], tuple[int, float, float, float]] = {}
-    for sector in range(SECTORS):
+    for sector in range(sectors):
         for turn, up, along in CORNERS + MIDDLES + POSTS:
-            key = (2 * sector + turn) % (2 * SECTORS), up, along
-            angle, radius = math.pi * key[0] / SECTORS, RADIUS + (up - 1) * HEIGHT / 2
+            key = (2 * sector + turn) % (2 * sectors), up, along
+            angle, radius = math.pi * key[0] / sectors, RADIUS + (up - 1) * height / 2
             place = radius * math.cos(angle), radius * math.sin(angle), (along - 1) * WIDTH / 2
             found.setdefault(key, (len(found) + 1, *place))
     return found
 
 
-def deck(element: str = "C3D20") -> str:
-    """The input file of CalculiX; numbers of it have at most 20 characters, as it cuts longer ones."""
-    nodes = places()
+def mesh(element: str = "C3D20", sectors: int = SECTORS, height: float = HEIGHT) -> list[str]:
+    """Nodes and elements of CalculiX; numbers have at most 20 characters, as it cuts longer ones."""
+    nodes = places(sectors, height)
     lines = ["*NODE", *(f"{n}, {x:.12e}, {y:.12e}, {z:.12e}" for n, x, y, z in nodes.values())]
     lines += [f"*ELEMENT, TYPE={element}, ELSET=RING"]
-    for sector in range(SECTORS):
+    for sector in range(sectors):
         cell = [
-            str(nodes[(2 * sector + t) % (2 * SECTORS), up, along][0]) for t, up, along in CORNERS + MIDDLES + POSTS
+            str(nodes[(2 * sector + t) % (2 * sectors), up, along][0]) for t, up, along in CORNERS + MIDDLES + POSTS
         ]
         lines += [f"{sector + 1}, {', '.join(cell[:10])},", ", ".join(cell[10:])]
     lines += ["*MATERIAL, NAME=STEEL", "*ELASTIC", f"{YOUNG:.12g}, {POISSON}", "*DENSITY", f"{DENSITY}"]
-    lines += ["*SOLID SECTION, ELSET=RING, MATERIAL=STEEL"]
-    lines += ["*STEP", "*FREQUENCY, SOLVER=MATRIXSTORAGE", "1", "*END STEP"]
-    return "\n".join(lines) + "\n"
+    return [*lines, "*SOLID SECTION, ELSET=RING, MATERIAL=STEEL"]
 
 
-def solved(folder: Path, element: str = "C3D20") -> Path:
+def run(folder: Path, name: str, lines: list[str]) -> None:
+    """A deck, written into a folder and solved there by CalculiX."""
+    (folder / f"{name}.inp").write_text("\n".join(lines) + "\n", encoding="ascii")
+    subprocess.run([str(shutil.which("ccx")), "-i", name], cwd=folder, capture_output=True, check=True)
+
+
+def solved(folder: Path, element: str = "C3D20", sectors: int = SECTORS, height: float = HEIGHT) -> Path:
     """Matrices of the ring, written by CalculiX into a folder: the .sti, with .mas, .dof and .inp beside it."""
-    (folder / "ring.inp").write_text(deck(element), encoding="ascii")
-    subprocess.run([str(shutil.which("ccx")), "-i", "ring"], cwd=folder, capture_output=True, check=True)
+    matrices = ["*STEP", "*FREQUENCY, SOLVER=MATRIXSTORAGE", "1", "*END STEP"]
+    run(folder, "ring", mesh(element, sectors, height) + matrices)
     return folder / "ring.sti"
 
 
