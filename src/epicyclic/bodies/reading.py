@@ -14,7 +14,7 @@ from .checks import BodyFacts, checked
 from .reduced_body import MAX_BYTES, UNIT_WORDS, Array, ReducedBody, in_si, native_body, refused
 from .text_files import Places, assembled, chosen, matrix_text, nodes_text, punch, storage_text
 
-NATIVE, PUNCH, MATRIX_TEXT, STORAGE = (".npz", ".mat"), (".pch", ".bdf", ".dmig", ".nas", ".dat"), ".mtx", ".sti"
+_NATIVE, _PUNCH, _STORAGE = (".npz", ".mat"), (".pch", ".bdf", ".dmig", ".nas", ".dat"), ".sti"
 _KEYS, _LETTERS = {"stiffness": "K", "mass": "M", "damping": "C"}, {"K": "K", "M": "M", "C": "B"}
 _FILES = ".npz, .mat, .pch, .bdf, .dmig, .nas or .dat (DMIG), .sti (CalculiX), or a table: stiffness, mass, nodes"
 
@@ -44,17 +44,17 @@ def read_body(
 
 def _of_file(file: Path, units: str | None, path: str) -> ReducedBody:
     kind = file.suffix.lower()
-    if kind in NATIVE:
+    if kind in _NATIVE:
         raw = read_bytes(file, most=MAX_BYTES, path=path, given=str(file), allowed=_FILES)
         body = native_body(raw, str(file))
         if units not in (None, body.units):
             raise ModelError("not the units of the file", path=f"{path}.units", given=units, allowed=body.units)
         return body
-    if kind in PUNCH:
+    if kind in _PUNCH:
         matrices, places = punch(_text(file, path), str(file))
         terms = {name: chosen(matrices, letter, str(file)) for name, letter in _LETTERS.items()}
         return _body(terms, places, str(file), units, path)
-    if kind == STORAGE:
+    if kind == _STORAGE:
         texts = {one: _text(file.with_suffix(one), path) for one in (kind, ".mas", ".dof", ".inp")}
         names = {one: str(file.with_suffix(one)) for one in texts}
         terms = {
@@ -78,7 +78,7 @@ def _of_table(files: Mapping[str, str | Path], units: str | None, path: str) -> 
     for key, name in _KEYS.items():
         if key in files:
             file, text = str(files[key]), _text(files[key], f"{path}.{key}")
-            if Path(file).suffix.lower() in PUNCH:
+            if Path(file).suffix.lower() in _PUNCH:
                 matrices, _ = punch(text, file)
                 sole = next(iter(matrices.values())) if len(matrices) == 1 else None
                 terms[name] = sole if sole is not None else chosen(matrices, _LETTERS[name], file)

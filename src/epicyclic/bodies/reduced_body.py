@@ -137,20 +137,21 @@ def in_si(body: ReducedBody, where: str) -> ReducedBody:
     energy = mass * length**2
     size = np.array([energy**0.5, *[length] * 3, *[1.0] * 3])  # of a coordinate, by its direction
     own = size[body.dof_dir]
-    found: dict[str, Any] = {name: _scaled(getattr(body, name), energy / own, 1 / own) for name in _MATRICES[:-1]}
+    found: dict[str, Any] = {name: scaled(getattr(body, name), energy / own, 1 / own) for name in _MATRICES[:-1]}
     if body.shape is not None:
-        found["shape"] = _scaled(body.shape, size[body.shape_dir], 1 / own)
-    found |= {"D": _scaled(body.D, own, 1 / own), "node_xyz": body.node_xyz * length}
+        found["shape"] = scaled(body.shape, size[body.shape_dir], 1 / own)
+    found |= {"D": scaled(body.D, own, 1 / own), "node_xyz": body.node_xyz * length}
     for name, factor in (("mass", mass), ("centre", length), ("inertia", energy)):
         value = getattr(body, name)
         found[name] = None if value is None else value * factor
     return replace(body, **found)
 
 
-def _scaled(matrix: Matrix | None, rows: Array, columns: Array) -> Matrix | None:
-    if matrix is None or not sparse.issparse(matrix):
-        return None if matrix is None else matrix * np.outer(rows, columns)
-    return (sparse.diags_array(rows) @ matrix @ sparse.diags_array(columns)).tocsr()
+def scaled(matrix: Matrix, rows: Array, columns: Array) -> Matrix:
+    """A matrix, or None, with its rows and columns multiplied."""
+    if sparse.issparse(matrix):
+        return (sparse.diags_array(rows) @ matrix @ sparse.diags_array(columns)).tocsr()
+    return None if matrix is None else matrix * np.outer(rows, columns)
 
 
 # --- the native file -------------------------------------------------------------------------------------------------
@@ -183,22 +184,16 @@ def native_body(raw: bytes, where: str) -> ReducedBody:
     values = _content(raw, where)
     for name in values.keys() - _NAMES:
         raise refused(where, name, "unknown name", ", ".join(sorted(_NAMES)))
-    given: dict[str, Any] = {
-        name: values[name].item() if name in values and values[name].size == 1 else None
-        for name in ("format", "units", "source")
-    }
-    if given.pop("format") != _FORMAT:
+    for name in ("node_id", "node_xyz", "dof_node", "dof_dir", "M", "K"):
+        if name not in values and f"{name}_data" not in values:
+            raise refused(where, name, "missing", f"an array{', or its parts as of csr_array' if name in 'MK' else ''}")
+    single = {name: one.item() for name, one in values.items() if not sparse.issparse(one) and one.size == 1}
+    if single.get("format") != _FORMAT:
         raise refused(where, "format", "not the format of a body", str(_FORMAT))
-    given = {name: str(one or "") for name, one in given.items()}
-    for name in ("node_id", "node_xyz", "dof_node", "dof_dir"):
-        if name not in values:
-            raise refused(where, name, "missing", "an array")
     count = values["dof_node"].size
+    given: dict[str, Any] = {name: str(single.get(name, "")) for name in ("units", "source")}
     given |= {name: _array(values, name, shape, count, where) for name, shape in _SHAPES.items() if name in values}
     given |= {name: _matrix(values, name, count, where) for name in _MATRICES}
-    for name in ("M", "K"):
-        if given[name] is None:
-            raise refused(where, name, "missing", f"{name}, or {name}_data, {name}_indices and {name}_indptr")
     return in_si(ReducedBody(**given), where)
 
 
@@ -247,7 +242,7 @@ def _array(values: Mapping[str, Any], name: str, shape: tuple[int, ...], count: 
     return value if want else float(value)
 
 
-def _matrix(values: Mapping[str, Any], name: str, count: int, where: str) -> Matrix | None:
+def _matrix(values: Mapping[str, Any], name: str, count: int, where: str) -> Matrix:
     """A matrix (count, count), dense or sparse; None where there is none."""
     parts = [f"{name}_{part}" for part in _PARTS]
     if name in values and not sparse.issparse(values[name]):

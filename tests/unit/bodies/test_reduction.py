@@ -181,6 +181,22 @@ def test_the_pattern_of_bricks(bricks: Checked) -> None:
     assert np.abs(here - own).max() > 0.1 * np.abs(own).max()
 
 
+def test_a_pattern_that_is_none(bricks: Checked) -> None:
+    body = axisymmetric(bricks[0], 32, 20, (1, 2, 3, 4), "bricks")
+    assert body.D is not None
+    mixed = body.D.copy()
+    mixed[6, 12] += 1e-3
+    mixed[12, 6] -= 1e-3
+    for wrong, words in (
+        (mixed, "D: does not commute with K"),
+        (body.D + 1e-3 * np.eye(20), "D: does not commute with M"),
+    ):
+        with pytest.raises(ModelError, match=words):
+            checked(replace(body, D=wrong), "bricks")
+    with pytest.raises(ModelError, match="q: reduced already"):
+        reduced(body, [Interface(name="q", nodes=(1, 2, 3, 4))], 2, "bricks")
+
+
 def test_what_is_no_axisymmetric_body(bricks: Checked) -> None:
     body = bricks[0]
     soft = body.K.copy()

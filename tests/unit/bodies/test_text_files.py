@@ -110,6 +110,12 @@ def test_small_fields_have_too_few_digits_and_say_so(tmp_path: Path, few: Checke
         read_body(file, units="kg m s")
 
 
+def test_a_large_card_of_one_line_has_zeros_behind(tmp_path: Path, few: Checked) -> None:
+    file = tmp_path / "ring.pch"
+    file.write_text(punched(few[0], free) + "GRID*                900\nGRID,901\nGRID*,902\n")
+    assert read_body(file, units="kg m s")[1].warnings == ()
+
+
 def triangle(matrix: Matrix) -> Iterable[tuple[int, int, float]]:
     upper = sparse.triu(matrix).tocoo()
     return zip(upper.row.tolist(), upper.col.tolist(), upper.data.tolist(), strict=True)
