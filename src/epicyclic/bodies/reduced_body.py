@@ -250,9 +250,16 @@ def _matrix(values: Mapping[str, Any], name: str, count: int, where: str) -> Mat
     if name not in values and not values.keys() & set(parts):
         return None
     try:
-        given = values[name] if name in values else tuple(_array(values, part, (-1,), count, where) for part in parts)
-        matrix = sparse.csr_array(given, shape=(count, count), dtype=float)
-        matrix.check_format(full_check=True)
+        if name in values:
+            given = _numbers(values, name, where)
+        else:
+            held = tuple(_array(values, part, (-1,), count, where) for part in parts)
+            given = sparse.csr_array(held, shape=(count, count))
+        # of a matrix that ends with no entry scipy checks no more
+        if np.any(np.diff(given.indptr) < 0):
+            raise ValueError("index pointers go back")
+        given.check_format(full_check=True)
+        matrix = sparse.csr_array(given, shape=(count, count))
     except (KeyError, ValueError, TypeError) as error:
         raise refused(where, name, f"no sparse matrix: {error}", f"({count}, {count}), rows as of csr_array") from None
     matrix.sort_indices()

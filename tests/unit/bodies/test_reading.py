@@ -85,6 +85,8 @@ def test_matlab_has_the_same_names(tmp_path: Path, plain: Content, bricks: Check
     again, more = read_body(written(tmp_path, whole | {"M": bricks[0].M, "K": bricks[0].K}, ".mat"))
     assert sparse.issparse(again.K)
     assert abs(again.K - bricks[0].K).max() == 0
+    with pytest.raises(ModelError, match="K: no real numbers"):
+        read_body(written(tmp_path, whole | {"M": bricks[0].M, "K": bricks[0].K * 1j}, ".mat"))
     assert more.mass == pytest.approx(facts.mass, rel=1e-9)
 
 
@@ -234,6 +236,7 @@ def test_sparse_matrices_are_refused_too(tmp_path: Path, bricks: Checked) -> Non
     for change, words in (
         ({"K_data": plain["K_data"][:-1]}, "K: no sparse matrix"),
         ({"K_indices": plain["K_indices"] + 384}, "K: no sparse matrix"),
+        ({"K_indptr": np.where(np.arange(385) % 384, 10**6, 0)}, "K: no sparse matrix: index pointers go back"),
         ({"K_indices": np.zeros_like(plain["K_indices"])}, "K: has an entry twice"),
         ({"K_data": held.data, "K_indices": held.indices, "K_indptr": held.indptr}, "K: a rigid motion meets"),
         ({"K_data": negative.data, "K_indices": negative.indices, "K_indptr": negative.indptr}, "K: has .* negative"),
