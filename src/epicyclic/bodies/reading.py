@@ -11,7 +11,8 @@ import numpy as np
 from ..errors import ModelError
 from ..user_input import read_bytes, read_text
 from .checks import BodyFacts, checked
-from .reduced_body import MAX_BYTES, UNIT_WORDS, Array, ReducedBody, in_si, native_body, refused
+from .native_file import native_body
+from .reduced_body import MAX_BYTES, UNIT_WORDS, Array, ReducedBody, in_si, refused
 from .text_files import Places, assembled, chosen, matrix_text, nodes_text, punch, storage_text
 
 _NATIVE, _PUNCH, _STORAGE = (".npz", ".mat"), (".pch", ".bdf", ".dmig", ".nas", ".dat"), ".sti"

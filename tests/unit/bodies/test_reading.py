@@ -16,8 +16,9 @@ from scipy import sparse
 from scipy.io import savemat
 
 from epicyclic.bodies.checks import BodyFacts, checked
+from epicyclic.bodies.native_file import native_body, native_bytes
 from epicyclic.bodies.reading import read_body
-from epicyclic.bodies.reduced_body import Array, ReducedBody, native_body, native_bytes
+from epicyclic.bodies.reduced_body import Array, ReducedBody
 from epicyclic.bodies.reduction import Interface, reduced
 from epicyclic.bodies.turning import axisymmetric, turning_with_frame
 from epicyclic.errors import ModelError
@@ -88,6 +89,26 @@ def test_matlab_has_the_same_names(tmp_path: Path, plain: Content, bricks: Check
     with pytest.raises(ModelError, match="K: no real numbers"):
         read_body(written(tmp_path, whole | {"M": bricks[0].M, "K": bricks[0].K * 1j}, ".mat"))
     assert more.mass == pytest.approx(facts.mass, rel=1e-9)
+
+
+def test_a_damaged_matlab_file_does_no_harm(tmp_path: Path, plain: Content) -> None:
+    whole = written(tmp_path, {name: plain[name] for name in sorted(plain)}, ".mat").read_bytes()
+    file = tmp_path / "damaged.mat"
+    answers = []
+    for at in range(124, 700, 7):  # types, lengths and names of the first arrays
+        file.write_bytes(whole[:at] + b"\xfb" + whole[at + 1 :])
+        try:
+            read_body(file)
+            answers.append("")
+        except ModelError as error:
+            answers.append(str(error))
+    assert sum(bool(one) for one in answers) > 20
+    assert all(str(file) in one for one in answers if one)
+
+
+def test_a_compressed_matlab_file(tmp_path: Path, plain: Content) -> None:
+    savemat(tmp_path / "small.mat", plain, do_compression=True)
+    assert np.array_equal(read_body(tmp_path / "small.mat")[0].K, plain["K"])
 
 
 def in_tonnes(plain: Content) -> Content:
