@@ -13,7 +13,8 @@ from tests.unit.bodies.bricks import brick_ring
 
 from epicyclic import ModelError, assemble, load
 from epicyclic.bodies.reading import read_body
-from epicyclic.bodies.reduced_body import ReducedBody, native_bytes
+from epicyclic.bodies.native_file import native_bytes
+from epicyclic.bodies.reduced_body import ReducedBody
 from epicyclic.bodies.turning import axisymmetric
 from epicyclic.questions.modes.eigen import whirl
 from epicyclic.questions.modes.modal import modal
