@@ -13,7 +13,8 @@ from tests.unit.bodies.bricks import brick_ring
 
 from epicyclic import ModelError, assemble, load, static
 from epicyclic.bodies.reading import read_body
-from epicyclic.bodies.reduced_body import ReducedBody, native_bytes
+from epicyclic.bodies.native_file import native_bytes
+from epicyclic.bodies.reduced_body import ReducedBody
 from epicyclic.bodies.turning import axisymmetric
 from epicyclic.questions.modes.eigen import whirl
 from epicyclic.questions.modes.modal import modal
@@ -227,7 +228,8 @@ def test_origin_of_the_file_is_the_centre_of_the_member(tmp_path):
         "stages.main.carrier.support": {"radial": "1e8 N/m", "tilt": "1e6 N m/rad"},
     }
     here = assemble(carrier_of(tmp_path, ring, tilting))
-    there_train = carrier_of(tmp_path, moved, tilting | {"stages.main.carrier.station": "-20 mm"})
+    back = {"stages.main.carrier.station": "-20 mm", "stages.main.carrier.support.at": "20 mm"}
+    there_train = carrier_of(tmp_path, moved, tilting | back)
     there = assemble(there_train)
     carrier = next(body for body in there_train.bodies if body.kind == "carrier")
     assert carrier.station == pytest.approx(0.0, abs=1e-9)
