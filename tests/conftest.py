@@ -7,6 +7,7 @@ import os
 import signal
 import time
 from collections.abc import Iterator
+from typing import Any
 
 import known
 import pytest
@@ -19,6 +20,26 @@ os.environ.setdefault("EPICYCLIC_JOBS", "1")
 os.environ.pop("COLUMNS", None)
 # A shell lets what it starts in the background ignore Ctrl-C, and so would the processes that tests stop by it.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+# One process has the browser and its server from the beginning; the longest file is not left to the end.
+_ALONE, _LONGEST = "tests/app/", "tests/unit/test_docs_run.py"
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """With `--dist loadfile` each process takes whole files, and one of them all of the page."""
+    from xdist.scheduler import LoadFileScheduling
+
+    class Scheduling(LoadFileScheduling):
+        def _split_scope(self, nodeid: str) -> str:
+            return _ALONE if nodeid.startswith(_ALONE) else super()._split_scope(nodeid)
+
+    return Scheduling(config, log) if config.getoption("dist") == "loadfile" else None
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    items.sort(key=lambda item: (not item.nodeid.startswith(_ALONE), not item.nodeid.startswith(_LONGEST)))
 
 
 def pytest_collection_finish() -> None:
