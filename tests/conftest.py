@@ -24,15 +24,19 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # One process has the browser and its server from the beginning; the longest file is not left to the end.
 _ALONE, _LONGEST = "tests/app/", "tests/unit/test_docs_run.py"
+# The results of the examples of all verbs, `example_result`, are computed in one process.
+_EXAMPLES = ("tests/unit/show/test_terminal.py", "tests/unit/test_docs.py")
 
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
-    """With `--dist loadfile` each process takes whole files, and one of them all of the page."""
+    """With `--dist loadfile` each process takes whole files, and one of them those that share what is dear."""
     from xdist.scheduler import LoadFileScheduling
 
     class Scheduling(LoadFileScheduling):
         def _split_scope(self, nodeid: str) -> str:
+            if nodeid.startswith(_EXAMPLES):
+                return _EXAMPLES[0]
             return _ALONE if nodeid.startswith(_ALONE) else super()._split_scope(nodeid)
 
     return Scheduling(config, log) if config.getoption("dist") == "loadfile" else None
