@@ -7,6 +7,7 @@ import os
 import signal
 import time
 from collections.abc import Iterator
+from importlib import import_module
 from typing import Any
 
 import known
@@ -31,15 +32,17 @@ _EXAMPLES = ("tests/unit/show/test_terminal.py", "tests/unit/test_docs.py")
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
     """With `--dist loadfile` each process takes whole files, and one of them those that share what is dear."""
-    from xdist.scheduler import LoadFileScheduling
+    if config.getoption("dist") != "loadfile":
+        return None
+    scheduling = import_module("xdist.scheduler").LoadFileScheduling(config, log)
 
-    class Scheduling(LoadFileScheduling):
-        def _split_scope(self, nodeid: str) -> str:
-            if nodeid.startswith(_EXAMPLES):
-                return _EXAMPLES[0]
-            return _ALONE if nodeid.startswith(_ALONE) else super()._split_scope(nodeid)
+    def scope(nodeid: str) -> str:
+        if nodeid.startswith(_EXAMPLES):
+            return _EXAMPLES[0]
+        return _ALONE if nodeid.startswith(_ALONE) else nodeid.partition("::")[0]
 
-    return Scheduling(config, log) if config.getoption("dist") == "loadfile" else None
+    scheduling._split_scope = scope
+    return scheduling
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
