@@ -8,7 +8,6 @@ from collections.abc import Iterator
 from itertools import islice, product
 from typing import Any
 
-import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
