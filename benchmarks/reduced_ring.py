@@ -35,11 +35,12 @@ POSTS = [(0, 0, 1), (0, 2, 1), (2, 2, 1), (2, 0, 1)]
 
 @dataclass(frozen=True)
 class Mesh:
-    """Elements round the ring, its height [m] and elements over it; one over the width."""
+    """Elements round the ring, its height [m] and elements over it, one over the width; ratio of Poisson [1]."""
 
     sectors: int = SECTORS
     height: float = HEIGHT
     layers: int = 1
+    poisson: float = POISSON
 
     def places(self) -> dict[tuple[int, int, int], tuple[int, float, float, float]]:
         """Number and place [m] of the node at each half sector, half layer and half width."""
@@ -65,7 +66,7 @@ class Mesh:
         for i, of in enumerate(itertools.product(range(self.sectors), range(self.layers)), start=1):
             cell = [str(nodes[key][0]) for key in self._cell(*of)]
             lines += [f"{i}, {', '.join(cell[:10])},", ", ".join(cell[10:])]
-        lines += ["*MATERIAL, NAME=STEEL", "*ELASTIC", f"{YOUNG:.12g}, {POISSON}", "*DENSITY", f"{DENSITY}"]
+        lines += ["*MATERIAL, NAME=STEEL", "*ELASTIC", f"{YOUNG:.12g}, {self.poisson}", "*DENSITY", f"{DENSITY}"]
         return [*lines, "*SOLID SECTION, ELSET=RING, MATERIAL=STEEL"]
 
 

@@ -7,7 +7,8 @@ of systems/lin1999-n3.toml and its sisters.  Each section of the ring is held by
 foundation; a mesh joins the inside and the outside node at mid-width, as the height of its contact says.
 All is written here a second time: the deck takes no row, matrix or sign of the package.
 
-The limits below were written before the first run.  What they do not hold is in docs/theory/elastic-bodies.md.
+The limits were written before the first run, and stay; what misses them stands in MISSED with its cause, which
+docs/theory/elastic-bodies.md shows and a test keeps.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ import sys
 import tempfile
 import tomllib
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
@@ -37,6 +38,36 @@ KEPT = ROOT / "tests" / "unit" / "bodies" / "solid_set.json"
 # written before the first run: largest difference from the solid elements
 FREQUENCY_LIMITS = {"euler": 1e-2, "sheared": 3e-3, "stretched": 3e-3, "reduced": 1e-4}
 SHARING_LIMIT, DEFLECTION_LIMIT = 5e-3, 2e-2
+NO_SHEAR = "the Euler ring does not shear, which order 4 and a thick rim show"
+NO_STRETCH = "the ring does not stretch: the forces of the teeth all round widen a solid one"
+CURVED = "(h/R)^2 of a thick curved beam and contraction across the width are left out, as the free rings show"
+LOCAL = "waves of a few heights of the rim, orders from 10 on: the solid ring gives 0.1 um more where the tooth stands"
+FEW_MODES = "modes with the interfaces held come in families of one a section: 60 are the first, with 120 it holds"
+_EULER = {"frequency": NO_SHEAR, "deflection": NO_STRETCH}
+MISSED: dict[str, dict[str, dict[str, str]]] = {
+    "3 planets, thin rim": {"euler": _EULER},
+    "4 planets, thin rim": {
+        "euler": _EULER,
+        "sheared": {"frequency": NO_STRETCH, "deflection": NO_STRETCH},
+        "reduced": {"frequency": FEW_MODES},
+    },
+    "5 planets, thin rim": {"euler": _EULER, "sheared": {"deflection": NO_STRETCH}},
+    "3 planets, thick rim": {
+        "euler": _EULER,
+        "sheared": {"frequency": CURVED, "deflection": NO_STRETCH},
+        "stretched": {"frequency": CURVED},
+    },
+    "4 planets, thick rim": {
+        "euler": _EULER,
+        "sheared": {"frequency": CURVED, "deflection": NO_STRETCH},
+        "stretched": {"frequency": CURVED},
+    },
+    "5 planets, thick rim": {
+        "euler": _EULER,
+        "sheared": {"deflection": NO_STRETCH},
+        "stretched": {"frequency": CURVED, "deflection": LOCAL},
+    },
+}
 
 PLANETS = (3, 4, 5)
 SECTIONS = 60  # held ones; 3, 4 and 5 planets stand at them
@@ -327,7 +358,7 @@ def read_dat(text: str) -> tuple[list[float], list[dict[int, np.ndarray]]]:
 # --- the same by epicyclic -------------------------------------------------------------------------------------------
 
 
-def trains(rim: Rim, matrices: Path | None) -> dict[str, Callable[[int, dict[str, Any]], Train]]:
+def trains(rim: Rim, matrices: Path | None, modes: int = MODES) -> dict[str, Callable[[int, dict[str, Any]], Train]]:
     """The set by each description of its ring, of a number of planets and further overrides."""
     bending = reduced_ring.YOUNG * reduced_ring.WIDTH * rim.height**3 / 12
     foundation = {"radial": f"{RADIAL!r} N/m^2", "tangential": f"{TANGENTIAL!r} N/m^2"}
@@ -345,7 +376,7 @@ def trains(rim: Rim, matrices: Path | None) -> dict[str, Callable[[int, dict[str
         bolts = {"radius": f"{reduced_ring.RADIUS!r} m", "count": SECTIONS}
         bolts |= {"radial": f"{RADIAL * share!r} N/m", "tangential": f"{TANGENTIAL * share!r} N/m"}
         interfaces = {f"section-{s}": {"nodes": list(pair), "spider": "nodes"} for s, pair in enumerate(rim.pairs)}
-        reduced = {"file": str(matrices), "units": "kg m s", "modes": MODES, "interfaces": interfaces}
+        reduced = {"file": str(matrices), "units": "kg m s", "modes": modes, "interfaces": interfaces}
         own |= {"mass": None, "inertia": None, "support": {"radial": 0, "rz": 0, "bolts": bolts}}
         rings["reduced"] = own | {"reduced": reduced}
     return {name: partial(_train, ring) for name, ring in rings.items()}
@@ -359,7 +390,7 @@ def _train(ring: dict[str, Any], count: int, more: dict[str, Any]) -> Train:
 
 
 def moved_at(train: Train, system: System, motion: np.ndarray, steps: int) -> np.ndarray:
-    """Displacements (steps, 3, m) of the ring all round at the radius of its contacts, of motions (n, m) as reported."""
+    """Displacements (steps, 3, m) of the ring at its contacts' radius, all round, of motions (n, m) as reported."""
     i, ring = next((i, body) for i, body in enumerate(train.bodies) if body.name == "main/ring")
     body = ring.reduced if ring.elastic is None else elastic_ring(ring.elastic)
     assert body is not None
@@ -437,13 +468,57 @@ def off_deflection(found: dict[str, Any], solid: dict[str, Any]) -> float:
     )
 
 
+def row(of: str, model: str, found: dict[str, Any], solid: dict[str, Any]) -> str:
+    """Line of the table of the page: largest differences in per cent, with a star where they miss the limit."""
+    misses = missed(found, solid, model)
+    off = {name: f"{100 * value:.3g}" if value > 1e-5 else "0.001" for name, value in differences(found, solid).items()}
+    off |= {name: f"{off[name]}*" for name in misses}
+    return f"| {of} | {model} | {off['frequency']} | {off['sharing']} | {off['deflection']} |"
+
+
+def missed(found: dict[str, Any], solid: dict[str, Any], model: str) -> set[str]:
+    """Which limits a model does not hold: of `frequency`, `sharing`, `deflection`."""
+    off = differences(found, solid)
+    limits = {"frequency": FREQUENCY_LIMITS[model], "sharing": SHARING_LIMIT, "deflection": DEFLECTION_LIMIT}
+    return {name for name, limit in limits.items() if off[name] > limit}
+
+
+def differences(found: dict[str, Any], solid: dict[str, Any]) -> dict[str, float]:
+    """Largest differences from the solid elements."""
+    pairs = list(zip(found["static"], solid["static"], strict=True))
+    return {
+        "frequency": off_frequency(found["frequency"], solid["frequency"]),
+        "sharing": max(off_sharing(*pair) for pair in pairs),
+        "deflection": max(off_deflection(*pair) for pair in pairs),
+    }
+
+
+def same_by(train: Callable[[int, dict[str, Any]], Train], count: int) -> dict[str, Any]:
+    """What `solved_set` gives, of a set by its model file."""
+    loaded = [at_rest(train(count, more)) for more in (LOADED, with_error(count))]
+    return {"frequency": in_plane(train(count, {})), "static": loaded}
+
+
+def free_ring(folder: Path, rim: str, poisson: float) -> list[float]:
+    """Frequencies of orders 2, 3, 4 of the free ring of solid elements in its plane [Hz]."""
+    own = RIMS[rim]
+    held = ["*BOUNDARY", *(f"{node}, 3, 3" for pair in own.pairs for node in pair)]
+    lines = replace(own.mesh, poisson=poisson).lines() + held
+    reduced_ring.run(folder, "free", [*lines, "*STEP", "*FREQUENCY", "12", "*END STEP"])
+    return [f for f in read_dat((folder / "free.dat").read_text())[0] if f > 1.0][:6:2]
+
+
 def solid_numbers(folder: Path) -> dict[str, Any]:
-    """What CalculiX finds of all sets, by number of planets and height of the rim."""
-    return {f"{count} planets, {rim} rim": solved_set(folder, count, rim) for count in PLANETS for rim in RIMS}
+    """What CalculiX finds of all sets, by number of planets and height of the rim, and of the free rings."""
+    found: dict[str, Any] = {
+        f"{count} planets, {rim} rim": solved_set(folder, count, rim) for count in PLANETS for rim in RIMS
+    }
+    ratios = (reduced_ring.POISSON, 0.0)
+    return found | {"free rings": {rim: {str(nu): free_ring(folder, rim, nu) for nu in ratios} for rim in RIMS}}
 
 
 def main(keep: bool) -> None:
-    """Print frequencies, K_gamma and deflections beside those of the solid elements."""
+    """Print the differences of every set, and which limits they miss."""
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
         solid = solid_numbers(folder)
@@ -453,22 +528,31 @@ def main(keep: bool) -> None:
             (folder / name).mkdir()
             matrices = reduced_ring.solved(folder / name, mesh=rim.mesh)
             for count in PLANETS:
-                report(count, name, solid[f"{count} planets, {name} rim"], matrices)
+                of = f"{count} planets, {name} rim"
+                report(of, trains(rim, matrices), count, solid[of])
+        print("free rings", json.dumps(solid["free rings"]))
 
 
-def report(count: int, rim: str, solid: dict[str, Any], matrices: Path) -> None:
+def report(
+    of: str, models: dict[str, Callable[[int, dict[str, Any]], Train]], count: int, solid: dict[str, Any]
+) -> None:
     """Print one set."""
-    print(f"{count} planets, {rim} rim")
-    print(f"  {'solid':10s}", *(f"{f:9.3f}" for f in solid["frequency"]))
-    for name, train in trains(RIMS[rim], matrices).items():
-        found = in_plane(train(count, {}))
-        print(f"  {name:10s}", *(f"{f:9.3f}" for f in found), f"{off_frequency(found, solid['frequency']):.2e}")
-        for case, more in zip(solid["static"], (LOADED, with_error(count)), strict=True):
-            rest = at_rest(train(count, more))
-            ks = [k_gamma(one["force"], g) for g in ("sun-planet", "planet-ring") for one in (case, rest)]
-            print("     K", *(f"{k:.5f}" for k in ks), f"off {off_sharing(rest, case):.1e}", end="  ")
-            print("w", *(f"{1e6 * w:.4f}" for w in (*case["deflection"], *rest["deflection"])), end=" ")
-            print(f"um off {off_deflection(rest, case):.1e}")
+    print(of, "", *(f"{f:.2f}" for f in solid["frequency"]))
+    print_rest("solid", solid)
+    for model, train in models.items():
+        found = same_by(train, count)
+        print_rest(model, found)
+        print(
+            "  ", *(f"{1e2 * (a / b - 1):+.4f} %" for a, b in zip(found["frequency"], solid["frequency"], strict=True))
+        )
+        print(row(of, model, found, solid))
+
+
+def print_rest(model: str, found: dict[str, Any]) -> None:
+    """Print K_gamma with the pin error and deflections with and without it."""
+    k = [f"{k_gamma(found['static'][1]['force'], group):.5f}" for group in ("sun-planet", "planet-ring")]
+    moved = ["  ".join(f"{1e6 * w:.3f}" for w in one["deflection"]) for one in found["static"]]
+    print(f"  {model:10s} K_gamma {' '.join(k)}; um {'; '.join(moved)}")
 
 
 if __name__ == "__main__":

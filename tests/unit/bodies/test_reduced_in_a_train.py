@@ -12,8 +12,8 @@ import reduced_ring
 from tests.unit.bodies.bricks import brick_ring
 
 from epicyclic import ModelError, assemble, load, static
-from epicyclic.bodies.reading import read_body
 from epicyclic.bodies.native_file import native_bytes
+from epicyclic.bodies.reading import read_body
 from epicyclic.bodies.reduced_body import ReducedBody
 from epicyclic.bodies.turning import axisymmetric
 from epicyclic.questions.modes.eigen import whirl
