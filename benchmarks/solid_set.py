@@ -365,7 +365,11 @@ def trains(rim: Rim, matrices: Path | None, modes: int = MODES) -> dict[str, Cal
     elastic = {"radius": f"{reduced_ring.RADIUS!r} m", "bending": f"{bending!r} N m^2", "modes": ORDERS}
     elastic["foundation"] = foundation
     sheared = elastic | {"area": f"{rim.area!r} m^2"}
-    own = {"mass": f"{rim.mass!r} kg", "inertia": f"{rim.inertia!r} kg m^2", "support": {"radial": 0, "rz": 0}}
+    own: dict[str, Any] = {
+        "mass": f"{rim.mass!r} kg",
+        "inertia": f"{rim.inertia!r} kg m^2",
+        "support": {"radial": 0, "rz": 0},
+    }
     rings: dict[str, dict[str, Any]] = {
         "euler": own | {"elastic": elastic},
         "sheared": own | {"elastic": sheared},
