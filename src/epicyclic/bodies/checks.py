@@ -25,6 +25,7 @@ _MASS_WRONG, _MASS_SAID = 1e-3, 1e-6
 _NOISE, _SHIFT = 1e-12, 1e-10  # of squared frequencies over the largest ratio of the diagonals
 _Solve = Callable[[Array], Array]
 _HUGE = 1e100  # squares of it are finite
+_ON_AXIS = 1e-9  # place of the centre of mass, per size of the body, that is rounding
 _MODES, _SMALL = 6, 300  # frequencies that are said; coordinates of what is solved at once
 # what a factor of a mass or inertia usually is, by its power of ten
 _FACTORS = {
@@ -215,6 +216,8 @@ def _mass_properties(body: ReducedBody, rigid: Array, where: str) -> tuple[float
         raise refused(where, "M", "another mass in each direction", "one mass", given=f"{given} kg")
     turned = found[:3, 3:] / mass  # motion of the centre as the body turns about each axis
     centre = 0.5 * np.array([turned[1, 2] - turned[2, 1], turned[2, 0] - turned[0, 2], turned[0, 1] - turned[1, 0]])
+    reach = math.sqrt(np.trace(found[3:, 3:]) / mass)
+    centre = np.where(np.abs(centre) > _ON_AXIS * reach, centre, 0.0)  # a lever of rounding would couple what is free
     return mass, centre, found[3:, 3:] - mass * (centre @ centre * np.eye(3) - np.outer(centre, centre))
 
 
