@@ -206,8 +206,8 @@ def _lightly_damped(modal: Modal) -> NDArray[np.bool_]:
     return light
 
 
-# Cycles of GMRES with D^-1: a tone alone converges in one or two, with several tones the block takes over after two.
-_RESTARTS, _FIRST = 6, 2
+# Products with D^-1 alone, where tones are several, before the block takes over.
+_TRIAL = 16
 # Coordinates in the block: those that the variation moves by more than this part of themselves at once.  On two
 # planetary stages (30 coordinates, 1273 lattice points) 0.3 takes 46 products where D^-1 alone takes 780; 0.1 takes 35
 # with a block twice as large.
@@ -363,18 +363,18 @@ def _batched(balance: _Balance, start: Guess | None) -> tuple[Array, Array, Arra
         y, scale = start[0].reshape(len(first), -1), start[1]
         step = first - apply(y)
     several = lattice.tones > 1
-    change, left, calls = gmres(apply, step, target=tolerance * scale, restarts=_FIRST if several else _RESTARTS)
+    trial: dict[str, int] = {"basis": _TRIAL, "restarts": 1} if several else {}
+    change, left, calls = gmres(apply, step, target=tolerance * scale, **trial)
     y = y + change
     stalled = np.isfinite(left) & (left > tolerance * scale) & several
     for p in np.flatnonzero(stalled).tolist():
-        block = resonant_block(balance.system, balance.modal, balance.kernel, balance.batch.frequency[p])
-        if block is not None:
-            right, rows = balance.of([p]).preconditioned()
-            target = tolerance * scale[[p]]
-            more, rest, used = gmres(lambda x: rows(block(x)), right - rows(y[[p]]), target=target)  # noqa: B023
-            calls += used
-            if rest[0] < left[p]:
-                y[p], left[p] = y[p] + block(more)[0], rest[0]
+        block = resonant_block(balance.system, balance.modal, balance.kernel, balance.batch.frequency[p]) or np.asarray
+        right, rows = balance.of([p]).preconditioned()
+        target = tolerance * scale[[p]]
+        more, rest, used = gmres(lambda x: rows(block(x)), right - rows(y[[p]]), target=target)  # noqa: B023
+        calls += used
+        if rest[0] < left[p]:
+            y[p], left[p] = y[p] + block(more)[0], rest[0]
     return y.reshape(shape), left / scale, scale, calls
 
 

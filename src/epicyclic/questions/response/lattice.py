@@ -21,12 +21,16 @@ from itertools import product as combinations
 from typing import NamedTuple
 
 import numpy as np
+import scipy.linalg
 from numpy.typing import NDArray
 
 from ...system.system import Array, ComplexArray, Index, System
 
 Point = tuple[int, ...]
 Integers = NDArray[np.object_]
+_TINY = 1e-300
+# Part of b b^T that those of other rows leave, below which a row is made of them.
+_DEPENDENT = 1e-12
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -290,40 +294,51 @@ def kernel(system: System, tone: Index, harmonics: tuple[int, ...], cross: int, 
         _axis(system, np.flatnonzero(tone == j), lengths[j], lattice, bundles[j], truncated, j) for j in range(D)
     )
     several = np.count_nonzero(truncated, axis=1) != 1
-    distinct, owner = _distinct_rows(system.meshes.B, tone)
+    distinct, weight = _distinct_rows(system.meshes.B, tone)
     return Kernel(
         lattice=lattice,
         truncated=truncated,
         truncated_kind=np.where(several, D, np.argmax(truncated != 0, axis=1)),
         axes=axes,
-        joined=tuple(_joined(axis, owner) for axis in axes) if len(distinct) < len(owner) else axes,
+        joined=tuple(_joined(axis, weight) for axis in axes) if len(distinct) < len(tone) else axes,
         distinct=distinct,
     )
 
 
-def _distinct_rows(B: Array, tone: Index) -> tuple[Index, Index]:
-    """Mesh rows with a column of B (n, m) and a tone (m,) of their own, (r,), and for each mesh which of them, (m,).
+def _distinct_rows(B: Array, tone: Index) -> tuple[Index, Array]:
+    """Mesh rows (r,) that the others of their tone (m,) are made of, and weights w (r, m): b_m b_m^T = sum_r w b_r b_r^T.
 
-    Both sides of a herringbone mesh are one where nothing tilts.
+    So sum_m k_m b_m b_m^T is that of the r rows with sum_m w k_m, for any k_m(t); by pivoted QR of the b b^T.
+    Both sides of a herringbone mesh are one where nothing tilts, slices along a face of two rigid bodies three.
+
+    B : (n, m).
     """
-    columns = np.vstack([tone, B]).T + 0.0  # -0 is 0
-    number: dict[bytes, int] = {}
-    owner = [number.setdefault(column.tobytes(), len(number)) for column in columns]
-    first = [owner.index(row) for row in range(len(number))]
-    return np.array(first, np.int64), np.array(owner, np.int64)
+    rows = B / np.maximum(np.max(np.abs(B), axis=1, keepdims=True), _TINY)  # moments and forces alike
+    size = np.maximum(np.linalg.norm(rows, axis=0), _TINY)
+    one, other = np.triu_indices(len(rows))
+    dyads = (rows[one] * rows[other] * np.where(one == other, 1.0, np.sqrt(2.0))[:, None]) / size**2
+    weight = np.zeros((tone.size, tone.size))
+    for number in np.unique(tone):
+        of = np.flatnonzero(tone == number)
+        triangle, pivot = scipy.linalg.qr(dyads[:, of], mode="r", pivoting=True)
+        rank = int(np.count_nonzero(np.abs(np.diag(triangle)) > _DEPENDENT))
+        share = scipy.linalg.solve_triangular(triangle[:rank, :rank], triangle[:rank])
+        kept, every = of[pivot[:rank]], of[pivot]
+        weight[np.ix_(kept, every)] = share * (size[every] / size[kept, None]) ** 2
+    distinct = np.flatnonzero(np.any(weight, axis=1))
+    return distinct, weight[distinct]
 
 
-def _joined(axis: Axis, owner: Index) -> Axis:
-    """An axis whose rows are sums of the meshes with one owner (m,)."""
-    rows, row = np.unique(owner[axis.meshes], return_inverse=True)
+def _joined(axis: Axis, weight: Array) -> Axis:
+    """An axis whose rows are sums of the meshes by weights (r, m); its truncated points stay with the meshes."""
+    rows = np.flatnonzero(np.any(weight[:, axis.meshes], axis=1))
+    share = weight[np.ix_(rows, axis.meshes)]
 
     def summed(part: Convolution) -> Convolution:
-        own, lines = (np.zeros((rows.size, *matrix.shape[1:])) for matrix in (part.own_matrix, part.line_matrix))
-        np.add.at(own, row, part.own_matrix)
-        np.add.at(lines, row, part.line_matrix)
+        own, lines = (np.tensordot(share, matrix, axes=1) for matrix in (part.own_matrix, part.line_matrix))
         return part._replace(own_matrix=own, line_matrix=lines)
 
-    return Axis(rows, summed(axis.kept), summed(axis.truncated))
+    return axis._replace(meshes=rows, kept=summed(axis.kept))
 
 
 def _truncated_points(lattice: Lattice, bundles: Sequence[Bundle], lengths: Sequence[int]) -> Index:
@@ -424,16 +439,21 @@ def _convolution(series: ComplexArray, given: Index, wanted: Index, *, mirrored:
 
     series : (m, 2 reach + 1) kappa, two-sided.  Of a real signal (`mirrored`) harmonic 0 is half of that and real.
     """
-    centre = series.shape[1] // 2
-    direct = series[:, centre + wanted[None, :] - given[:, None]]
-    folded = series[:, centre + wanted[None, :] + given[:, None]] if mirrored else np.zeros_like(direct)
-    real = np.concatenate([direct.real + folded.real, folded.imag - direct.imag], axis=1)
-    imag = np.concatenate([direct.imag + folded.imag, direct.real - folded.real], axis=1)
+    centre, m, G, W = series.shape[1] // 2, len(series), given.size, wanted.size
+    parts = np.stack([series.real, series.imag])
+    real, imag = parts.take(centre + wanted[None, :] - given[:, None], axis=2)
+    out = np.empty((m, 2, G, 2, W))
+    out[:, 0, :, 0], out[:, 0, :, 1], out[:, 1, :, 0], out[:, 1, :, 1] = real, imag, -imag, real
     if mirrored:
-        real[:, :, wanted == 0] /= 2
-        imag[:, :, wanted == 0] = 0
-        imag[:, given.size + np.flatnonzero(given == 0)] = real[:, given.size + np.flatnonzero(given == 0)] = 0
-    return np.ascontiguousarray(np.concatenate([real, imag], axis=2))
+        real, imag = parts.take(centre + wanted[None, :] + given[:, None], axis=2)
+        out[:, 0, :, 0] += real
+        out[:, 0, :, 1] += imag
+        out[:, 1, :, 0] += imag
+        out[:, 1, :, 1] -= real
+        out[:, :, :, 0, wanted == 0] /= 2
+        out[:, :, :, 1, wanted == 0] = 0
+        out[:, 1, given == 0] = 0
+    return out.reshape(m, 2 * G, 2 * W)
 
 
 def product(kernel: Kernel, gap: Array, *, joined: bool = False) -> Array:
