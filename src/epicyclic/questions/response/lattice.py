@@ -306,7 +306,7 @@ def kernel(system: System, tone: Index, harmonics: tuple[int, ...], cross: int, 
 
 
 def _distinct_rows(B: Array, tone: Index) -> tuple[Index, Array]:
-    """Mesh rows (r,) that the others of their tone (m,) are made of, and weights w (r, m): b_m b_m^T = sum_r w b_r b_r^T.
+    """Mesh rows (r,) that those of their tone are made of, and weights w (r, m): b_m b_m^T = sum_r w_rm b_r b_r^T.
 
     So sum_m k_m b_m b_m^T is that of the r rows with sum_m w k_m, for any k_m(t); by pivoted QR of the b b^T.
     Both sides of a herringbone mesh are one where nothing tilts, slices along a face of two rigid bodies three.
