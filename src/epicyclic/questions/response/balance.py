@@ -211,7 +211,7 @@ _TRIAL = 16
 # Coordinates in the block: those that the variation moves by more than this part of themselves at once.  On two
 # planetary stages (30 coordinates, 1273 lattice points) 0.3 takes 46 products where D^-1 alone takes 780; 0.1 takes 35
 # with a block twice as large.
-_GAIN = 0.3
+_GAIN = 0.2
 # Coordinates at most, complex ones: factors of 72 MB, made in 2 s.
 _MOST = 1500
 
@@ -329,8 +329,11 @@ def solve(
     uncertainty = _sharpen(balance, y, residual, scale)
     P, _, J, n = y.shape
     gap = (modal.gaps @ y.reshape(-1, n).T).reshape(-1, P, 2 * J) - error
-    truncated_force = truncated_product(kernel, gap) if len(kernel.truncated) else None
-    truncation_residual = _truncation_residual(modal, kernel, batch, truncated_force)
+    # without errors sums of rows tell how large the response to them is; the last solution alone needs the force of all
+    whole = bool(error.any()) or kernel.joined is kernel.axes
+    rows = slice(None) if whole else kernel.distinct
+    truncated_force = truncated_product(kernel, gap[rows], joined=not whole) if len(kernel.truncated) else None
+    truncation_residual = _truncation_residual(modal.pulls[rows], modal, kernel, batch, truncated_force)
     return HarmonicSolution(
         y=y,
         gap=gap,
@@ -340,7 +343,7 @@ def solve(
         scale=scale,
         calls=calls,
         uncertainty=uncertainty,
-        truncated_force=truncated_force,
+        truncated_force=truncated_force if whole else None,
     )
 
 
@@ -428,10 +431,10 @@ def diagonal_product(factor: tuple[Array, Array], y: Array) -> Array:
     return out
 
 
-def _pull(modal: Modal, force: Array) -> Array:
-    """Mesh forces (m, P, 2 J) [N] on the modal coordinates, (P, 2, J, n)."""
+def _pull(pulls: Array, force: Array) -> Array:
+    """Mesh forces (m, P, 2 J) [N] on the modal coordinates, (P, 2, J, n), by their pulls (m, n)."""
     m, P, J2 = force.shape
-    return (force.reshape(m, -1).T @ modal.pulls).reshape(P, 2, J2 // 2, -1)
+    return (force.reshape(m, -1).T @ pulls).reshape(P, 2, J2 // 2, -1)
 
 
 def _coupling(modal: Modal, kernel: Kernel, batch: Batch) -> Callable[[Array], Array]:
@@ -482,7 +485,7 @@ def _right(system: System, modal: Modal, kernel: Kernel, batch: Batch, error: Ar
         rate = meshes.damping[:, None, None] * batch.frequency
         pulled[:, :, :J] -= rate * error[:, :, J:]
         pulled[:, :, J:] += rate * error[:, :, :J]
-    result: Array = force + _pull(modal, pulled)
+    result: Array = force + _pull(modal.pulls, pulled)
     return result
 
 
@@ -499,16 +502,16 @@ def _scale(first: Array, start: Array, *, mean: bool) -> Array:
     return np.where(scale == 0, 1.0, scale)
 
 
-def _truncation_residual(modal: Modal, kernel: Kernel, batch: Batch, force: Array | None) -> Array:
+def _truncation_residual(pulls: Array, modal: Modal, kernel: Kernel, batch: Batch, force: Array | None) -> Array:
     """Size of the response to forces on the truncated harmonics, by kind, (P, D + 1): the exact residual beyond those
     kept.
 
-    force : (m, P, 2 T) of the meshes on them [N]; None where there are none.
+    pulls, force : (r, n) of mesh rows, and (r, P, 2 T) of them on these harmonics [N]; None where there are none.
     """
     if force is None:
         return np.zeros((len(batch.frequency), kernel.lattice.tones + 1))
     # |y| = |force| / |D|: both parts of y need not be told apart
-    w, pulled = batch.truncated_frequency[:, :, None], _pull(modal, force)
+    w, pulled = batch.truncated_frequency[:, :, None], _pull(pulls, force)
     held = (modal.squared - w**2) ** 2 + (w * modal.damping) ** 2
     held[held == 0] = np.inf
     squares = ((pulled[:, 0] ** 2 + pulled[:, 1] ** 2) / held).sum(axis=2)

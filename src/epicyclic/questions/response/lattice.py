@@ -15,8 +15,9 @@ its axis.  Derived here: no aliasing, since no product is sampled.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import cached_property, partial
 from itertools import product as combinations
 from typing import NamedTuple
 
@@ -230,19 +231,33 @@ class Gather:
     mirrors: bool
 
 
-class Convolution(NamedTuple):
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Convolution:
     """From gap harmonics (2 J) to harmonics of the force of the meshes (m_j,) of one tone, at some lattice points.
 
+    series : (m_j, 2 reach + 1) harmonics of k - k0, two-sided [N/m].  mirrored : of a real signal.
     own, lines : gap harmonics to the multiples of the tone (2 Jo) and to the other lines (lines, 2 W).
-    own_matrix (m_j, 2 Jo, 2 Jo'), line_matrix (m_j, 2 W, 2 W') : those harmonics @ them = harmonics of the force [N/m].
+    own_orders, line_orders : orders of those harmonics, and of the harmonics of the force.
     back : multiples and lines, one after the other, to the points.
     """
 
+    series: ComplexArray
+    mirrored: bool
     own: Gather
-    own_matrix: Array
+    own_orders: tuple[Index, Index]
     lines: Gather
-    line_matrix: Array
+    line_orders: tuple[Index, Index]
     back: Gather
+
+    @cached_property
+    def own_matrix(self) -> Array:
+        """(m_j, 2 Jo, 2 Jo') [N/m]: multiples of the tone @ it are those of the force."""
+        return _convolution(self.series, *self.own_orders, mirrored=self.mirrored)
+
+    @cached_property
+    def line_matrix(self) -> Array:
+        """(m_j, 2 W, 2 W') [N/m]: the same of the other lines."""
+        return _convolution(self.series, *self.line_orders, mirrored=False)
 
 
 class Axis(NamedTuple):
@@ -330,15 +345,10 @@ def _distinct_rows(B: Array, tone: Index) -> tuple[Index, Array]:
 
 
 def _joined(axis: Axis, weight: Array) -> Axis:
-    """An axis whose rows are sums of the meshes by weights (r, m); its truncated points stay with the meshes."""
+    """An axis whose rows are sums of the meshes by weights (r, m)."""
     rows = np.flatnonzero(np.any(weight[:, axis.meshes], axis=1))
-    share = weight[np.ix_(rows, axis.meshes)]
-
-    def summed(part: Convolution) -> Convolution:
-        own, lines = (np.tensordot(share, matrix, axes=1) for matrix in (part.own_matrix, part.line_matrix))
-        return part._replace(own_matrix=own, line_matrix=lines)
-
-    return axis._replace(meshes=rows, kept=summed(axis.kept))
+    series = weight[np.ix_(rows, axis.meshes)] @ axis.kept.series
+    return Axis(rows, replace(axis.kept, series=series), replace(axis.truncated, series=series))
 
 
 def _truncated_points(lattice: Lattice, bundles: Sequence[Bundle], lengths: Sequence[int]) -> Index:
@@ -378,19 +388,18 @@ def _axis(system: System, meshes: Index, L: int, lattice: Lattice, lines: Bundle
     out = [(origin, own), *((tuple(rest), width) for rest in lines.rests[: lines.several])]
     truncated_lines = [(origin, own_truncated), *((tuple(rest), wide) for rest in lines.rests)]
     own_gap = _parts(lattice.own[j], np.ones(own.size), J)
-    kept = Convolution(
-        own_gap,
-        _convolution(series, own, own, mirrored=lattice.mirrored),
-        _parts(take, mirror, J),
-        _convolution(series, width, width, mirrored=False),
-        _back(lattice.points, out, j, mirrored=lattice.mirrored),
+    of_axis = partial(Convolution, series=series, mirrored=lattice.mirrored, own=own_gap)
+    kept = of_axis(
+        own_orders=(own, own),
+        lines=_parts(take, mirror, J),
+        line_orders=(width, width),
+        back=_back(lattice.points, out, j, mirrored=lattice.mirrored),
     )
-    beyond = Convolution(
-        own_gap,
-        _convolution(series, own, own_truncated, mirrored=lattice.mirrored),
-        _parts(lines.take, lines.mirror, J),
-        _convolution(series, width, wide, mirrored=False),
-        _back(truncated, truncated_lines, j, mirrored=lattice.mirrored),
+    beyond = of_axis(
+        own_orders=(own, own_truncated),
+        lines=_parts(lines.take, lines.mirror, J),
+        line_orders=(width, wide),
+        back=_back(truncated, truncated_lines, j, mirrored=lattice.mirrored),
     )
     return Axis(meshes, kept, beyond)
 
@@ -465,10 +474,10 @@ def product(kernel: Kernel, gap: Array, *, joined: bool = False) -> Array:
     return _product([(axis.meshes, axis.kept) for axis in axes], gap, np.empty_like(gap))
 
 
-def truncated_product(kernel: Kernel, gap: Array) -> Array:
-    """(k(t) - k0) gap(t) at the truncated points: gap (m, P, 2 J) [m] to (m, P, 2 T) [N]."""
-    out = np.empty((*gap.shape[:2], 2 * len(kernel.truncated)))
-    return _product([(axis.meshes, axis.truncated) for axis in kernel.axes], gap, out)
+def truncated_product(kernel: Kernel, gap: Array, *, joined: bool = False) -> Array:
+    """(k(t) - k0) gap(t) at the truncated points: gap (m, P, 2 J) [m] to (m, P, 2 T) [N]; joined : as of `product`."""
+    out, axes = np.empty((*gap.shape[:2], 2 * len(kernel.truncated))), kernel.joined if joined else kernel.axes
+    return _product([(axis.meshes, axis.truncated) for axis in axes], gap, out)
 
 
 def _product(parts: Sequence[tuple[Index, Convolution]], gap: Array, out: Array) -> Array:
