@@ -22,6 +22,7 @@ from itertools import product as combinations
 from typing import NamedTuple
 
 import numpy as np
+import scipy.fft
 import scipy.linalg
 from numpy.typing import NDArray
 
@@ -253,6 +254,30 @@ class Convolution:
     def own_matrix(self) -> Array:
         """(m_j, 2 Jo, 2 Jo') [N/m]: multiples of the tone @ it are those of the force."""
         return _convolution(self.series, *self.own_orders, mirrored=self.mirrored)
+
+    @cached_property
+    def _own_spectrum(self) -> ComplexArray:
+        """Transform (m_j, N) of the series, with as many points as the product of all multiples has orders."""
+        centre, used = self.series.shape[1] // 2, np.flatnonzero(np.any(self.series, axis=0))
+        orders = used - centre
+        reach = np.max(np.abs(orders), initial=0) + np.max(np.abs(self.own_orders[0]))
+        wrapped = np.zeros((len(self.series), scipy.fft.next_fast_len(int(2 * reach + 1))), complex)
+        wrapped[:, orders] = self.series[:, used]
+        spectrum: ComplexArray = np.fft.fft(wrapped)
+        return spectrum
+
+    def own_product(self, values: Array) -> Array:
+        """Multiples of the tone (m_j, P, 2 Jo) @ `own_matrix` by a transform: of many harmonics that is large."""
+        (given, wanted), parts = self.own_orders, to_complex(values)
+        spread = np.zeros((*values.shape[:2], self._own_spectrum.shape[1]), complex)
+        spread[:, :, given] = parts
+        if self.mirrored:
+            spread[:, :, -given] = parts.conj()
+            spread[:, :, 0] = 2 * parts[:, :, 0].real
+        force: ComplexArray = np.fft.ifft(np.fft.fft(spread) * self._own_spectrum[:, None])[:, :, wanted]
+        if self.mirrored:
+            force[:, :, wanted == 0] = force[:, :, wanted == 0].real / 2
+        return to_real(force)
 
     @cached_property
     def line_matrix(self) -> Array:
@@ -503,19 +528,17 @@ def to_complex(parts: Array) -> ComplexArray:
 
 
 def _convolved(rows: Array, through: Convolution) -> Array:
-    """Gathered columns of rows (m, P, C) times one matrix a mesh, part by part, and gathered again."""
-    (m, P, C), parts = rows.shape, ((through.own, through.own_matrix), (through.lines, through.line_matrix))
+    """Gathered columns of rows (m, P, C), the lines times one matrix a mesh, and gathered again."""
+    m, P, C = rows.shape
     padded = np.zeros((m, P, C + 1))  # the last column reads 0
     padded[:, :, :-1] = rows
-    lines = [gather.place.size // matrix.shape[1] for gather, matrix in parts]
-    sizes = [count * matrix.shape[2] for count, (_, matrix) in zip(lines, parts, strict=True)]
-    result, first = np.empty((m, P, sum(sizes) + 1)), 0
-    for count, size, (gather, matrix) in zip(lines, sizes, parts, strict=True):
-        picked = _gathered(padded, gather).reshape(m, P, count, matrix.shape[1])
-        out = result[:, :, first : first + size].reshape(m, P, count, matrix.shape[2])
-        np.matmul(picked, matrix[:, None], out=out)
-        first += size
-    result[:, :, -1] = 0.0
+    picked, (given, wide) = _gathered(padded, through.lines), through.line_matrix.shape[1:]
+    own, count = through.own_product(_gathered(padded, through.own)), through.lines.place.size // given
+    first = own.shape[2]
+    result = np.empty((m, P, first + count * wide + 1))
+    result[:, :, :first], result[:, :, -1] = own, 0.0
+    out = result[:, :, first:-1].reshape(m, P, count, wide)
+    np.matmul(picked.reshape(m, P, count, given), through.line_matrix[:, None], out=out)
     return _gathered(result, through.back)
 
 
