@@ -37,7 +37,7 @@ from numpy.typing import NDArray
 
 from ...system.system import Array, ComplexArray, Index, System
 from ..modes.eigen import Modal
-from .lattice import Kernel, product, stiffness_series, to_real, truncated_product
+from .lattice import Kernel, product, stiffness_series, to_complex, to_real, truncated_product
 
 _TINY = 1e-300
 # Least |D| of the preconditioner, per omega_r^2.  At a resonance of the mean system without damping D is 0 although the
@@ -544,21 +544,21 @@ def resonant_block(system: System, modal: Modal, kernel: Kernel, frequency: Arra
         return None
     point, mode = np.unravel_index(order, gain.shape)
     near = inverse[point, mode][:, None]
-    direct = near * _couplings(waves, kernel.lattice.points[point], mode, sign=1) + np.eye(order.size)
-    folded = near * _couplings(waves, kernel.lattice.points[point], mode, sign=-1) * kernel.lattice.mirrored
-    rows = np.block(
-        [
-            [direct.real + folded.real, folded.imag - direct.imag],
-            [direct.imag + folded.imag, direct.real - folded.real],
-        ]
-    )
+    rows = near * _couplings(waves, kernel.lattice.points[point], mode, sign=1) + np.eye(order.size)
+    real = kernel.lattice.mirrored  # where the conjugate of an amplitude counts, parts are solved, else amplitudes
+    if real:
+        folded = near * _couplings(waves, kernel.lattice.points[point], mode, sign=-1)
+        rows = np.block(
+            [[rows.real + folded.real, folded.imag - rows.imag], [rows.imag + folded.imag, rows.real - folded.real]]
+        )
     factors = scipy.linalg.lu_factor(rows, overwrite_a=True)
     both = np.concatenate([order, frequency.size * len(modal.squared) + order])
 
     def solve(x: Array) -> Array:
         """The block solved, (1, 2 J n)."""
-        out = x.copy()
-        out[0, both] = scipy.linalg.lu_solve(factors, x[0, both])
+        out, near = x.copy(), x[0, both]
+        solved = scipy.linalg.lu_solve(factors, near if real else to_complex(near))
+        out[0, both] = solved if real else to_real(solved)
         return out
 
     return solve

@@ -33,6 +33,8 @@ Integers = NDArray[np.object_]
 _TINY = 1e-300
 # Part of b b^T that those of other rows leave, below which a row is made of them.
 _DEPENDENT = 1e-12
+# Parts of multiples of a tone from which a transform takes less time than their matrix.
+_MANY = 200
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -267,7 +269,9 @@ class Convolution:
         return spectrum
 
     def own_product(self, values: Array) -> Array:
-        """Multiples of the tone (m_j, P, 2 Jo) @ `own_matrix` by a transform: of many harmonics that is large."""
+        """Multiples of the tone (m_j, P, 2 Jo) @ `own_matrix`; by a transform where they are many and it is large."""
+        if values.shape[2] < _MANY:
+            return np.asarray(values @ self.own_matrix)
         (given, wanted), parts = self.own_orders, to_complex(values)
         spread = np.zeros((*values.shape[:2], self._own_spectrum.shape[1]), complex)
         spread[:, :, given] = parts
