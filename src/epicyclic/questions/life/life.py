@@ -93,7 +93,9 @@ def life(source: Train | Duty, options: LifeOptions, *, progress: Callable[[floa
     """
     cases: Mapping[str, tuple[Train | Drive, float]]
     cases = {"operation": (source, 1.0)} if isinstance(source, Train) else source.cases
-    outcome = outcomes(partial(_at_case, options), [given for given, _ in cases.values()], long=True, progress=progress)
+    outcome = outcomes(
+        partial(_bearings, options), [given for given, _ in cases.values()], long=True, progress=progress
+    )
     found, good, warnings = dict[tuple[str, str], State](), list[str](), list[CodedText]()
     for case, one in zip(cases, outcome, strict=True):
         if one.value is None:
@@ -106,7 +108,8 @@ def life(source: Train | Duty, options: LifeOptions, *, progress: Callable[[floa
     if not good:
         assert outcome[0].error is not None
         raise outcome[0].error
-    first = _train(cases[good[0]][0])
+    given = cases[good[0]][0]
+    first = given if isinstance(given, Train) else given.train
     links = rolling_links(first)
     warnings += [
         *_standing(found),
@@ -124,17 +127,9 @@ def life(source: Train | Duty, options: LifeOptions, *, progress: Callable[[floa
     )
 
 
-def _train(given: Train | Drive) -> Train:
-    return given if isinstance(given, Train) else given.train
-
-
-def _at_case(options: LifeOptions, given: Train | Drive) -> tuple[dict[str, State], Sequence[CodedText]]:
-    """`_bearings` of a train, or of a drive at one of its cases."""
-    return _bearings(_train(given), options)
-
-
-def _bearings(train: Train, options: LifeOptions) -> tuple[dict[str, State], Sequence[CodedText]]:
+def _bearings(options: LifeOptions, given: Train | Drive) -> tuple[dict[str, State], Sequence[CodedText]]:
     """Bearings of a train at one operating point by their names, and warnings of the train."""
+    train = given if isinstance(given, Train) else given.train
     if not (rolling := rolling_links(train)):
         allowed = '"cylindrical roller" or another, and its parts'
         raise ModelError("no bearing is stated by its parts", path="stages.*.planet.bearing.type", allowed=allowed)
