@@ -212,7 +212,7 @@ _TRIAL = 16
 # and a helical stage (53 coordinates, 1285 lattice points) 0.3 takes 94 to 132 products, 0.2 takes 61 to 78 with blocks
 # up to twice as large.
 _GAIN = 0.2
-# Coordinates at most, complex ones: factors of 36 MB.
+# Coordinates at most, complex ones: factors of 36 or, of a real signal, 72 MB.
 _MOST = 1500
 
 
@@ -551,16 +551,13 @@ def resonant_block(system: System, modal: Modal, kernel: Kernel, frequency: Arra
         rows = np.block(
             [[rows.real + folded.real, folded.imag - rows.imag], [rows.imag + folded.imag, rows.real - folded.real]]
         )
-    # single precision is enough of a preconditioner, and half as much to read in every product
-    factors = scipy.linalg.lu_factor(rows.astype(np.float32 if real else np.complex64), overwrite_a=True)
+    factors = scipy.linalg.lu_factor(rows, overwrite_a=True)
     both = np.concatenate([order, frequency.size * len(modal.squared) + order])
 
     def solve(x: Array) -> Array:
         """The block solved, (1, 2 J n)."""
         out, near = x.copy(), x[0, both]
-        solved = scipy.linalg.lu_solve(
-            factors, near.astype(np.float32) if real else to_complex(near).astype(np.complex64)
-        )
+        solved = scipy.linalg.lu_solve(factors, near if real else to_complex(near))
         out[0, both] = solved if real else to_real(solved)
         return out
 
