@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -30,7 +31,7 @@ UNSTATED = {
 }
 
 
-def with_ring(file: Path, more: dict | None = None, **keys: object) -> Train:
+def with_ring(file: Path, more: dict[str, Any] | None = None, **keys: object) -> Train:
     """Lin and Parker's set of four planets with a ring by its matrices."""
     table = {"file": str(file), "interfaces": INTERFACES} | keys
     return load("lin1999-n4", UNSTATED | {"stages.main.ring.reduced": table} | (more or {}))
@@ -41,7 +42,7 @@ def written(folder: Path, body: ReducedBody, name: str = "body.npz") -> Path:
     return folder / name
 
 
-def test_frequencies_of_the_set_with_a_ring_of_bricks():
+def test_frequencies_of_the_set_with_a_ring_of_bricks() -> None:
     """Computed independently with the same matrices: the in-plane modes of the set."""
     train = with_ring(reduced_ring.KEPT)
     system = assemble(train)
@@ -61,7 +62,7 @@ def test_frequencies_of_the_set_with_a_ring_of_bricks():
     assert any(text.endswith("[mean-motion-held]") for text in train.warnings)
 
 
-def test_stiff_matrices_approach_the_rigid_body(tmp_path):
+def test_stiff_matrices_approach_the_rigid_body(tmp_path: Path) -> None:
     body, _ = read_body(reduced_ring.KEPT)
     worst = []
     for factor in (1e4, 1e6):
@@ -79,7 +80,7 @@ def _stiffer(body: ReducedBody, factor: float) -> ReducedBody:
     return replace(body, K=factor * body.K)
 
 
-def test_axisymmetric_ring_is_seen_from_the_frame_shifted_by_its_waves(tmp_path):
+def test_axisymmetric_ring_is_seen_from_the_frame_shifted_by_its_waves(tmp_path: Path) -> None:
     """A held ring of bricks by its sectors, meshes too soft to matter: f_n - 40 n and f_n + 40 n Hz."""
     ring = brick_ring(32)
     file = written(tmp_path, ring)
@@ -110,7 +111,7 @@ def _has(joined, frequency: float, waves: float) -> bool:
     return bool(np.any(np.abs(np.abs(np.linalg.eigvals(block).imag) - waves) < 1e-3))
 
 
-def test_contact_of_an_axisymmetric_ring_moves_with_its_angle(tmp_path):
+def test_contact_of_an_axisymmetric_ring_moves_with_its_angle(tmp_path: Path) -> None:
     """Rows at planets between the nodes of one sector: those of a ring turned as much."""
     file = written(tmp_path, brick_ring(32))
     table = {"file": str(file), "sectors": 32, "modes": 14, "interfaces": {"rim": {"nodes": [1, 2, 3, 4]}}}
@@ -136,7 +137,7 @@ CARRIER = {
 }
 
 
-def test_reduced_carrier_turns_with_its_frame(tmp_path):
+def test_reduced_carrier_turns_with_its_frame(tmp_path: Path) -> None:
     """Its terms of the speed are those of its matrices; turned as one it stays neutral."""
     ring = brick_ring(32)
     nodes = {f"pin-{i}": {"nodes": [32 * i + k for k in (1, 2, 3, 4)]} for i in range(4)}
@@ -177,14 +178,14 @@ ONE = {"planet-1": {"nodes": PAIRS[0], "spider": "nodes"}}
         ({"stages.main.ring.elastic": {"radius": "155 mm", "bending": "770 N m^2"}}, "elastic beside reduced"),
     ],
 )
-def test_bad_input_is_named(change, message):
+def test_bad_input_is_named(change: Any, message: Any) -> None:
     with pytest.raises(ModelError) as caught:
         with_ring(reduced_ring.KEPT, change)
     assert message in str(caught.value)
     assert "stages.main.ring" in str(caught.value)
 
 
-def test_body_off_its_axis_is_refused(tmp_path):
+def test_body_off_its_axis_is_refused(tmp_path: Path) -> None:
     ring = brick_ring(8)
     ring = replace(ring, node_xyz=np.add(ring.node_xyz, (0.01, 0.0, 0.0)))
     with pytest.raises(ModelError, match="centre of mass off the axis"):
@@ -195,7 +196,7 @@ def test_body_off_its_axis_is_refused(tmp_path):
         )
 
 
-def test_turned_interface_is_that_of_the_nodes_there(tmp_path):
+def test_turned_interface_is_that_of_the_nodes_there(tmp_path: Path) -> None:
     """The motion seven sectors on: by D from the first sector, and by the nodes there."""
     file = written(tmp_path, brick_ring(32))
     there = {"rim": {"nodes": [1, 2, 3, 4]}, "on": {"nodes": [29, 30, 31, 32]}}
@@ -210,7 +211,7 @@ def test_turned_interface_is_that_of_the_nodes_there(tmp_path):
     np.testing.assert_allclose(found, shape.shapes[1], atol=1e-7 * np.abs(found).max())
 
 
-def carrier_of(folder: Path, ring: ReducedBody, more: dict | None = None, **keys: object) -> Train:
+def carrier_of(folder: Path, ring: ReducedBody, more: dict[str, Any] | None = None, **keys: object) -> Train:
     """Set of four planets whose carrier is a ring of bricks with its pins at sections of it."""
     nodes = {f"pin-{i}": {"nodes": [32 * i + k for k in (1, 2, 3, 4)]} for i in range(4)}
     file = written(folder, ring, f"{len(list(folder.iterdir()))}.npz")
@@ -219,7 +220,7 @@ def carrier_of(folder: Path, ring: ReducedBody, more: dict | None = None, **keys
     return load("lin1999-n4", CARRIER | changes | (more or {}))
 
 
-def test_origin_of_the_file_is_the_centre_of_the_member(tmp_path):
+def test_origin_of_the_file_is_the_centre_of_the_member(tmp_path: Path) -> None:
     """A mesh whose centre of mass stands 20 mm along z, of a member 20 mm back, is the same body."""
     ring = brick_ring(32)
     moved = replace(ring, node_xyz=np.add(ring.node_xyz, (0.0, 0.0, 0.02)))
@@ -242,7 +243,7 @@ def test_origin_of_the_file_is_the_centre_of_the_member(tmp_path):
     )
 
 
-def test_rows_of_a_tilting_pin_have_the_rotation_of_the_interface(tmp_path):
+def test_rows_of_a_tilting_pin_have_the_rotation_of_the_interface(tmp_path: Path) -> None:
     tilting = {"stages.main.planet.bearing": {"radial": "1e8 N/m", "tilt": "1e5 N m/rad"}}
     train = carrier_of(tmp_path, brick_ring(32), tilting | {"stages.main.planet.tilt_inertia": "1e-3 kg m^2"})
     rows = structure_of(train)
@@ -256,7 +257,7 @@ def test_rows_of_a_tilting_pin_have_the_rotation_of_the_interface(tmp_path):
         assert np.abs(expected).max() > 1e-3
 
 
-def test_damping_of_the_file_turns_with_the_material(tmp_path):
+def test_damping_of_the_file_turns_with_the_material(tmp_path: Path) -> None:
     """C of a native file with D, held in a frame at -nu: C on the rates and nu C D on the places."""
     where, lag = "ring", 3e-6
     ring = axisymmetric(brick_ring(32), 32, 14, (1, 2, 3, 4), where)
@@ -276,14 +277,14 @@ def test_damping_of_the_file_turns_with_the_material(tmp_path):
     assert np.abs(skew).max() > 0
 
 
-def test_bolts_that_pass_a_carrier_are_refused(tmp_path):
+def test_bolts_that_pass_a_carrier_are_refused(tmp_path: Path) -> None:
     bolts = {"count": 4, "radius": "150 mm", "radial": "1e8 N/m", "tangential": "1e8 N/m", "z": "1e8 N/m"}
     with pytest.raises(ModelError, match="bolts that pass a body that is not axisymmetric"):
         carrier_of(tmp_path, brick_ring(32), {"stages.main.carrier.support": {"bolts": bolts}})
 
 
 @pytest.mark.parametrize(("member", "place"), [("sun", "(42.57, 0, "), ("planet", "(-55.18, ")])
-def test_place_of_a_mesh_without_interface_is_said(tmp_path, member, place):
+def test_place_of_a_mesh_without_interface_is_said(tmp_path: Path, member: Any, place: Any) -> None:
     """The pitch point: outwards from the sun, inwards from the planet."""
     table = {
         "file": str(written(tmp_path, brick_ring(32))),

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
 
 from epicyclic import ModelError, assemble, load, static
+from epicyclic.bodies.elastic_body import Array
 from epicyclic.bodies.thin_ring import order_compliances
 from epicyclic.questions.modes.eigen import eigen, whirl
 from epicyclic.questions.modes.modal import modal
@@ -18,20 +20,22 @@ BENDING = 770.9016903845232  # N m^2, of a steel section 25.4 mm wide with the m
 NAMES = {count: f"lin1999-n{count}" for count in (3, 4, 5)}
 
 
-def train_of(count: int = 4, *, bending: float = BENDING, modes: int = 16, more: dict | None = None, **keys: object):
+def train_of(
+    count: int = 4, *, bending: float = BENDING, modes: int = 16, more: dict[str, Any] | None = None, **keys: object
+):
     """Set of `count` planets with an inextensible ring, base radius as in BODIES."""
     table = {"radius": f"{RADIUS!r} m", "bending": f"{bending!r} N m^2", "modes": modes, **keys}
     base = {"stages.main.ring.base_radius": "137.52 mm", "stages.main.ring.elastic": table}
     return load(NAMES[count], base | (more or {}))
 
 
-def bent_share(system: System, vectors: np.ndarray) -> np.ndarray:
+def bent_share(system: System, vectors: Array) -> Array:
     """Part of the kinetic energy of each mode in the coordinates by which the ring bends (modes,)."""
     own = np.array([direction not in ("x", "y", "z", "rx", "ry", "rz") for direction in system.dofs.direction])
     return np.einsum("im,ij,jm->m", vectors[own], system.M[np.ix_(own, own)], vectors[own])
 
 
-def test_frequencies_of_the_set_with_four_planets():
+def test_frequencies_of_the_set_with_four_planets() -> None:
     found = modal(assemble(train_of())).frequency.values
     rotational = [1220.550, 1894.338, 2025.442, 2661.330, 6340.847]
     translational = [676.969, 938.771, 1095.295, 1897.644, 2333.157, 2692.295]
@@ -44,14 +48,14 @@ def test_frequencies_of_the_set_with_four_planets():
         assert np.abs(found - value).min() < 6e-4
 
 
-def test_frequency_converges_with_the_orders():
+def test_frequency_converges_with_the_orders() -> None:
     found = [modal(assemble(train_of(modes=n))).frequency.values[4] for n in (8, 16, 32)]
     np.testing.assert_allclose(found, [793.198, 792.137, 791.903], atol=6e-4)
     stretched = modal(assemble(train_of(modes=32, axial="63474037.299656756 N"))).frequency.values[4]
     assert stretched == pytest.approx(789.840, abs=6e-4)
 
 
-def test_stiff_ring_approaches_the_rigid_one_with_its_stiffness():
+def test_stiff_ring_approaches_the_rigid_one_with_its_stiffness() -> None:
     rigid = modal(assemble(load("lin1999-n4", {"stages.main.ring.base_radius": "137.52 mm"}))).frequency.values
     worst = []
     for factor in (1e4, 1e5, 1e6, 1e7):
@@ -61,7 +65,7 @@ def test_stiff_ring_approaches_the_rigid_one_with_its_stiffness():
 
 
 @pytest.mark.parametrize("count", [3, 4, 5])
-def test_modes_belong_to_one_family_of_orders(count):
+def test_modes_belong_to_one_family_of_orders(count: Any) -> None:
     """Orders jN are rotational, jN +- 1 translational, others planet; some orders n move the ring alone."""
     system = assemble(train_of(count))
     shapes = modal(system)
@@ -84,7 +88,7 @@ def test_modes_belong_to_one_family_of_orders(count):
     assert found == {3: [3, 6, 9, 12], 4: [2, 4, 6, 8, 10, 12], 5: [5, 10]}[count]
 
 
-def free_stage(axial: object) -> dict:
+def free_stage(axial: object) -> dict[str, Any]:
     """A stage of consistent geometry that nothing holds, its carrier at 25 Hz and its ring turning."""
     floats = {"radial": 0, "rz": "0 N m/rad"}
     return {
@@ -111,7 +115,7 @@ def free_stage(axial: object) -> dict:
 
 
 @pytest.mark.parametrize("axial", [None, True])
-def test_motions_of_the_whole_train_stay_neutral_at_speed(axial):
+def test_motions_of_the_whole_train_stay_neutral_at_speed(axial: Any) -> None:
     """Turned or moved as one, nothing is strained and no inertia acts, whatever the speeds."""
     train = load(free_stage(axial))
     system = assemble(train)
@@ -131,7 +135,7 @@ def test_motions_of_the_whole_train_stay_neutral_at_speed(axial):
         np.testing.assert_allclose(np.abs(matrix @ motion), 0.0, atol=1e-12 * size.max())
 
 
-def test_modes_turn_with_the_speed_as_those_of_a_body_at_rest_seen_from_the_frame():
+def test_modes_turn_with_the_speed_as_those_of_a_body_at_rest_seen_from_the_frame() -> None:
     """A ring that meshes with nothing that reacts: a set of soft meshes, seen from the carrier at 40 Hz."""
     soft = {
         "stages.main.meshes.sun-planet.stiffness": "1 N/m",
@@ -147,7 +151,7 @@ def test_modes_turn_with_the_speed_as_those_of_a_body_at_rest_seen_from_the_fram
             assert np.abs(found - shifted).min() < 1e-4
 
 
-def test_static_ring_under_its_planets_has_the_closed_form():
+def test_static_ring_under_its_planets_has_the_closed_form() -> None:
     """Ring free on soft springs, under equal forces of the meshes: radial deflection at the contacts."""
     stage = free_stage(None)
     ring = stage["stages"]["main"]["ring"]
@@ -179,7 +183,7 @@ BOLTED = {
 }
 
 
-def bolts(count: int) -> dict:
+def bolts(count: int) -> dict[str, Any]:
     """Bolts with the sum of six of 2e7 N/m along the radius and 1e7 N/m along the circle."""
     of_one = {
         "radial": f"{6 / count * 2e7!r} N/m",
@@ -196,13 +200,13 @@ def bolts(count: int) -> dict:
     }
 
 
-def common(system: System, other: System) -> np.ndarray:
+def common(system: System, other: System) -> Array:
     """K of a system on the coordinates of another."""
     at = [system.dofs.names.index(name) for name in other.dofs.names]
     return system.K[np.ix_(at, at)]
 
 
-def test_many_bolts_are_a_uniform_foundation():
+def test_many_bolts_are_a_uniform_foundation() -> None:
     """12 bolts of a ring of orders up to 5: constant matrices, equal to the foundation of the same stiffness."""
     whole = 6 / (math.tau * RADIUS)
     foundation = {"radial": f"{2e7 * whole!r} N/m^2", "tangential": f"{1e7 * whole!r} N/m^2"}
@@ -214,7 +218,7 @@ def test_many_bolts_are_a_uniform_foundation():
         np.testing.assert_allclose(common(bolted, uniform), uniform.K, atol=1e-12 * np.abs(uniform.K).max())
 
 
-def test_few_bolts_are_taken_by_their_mean_and_the_rest_is_named():
+def test_few_bolts_are_taken_by_their_mean_and_the_rest_is_named() -> None:
     uniform = assemble(train_of(modes=5, more=bolts(12)))
     few = assemble(train_of(modes=5, more=bolts(6)))
     (text,) = [text for text in few.warnings if text.endswith("[bolts-averaged]")]
@@ -238,7 +242,7 @@ def test_few_bolts_are_taken_by_their_mean_and_the_rest_is_named():
         assert np.abs(found - printed).min() < 1e-3
 
 
-def test_rigid_bolts_that_turn_are_refused():
+def test_rigid_bolts_that_turn_are_refused() -> None:
     with pytest.raises(ModelError, match="finite stiffnesses"):
         load(
             "lin1999-n4",
@@ -250,14 +254,14 @@ def test_rigid_bolts_that_turn_are_refused():
         )
 
 
-def block(system: System, matrix: np.ndarray, n: int) -> np.ndarray:
+def block(system: System, matrix: Array, n: int) -> Array:
     """Block of a matrix on the coordinates of one order, (2, 2)."""
     at = [system.dofs.names.index(f"main/ring/{part}{n}") for part in "ab"]
     return matrix[np.ix_(at, at)]
 
 
 @pytest.mark.parametrize(("ring_speed", "lag"), [(0, 2e-6), (700, 2e-6)])
-def test_terms_of_the_speed_are_the_closed_ones(ring_speed, lag):
+def test_terms_of_the_speed_are_the_closed_ones(ring_speed: Any, lag: Any) -> None:
     """G, Kg, E and the skew term of material damping of a held and of a turning ring, order by order."""
     stage = free_stage(None)
     stage["operation"] = {"speed": {"carrier": "1500 rpm", "ring": f"{ring_speed} rpm"}}
@@ -286,7 +290,7 @@ def test_terms_of_the_speed_are_the_closed_ones(ring_speed, lag):
             np.testing.assert_allclose(block(system, matrix, n), expected, atol=1e-12 * np.abs(expected).max())
 
 
-def test_spin_widens_an_extensible_ring():
+def test_spin_widens_an_extensible_ring() -> None:
     """w = rho R^2 w^2 R/E: the static breathing under its own centrifugal load."""
     train = load(free_stage(True))
     system = assemble(train)
@@ -299,7 +303,7 @@ def test_spin_widens_an_extensible_ring():
     assert "stages.main.ring.elastic" in still.causes
 
 
-def test_compliance_at_a_tooth_does_not_depend_on_the_orders():
+def test_compliance_at_a_tooth_does_not_depend_on_the_orders() -> None:
     """What the ring has by its coordinates the stiffness of the teeth leaves out."""
     total = []
     for modes in (4, 8, 12, 20):

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
 import scipy.linalg
 
-from epicyclic.bodies.elastic_body import ElasticBody
+from epicyclic.bodies.elastic_body import Array, ElasticBody
 from epicyclic.bodies.thin_ring import ThinRing, elastic_ring, order_compliances
 
 # the ring of Lin and Parker's set: mass, polar radius, width; its height from the mass of steel
@@ -22,7 +23,7 @@ RING = ThinRing(radius=RADIUS, line_mass=LINE_MASS, bending=MODULUS * WIDTH * HE
 STRETCHED = replace(RING, axial=MODULUS * WIDTH * HEIGHT)
 
 
-def matrices(body: ElasticBody, *, frame: float = 0.0, spin: float = 0.0, mass: float = 2.35) -> list[np.ndarray]:
+def matrices(body: ElasticBody, *, frame: float = 0.0, spin: float = 0.0, mass: float = 2.35) -> list[Array]:
     """M, G, K of a free ring on x, y, rz and its own coordinates; frame, spin [rad/s]."""
     kept = np.r_[0, 1, 5 : 6 + len(body.names)]
     M = body.mass.copy()
@@ -35,7 +36,7 @@ def matrices(body: ElasticBody, *, frame: float = 0.0, spin: float = 0.0, mass: 
     return [matrix[np.ix_(kept, kept)] for matrix in (M, G, K + Kg)]
 
 
-def frequencies(body: ElasticBody, **motion: float) -> np.ndarray:
+def frequencies(body: ElasticBody, **motion: float) -> Array:
     """Natural frequencies [Hz], rising, all roots; of a turning frame the positive ones of the elastic coordinates."""
     M, G, K = matrices(body, **motion)
     if not motion:
@@ -46,7 +47,7 @@ def frequencies(body: ElasticBody, **motion: float) -> np.ndarray:
     return np.sort(found[found > 0])
 
 
-def test_free_ring_has_the_frequencies_of_the_closed_form():
+def test_free_ring_has_the_frequencies_of_the_closed_form() -> None:
     orders = np.arange(2, 7)
     by_hand = orders * (orders**2 - 1) / np.sqrt(orders**2 + 1) * math.sqrt(RING.bending / (LINE_MASS * RADIUS**4))
     found = frequencies(elastic_ring(RING))[3:]
@@ -56,7 +57,7 @@ def test_free_ring_has_the_frequencies_of_the_closed_form():
     np.testing.assert_allclose(by_hand / math.tau, printed, atol=1e-6)
 
 
-def test_stretched_ring_breathes_and_is_softer():
+def test_stretched_ring_breathes_and_is_softer() -> None:
     found = frequencies(elastic_ring(STRETCHED))[3:]
     expected = [316.354030, 894.629817, 1715.238198, 2773.788840, 4068.976505]
     np.testing.assert_allclose(found[:10:2], expected, atol=1e-6)
@@ -72,21 +73,23 @@ def test_stretched_ring_breathes_and_is_softer():
         (0.369, 0.048 * 0.05, 0.05 * 0.048**3 / 12, 185e9, 7800.0, [211.65, 598.64]),
     ],
 )
-def test_published_rings(radius, section, second_moment, modulus, density, printed):
+def test_published_rings(
+    radius: Any, section: Any, second_moment: Any, modulus: Any, density: Any, printed: Any
+) -> None:
     ring = ThinRing(radius=radius, line_mass=density * section, bending=modulus * second_moment)
     found = [ring.frequency(n) for n in range(2, 2 + len(printed))]
     digits = [len(str(value).partition(".")[2]) for value in printed]
     assert [round(value, places) for value, places in zip(found, digits, strict=True)] == printed
 
 
-def test_held_ring_from_a_turning_frame_is_shifted_by_its_orders():
+def test_held_ring_from_a_turning_frame_is_shifted_by_its_orders() -> None:
     free = np.array([RING.frequency(n) for n in (2, 3, 4)])
     found = frequencies(elastic_ring(replace(RING, orders=4)), frame=math.tau * 40)
     expected = np.sort(np.concatenate([free - 40 * np.arange(2, 5), free + 40 * np.arange(2, 5)]))
     np.testing.assert_allclose(found, expected, atol=1e-9)
 
 
-def test_turning_ring_splits_as_endo_found():
+def test_turning_ring_splits_as_endo_found() -> None:
     spin, frame = 55.0, 40.0
     found = frequencies(elastic_ring(replace(RING, orders=4)), frame=math.tau * frame, spin=math.tau * spin)
     expected = []
@@ -102,13 +105,13 @@ def test_turning_ring_splits_as_endo_found():
     np.testing.assert_allclose(found[:4], [309.364889, 337.364889, 893.038569, 917.038569], atol=1e-6)
 
 
-def test_matrices_are_those_of_the_energies_by_quadrature():
+def test_matrices_are_those_of_the_energies_by_quadrature() -> None:
     """M, G and K in a frame that turns against the ring, from velocities and strains at points of the centre line."""
     ring, frame, spin = replace(STRETCHED, orders=4, foundation=(3e8, 1e8)), 70.0, 110.0
     body, nu = elastic_ring(ring), spin - frame
     psi = math.tau * np.arange(64) / 64
     weight = math.tau / 64
-    columns: dict[str, list[np.ndarray]] = {"x": [], "y": [], "rz": []} | {name: [] for name in body.names}
+    columns: dict[str, list[Array]] = {"x": [], "y": [], "rz": []} | {name: [] for name in body.names}
     zero = np.zeros_like(psi)
     for name in columns:
         n = int(name[1:]) if name[1:].isdigit() else 1
@@ -129,7 +132,7 @@ def test_matrices_are_those_of_the_energies_by_quadrature():
     w, dw, ddw, v, dv = (np.array([columns[name][i] for name in columns]) for i in range(5))
     scale = LINE_MASS * RADIUS * weight
 
-    def product(a, b):
+    def product(a: Array, b: Array) -> Array:
         return a @ b.T
 
     # the velocity is q' + A q: radial w' nu - w_r v, tangential v' nu + w_r w
@@ -150,7 +153,7 @@ def test_matrices_are_those_of_the_energies_by_quadrature():
         np.testing.assert_allclose(found, expected, atol=1e-13 * np.abs(expected).max())
 
 
-def test_foundation_of_an_extensible_and_an_inextensible_ring():
+def test_foundation_of_an_extensible_and_an_inextensible_ring() -> None:
     held = replace(RING, foundation=(3e8, 1e8), orders=5)
     found = frequencies(elastic_ring(held))
     expected = [1450.733, 1684.109, 1936.013, 2445.497, 3283.956]
@@ -161,7 +164,7 @@ def test_foundation_of_an_extensible_and_an_inextensible_ring():
 
 
 @pytest.mark.parametrize(("count", "printed"), [(2, 0.0743892), (3, 0.0159386), (4, 0.0060793)])
-def test_ring_under_equal_radial_loads_has_the_deflection_of_the_tables(count, printed):
+def test_ring_under_equal_radial_loads_has_the_deflection_of_the_tables(count: Any, printed: Any) -> None:
     a = math.pi / count
     closed = ((a + math.sin(a) * math.cos(a)) / (2 * math.sin(a) ** 2) - 1 / a) / 2
     assert closed == pytest.approx(printed, abs=1e-7)
@@ -184,7 +187,7 @@ def test_ring_under_equal_radial_loads_has_the_deflection_of_the_tables(count, p
     assert all(later < earlier / 6 for earlier, later in pairwise(errors))  # with the third power of the orders
 
 
-def test_thicker_ring_has_the_frequencies_of_plane_elasticity():
+def test_thicker_ring_has_the_frequencies_of_plane_elasticity() -> None:
     """Shear and rotary inertia bring the curved beam to 1.5 % of plane stress up to h/R = 0.3."""
     modulus, nu, density, width, radius = 2.07e11, 0.3, 7850.0, 0.02, 0.15
     for ratio, limit in ((0.08, 3e-3), (0.15, 6e-3), (0.3, 1.5e-2)):
