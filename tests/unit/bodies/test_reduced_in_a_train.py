@@ -13,6 +13,7 @@ import reduced_ring
 from tests.unit.bodies.bricks import brick_ring
 
 from epicyclic import ModelError, assemble, load, static
+from epicyclic.bodies.elastic_body import ElasticBody
 from epicyclic.bodies.native_file import native_bytes
 from epicyclic.bodies.reading import read_body
 from epicyclic.bodies.reduced_body import ReducedBody
@@ -103,7 +104,7 @@ def test_axisymmetric_ring_is_seen_from_the_frame_shifted_by_its_waves(tmp_path:
                 assert np.abs(np.abs(found) - abs(shifted)).min() < 1e-3
 
 
-def _has(joined, frequency: float, waves: float) -> bool:
+def _has(joined: ElasticBody, frequency: float, waves: float) -> bool:
     """Whether modes of a frequency [Hz] have so many waves."""
     own = np.sqrt(joined.stiffness / np.diag(joined.mass)[6:]) / math.tau
     at = np.abs(own - frequency) < 1e-3
@@ -204,7 +205,7 @@ def test_turned_interface_is_that_of_the_nodes_there(tmp_path: Path) -> None:
     train = load(
         "lin1999-n4", UNSTATED | {"stages.main.ring.base_radius": "136.4 mm", "stages.main.ring.reduced": table}
     )
-    shape = next(body.reduced for body in train.bodies if body.reduced is not None).shape
+    shape: Any = next(body.reduced for body in train.bodies if body.reduced is not None).shape
     first = {name: getattr(shape, name)[:1] for name in ("names", "points", "shapes", "strains")}
     found = replace(shape, **first)(shape.points[1:])[0]
     assert np.abs(shape.shapes[1] - shape.shapes[0]).max() > 0.1
@@ -263,7 +264,7 @@ def test_damping_of_the_file_turns_with_the_material(tmp_path: Path) -> None:
     ring = axisymmetric(brick_ring(32), 32, 14, (1, 2, 3, 4), where)
     file = written(tmp_path, replace(ring, C=lag * np.asarray(ring.K)))
     table = {"file": str(file), "interfaces": {"rim": {"nodes": [1, 2, 3, 4]}}}
-    more = {"operation": {"held": ["ring"], "speed": {"carrier": "2400 rpm"}}}
+    more: dict[str, Any] = {"operation": {"held": ["ring"], "speed": {"carrier": "2400 rpm"}}}
     train = load(
         "lin1999-n4",
         UNSTATED | {"stages.main.ring.base_radius": "136.4 mm", "stages.main.ring.reduced": table} | more,

@@ -14,6 +14,7 @@ from epicyclic.bodies.thin_ring import order_compliances
 from epicyclic.questions.modes.eigen import eigen, whirl
 from epicyclic.questions.modes.modal import modal
 from epicyclic.system.system import System
+from epicyclic.train.train import Train
 
 RADIUS = 0.13752 * math.sqrt(3 / 2.35)
 BENDING = 770.9016903845232  # N m^2, of a steel section 25.4 mm wide with the mass of the ring
@@ -22,7 +23,7 @@ NAMES = {count: f"lin1999-n{count}" for count in (3, 4, 5)}
 
 def train_of(
     count: int = 4, *, bending: float = BENDING, modes: int = 16, more: dict[str, Any] | None = None, **keys: object
-):
+) -> Train:
     """Set of `count` planets with an inextensible ring, base radius as in BODIES."""
     table = {"radius": f"{RADIUS!r} m", "bending": f"{bending!r} N m^2", "modes": modes, **keys}
     base = {"stages.main.ring.base_radius": "137.52 mm", "stages.main.ring.elastic": table}
@@ -32,7 +33,7 @@ def train_of(
 def bent_share(system: System, vectors: Array) -> Array:
     """Part of the kinetic energy of each mode in the coordinates by which the ring bends (modes,)."""
     own = np.array([direction not in ("x", "y", "z", "rx", "ry", "rz") for direction in system.dofs.direction])
-    return np.einsum("im,ij,jm->m", vectors[own], system.M[np.ix_(own, own)], vectors[own])
+    return np.asarray(np.einsum("im,ij,jm->m", vectors[own], system.M[np.ix_(own, own)], vectors[own]))
 
 
 def test_frequencies_of_the_set_with_four_planets() -> None:
