@@ -642,6 +642,21 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "case_status": ("", "ok, or why the case holds nothing: wrong input, no convergence"),
     "case_reason": ("", "message of a case that failed"),
     "compared_values": ("1", "values of the variable that are compared"),
+    # sensors of static, steady, sweep and transient
+    "sensor_kind": ("", "what the sensor measures: strain, acceleration, angle or torque"),
+    "sensor_unit": ("", "unit of the sensor"),
+    "sensor_direction": ("", "radial, tangential or axial, of an acceleration"),
+    "sensor_signal": ("1, m/s2, rad, N m", "signal of the sensor, in sensor_unit"),
+    "sensor_mean": ("1, m/s2, rad, N m", "mean of the signal of the sensor, in sensor_unit"),
+    "sensor_rms": ("1, m/s2, rad, N m", "RMS of what varies in the signal of the sensor, in sensor_unit"),
+    "sensor_amplitude": ("1, m/s2, rad, N m", "complex amplitude of the line of the sensor, in sensor_unit"),
+    "sensor_order": (
+        "1, m/s2, rad, N m",
+        "amplitude of the lines nearest to each mesh order, sidebands among them, root of the sum of squares",
+    ),
+    "sensor_line": ("Hz", "exact frequency of the line at the operating speed"),
+    "sensor_line_frequency": ("Hz", "frequency of the line of the sensor, 0 its mean"),
+    "sensor_line_order": ("1", "frequency of the line per mesh frequency"),
     # transmission errors of static, steady, sweep, sharing and transient
     "shaft_order_cause": ("", "what makes the order of the kinematic error"),
     "wind_up": ("rad", "mean lag of the shaft behind those that drive it"),
