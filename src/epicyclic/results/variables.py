@@ -262,6 +262,8 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "signal": ("N", "signal of the sensor"),
     "signal_amplitude": ("N", "complex amplitude of the sensor's signal, one-sided"),
     "fault_free_amplitude": ("N", "complex amplitude without what manufacturing left, one-sided"),
+    "window_amplitude": ("", "complex line of the mesh forces through the window, by the factor that fits the sensor"),
+    "window_difference": ("1", "RMS of what the fitted sizes of the window's lines leave, per RMS of the sensor"),
     "sensor_acceleration": ("m/s2", "complex acceleration of the body under the sensor, as a rigid body, one-sided"),
     "family": ("", "family of sidebands"),
     "causes": ("", "what causes the line"),

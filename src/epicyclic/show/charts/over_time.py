@@ -328,8 +328,8 @@ def sensors(result: xr.Dataset) -> go.Figure:
 
     Parameters
     ----------
-    result : Dataset of `static`, `steady`, `sweep` or `transient`: sensor_unit (sensor), and sensor_signal (sensor, time),
-        sensor_amplitude (sensor, sensor_line) with sensor_line_frequency, or sensor_rms (sensor, speed) with
+    result : Dataset of `static`, `steady`, `sweep` or `transient`: sensor_unit (sensor), and sensor_signal (sensor,
+        time), sensor_amplitude (sensor, sensor_line) with sensor_line_frequency, or sensor_rms (sensor, speed) with
         mesh_frequency.
     """
     names, units = texts(result, "sensor"), texts(result, "sensor_unit", "sensor")
