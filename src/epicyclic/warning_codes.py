@@ -136,7 +136,7 @@ More bolts than twice the orders of the ring, evenly spaced; else take what the 
 
 strain-without-stretch sensors.md
 A strain gauge sits on a ring that does not stretch: its strain is that of bending alone.
-axial = true in the table elastic of the ring.
+State axial = true in the table elastic of the ring.
 
 tilt-without-slices model-file.md
 A mesh of one row has no stiffness against tilt although its gears may tilt against each other.
