@@ -359,7 +359,7 @@ def test_wrong_sensors_are_refused_with_what_is_allowed(changes: dict[str, Any],
 @pytest.mark.parametrize(
     ("link", "message"),
     [
-        ("shft", "sensors.shaft.link = shft: no such link; allowed: .*shaft"),
+        ("shafts", "sensors.shaft.link = shafts: no such link; allowed: .*shaft"),
         ("main.sun.support", "sensors.shaft.link = main.sun.support: the link is free about z"),
     ],
 )
