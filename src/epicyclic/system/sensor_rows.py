@@ -117,7 +117,7 @@ def _point_rows(structure: Structure, i: int, body: Body, sensor: Sensor, psi: A
             of[direction, :, six] = gap_rows(normal, points, own_axes, rotation=np.full(len(psi), angle))
     for part in structure.elastic:
         if part.body == i and sensor.radius > 0:
-            shape, beyond = part.elastic.shape(points), part.elastic.shape(points * [2.0, 2.0, 1.0])
+            shape, beyond = (part.elastic.shape(at)[:, :3] for at in (points, points * [2.0, 2.0, 1.0]))
             moved[:, :, part.columns] = np.einsum("dja,jae->dje", axes, shape)
             # a section stays plane: its turn is the slope of the tangential motion over the radius
             turned[2][:, part.columns] = np.einsum("ja,jae->je", axes[1], beyond - shape) / sensor.radius

@@ -70,11 +70,18 @@ def _radius(table: SensorTable, body: Body, path: str) -> float:
 
     Raises
     ------
-    ModelError : strain of a rigid body, or of a ring whose outer radius is not known.
+    ModelError : strain of a rigid body, or of a ring whose outer radius is not known; acceleration of a reduced body.
     """
     if table.kind == "strain" and body.elastic is None:
         raise ModelError(
             f"{body.name} is rigid: it has no strain", path=f"{path}.on", given=table.on, allowed="a ring with elastic"
+        )
+    if table.kind == "acceleration" and body.reduced is not None:
+        raise ModelError(
+            f"{body.name} is a body of matrices, whose motion is known at its interfaces alone",
+            path=f"{path}.on",
+            given=table.on,
+            allowed="a rigid body, or a ring with elastic",
         )
     if table.radius is not None:
         return table.radius
