@@ -82,7 +82,7 @@ def _series(train: Train, structure: Structure, sensor: Sensor) -> ComplexArray:
         own[0, 0, 6 * i + 5] = 1.0
         return own
     body = train.bodies[i]
-    top = 2 + (0 if body.elastic is None else body.elastic.orders)  # a product of two turning vectors has order 2
+    top = 1 + (0 if body.elastic is None else body.elastic.orders)  # 1 of a vector fixed in the frame
     psi = 2 * np.pi * np.arange(2 * top + 1) / (2 * top + 1)
     moved, turned = _point_rows(structure, i, body, sensor, psi)
     if sensor.kind == "strain":

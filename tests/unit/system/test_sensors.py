@@ -183,19 +183,22 @@ def test_lines_are_exactly_those_of_passing_planets(response: xr.Dataset) -> Non
 def test_the_acceleration_of_a_rigid_body_is_that_of_its_point_in_the_housing(
     member: str, centre: float, direction: str
 ) -> None:
-    """z = exp(i W t) (r_c + u) + r exp(i (w t + theta + phi)), twice derived by hand and to the first order."""
+    """z = exp(i W t) (r_c + u) + r exp(i (w t + theta + phi)), twice derived by hand and to the first order.
+
+    At seven tenths of the speed.
+    """
     at = {"kind": "acceleration", "on": member, "angle": "20 deg", "radius": "80 mm", "direction": direction}
     changes = {"stages.main.planets": None, BEND: None, "sensors": None}
     uneven = {"stages.main.planet_angles": "[0, 110, 250] deg", "sensors.here": at}
     train = load(TABLES, {**changes, **uneven})
-    result = steady(train)
-    W = 2 * np.pi * float(CARRIER)
+    result = steady(train, relative_speed=0.7)
+    W = 0.7 * 2 * np.pi * float(CARRIER)
     turns = {"ring": 0.0, "carrier": W, "planet": W * (1 - 75 / 24)}
     w, theta, r = turns[member], np.radians(20), 0.08
-    time = np.linspace(0, 8 / float(CARRIER), 4001)
+    time = np.linspace(0, 12 / float(CARRIER), 4001)
     harmonic = result.displacement_harmonic
     body = f"main/{member}" + ("/1" if member == "planet" else "")
-    omega = 2 * np.pi * float(MESH) * np.arange(harmonic.sizes["harmonic"])
+    omega = 0.7 * 2 * np.pi * float(MESH) * np.arange(harmonic.sizes["harmonic"])
 
     def motion(dof: str, derivative: int) -> Array:
         name = f"{body}/{dof}"
@@ -213,6 +216,74 @@ def test_the_acceleration_of_a_rigid_body_is_that_of_its_point_in_the_housing(
     name = "here/1" if member == "planet" else "here"
     expected = seen.real if direction == "radial" else seen.imag
     np.testing.assert_allclose(waves(result, name, time), expected, rtol=0, atol=1e-7 * np.abs(expected).max())
+
+
+def test_the_axial_acceleration_of_a_planet_that_tilts() -> None:
+    """z + r (rx sin - ry cos) at the material angle, and the tilt in w^2 r and W^2 r_c, by hand."""
+    at = {
+        "kind": "acceleration",
+        "on": "planet",
+        "angle": "20 deg",
+        "radius": "40 mm",
+        "z": "5 mm",
+        "direction": "axial",
+    }
+    tilting = {"stages.main.helix_angle": "12 deg", "stages.main.face_width": "40 mm"}
+    tilting |= {"stages.main.planet.bearing": {"radial": "4e8 N/m", "z": "2e8 N/m", "tilt": "2e5 N m/rad"}}
+    tilting |= {"stages.main.planet.tilt_inertia": "0.004 kg m^2", BEND: None, "sensors": None}
+    result = steady(load(TABLES, tilting | {"sensors.here": at}))
+    W, r = 2 * np.pi * float(CARRIER), 0.04
+    w, centre, harmonic = W * (1 - 75 / 24), 0.102 / np.cos(np.radians(12)), result.displacement_harmonic
+    count = 8192
+    time = np.arange(count) / count * 8 / float(CARRIER)
+    omega = 2 * np.pi * float(MESH) * np.arange(harmonic.sizes["harmonic"])
+    kept = omega * 8 / float(CARRIER) / 2 / np.pi < count / 2 - 40
+    z, rx, ry = (
+        (np.exp(1j * np.outer(time, omega[kept])) @ harmonic.sel(dof=f"main/planet/1/{dof}").values[kept]).real
+        for dof in ("z", "rx", "ry")
+    )
+    psi, chi = (w - W) * time + np.radians(20), -(w - W) * time - np.radians(20)
+    moved = z + r * (rx * np.sin(psi) - ry * np.cos(psi))
+    spectrum = np.fft.rfft(moved) * -((2 * np.pi * np.fft.rfftfreq(count, time[1])) ** 2)
+    # nominal acceleration in the axes of the material, and the axis of the sensor e_z + theta x e_z
+    a = -(w**2) * r - W**2 * centre * np.exp(1j * chi)
+    theta = (rx + 1j * ry) * np.exp(-1j * psi)
+    expected = np.fft.irfft(spectrum, count) + a.real * theta.imag - a.imag * theta.real
+    seen = waves(result.where(result.sensor_line_frequency < float(MESH) * (kept.sum() - 0.5), 0.0), "here/1", time)
+    np.testing.assert_allclose(seen, expected, rtol=0, atol=1e-6 * np.abs(expected).max())
+
+
+def test_the_acceleration_of_a_ring_that_turns_and_bends() -> None:
+    """Of a held carrier: w, v and the turn of the section of every order by hand, which tilts the sensor in w^2 r."""
+    star = {"operation.held": ["carrier"], "operation.torque.load": None, "operation.torque.ring": "balance"}
+    star |= {"couplings": None, "bodies": None, "sensors": None, "stages.main.ring.support.rz": 0}
+    at = {"kind": "acceleration", "on": "ring", "angle": "20 deg", "radius": "172 mm", "direction": "tangential"}
+    train = load(TABLES, star | {"sensors.here": at})
+    result, r = steady(train), 0.172
+    turn = -Fraction(900 * 27, 75 * 60)
+    w, harmonic, count = 2 * np.pi * float(turn), result.displacement_harmonic, 16384
+    time = np.arange(count) / count / float(abs(turn))
+    omega = abs(w) * 75 * np.arange(harmonic.sizes["harmonic"])
+    radius = next(one.reference_radius for one in train.bodies if one.kind == "ring")
+
+    def motion(dof: str) -> Array:
+        return np.asarray((np.exp(1j * np.outer(time, omega)) @ harmonic.sel(dof=f"main/ring/{dof}").values).real)
+
+    psi, tilt = w * time + np.radians(20), motion("rz") / radius
+    out = motion("x") * np.cos(psi) + motion("y") * np.sin(psi)
+    along = motion("y") * np.cos(psi) - motion("x") * np.sin(psi) + r * tilt
+    for n in range(2, 13):
+        cosine, sine = motion(f"a{n}"), motion(f"b{n}")
+        v = (sine * np.cos(n * psi) - cosine * np.sin(n * psi)) / n
+        section = (1 - n**2) * v / R
+        out, along = out + cosine * np.cos(n * psi) + sine * np.sin(n * psi), along + v + (r - R) * section
+        tilt = tilt + section
+    wave = np.fft.fft(out + 1j * along)
+    rate = 2j * np.pi * np.fft.fftfreq(count, time[1])
+    moved = np.fft.ifft(wave * (rate**2 + 2j * w * rate - w**2)) - 1j * tilt * -(w**2) * r
+    np.testing.assert_allclose(waves(result, "here", time), moved.imag, rtol=0, atol=1e-7 * np.abs(moved).max())
+    slope = w**2 * r * np.std(tilt)
+    assert slope > 1e-5 * np.abs(moved).max()
 
 
 def test_a_rigid_ring_has_the_acceleration_that_modulation_gives(system: System) -> None:
@@ -235,6 +306,9 @@ def test_torques_add_up_and_those_of_links_are_their_forces(system: System, resp
     assert mean["shaft"] == pytest.approx(500 * 102 / 27, rel=1e-8)
     total = response.sensor_amplitude.sel(sensor=["sun", "ring", "carrier"])
     assert np.abs(total.sum("sensor")).max() < 1e-8 * np.abs(total).max()
+    phase = np.arange(20_000) / 20_000 / float(CARRIER)
+    for sensor, rms in zip(response.sensor.values, response.sensor_rms.values, strict=True):
+        assert np.std(waves(response, sensor, phase)) == pytest.approx(rms, rel=1e-9)
     row = response.link_force_harmonic.sel(link_row="shaft/rz").values
     known = lines(response, "shaft")
     np.testing.assert_allclose([known[h * MESH] for h in range(4)], row[:4], rtol=1e-12)
@@ -323,6 +397,9 @@ def test_a_member_of_several_bodies_has_a_sensor_on_each(system: System) -> None
     """With the branch behind the name; the radius is that of the body, and a written file has the same sensors."""
     train = load(TABLES, {"sensors.pin": {"kind": "angle", "on": "planet"}, "sensors.out.radius": None})
     assert [one.name for one in train.sensors if one.kind == "angle"] == ["turn", "pin/1", "pin/2", "pin/3"]
+    high = {"kind": "acceleration", "on": "load", "z": "10 mm"}
+    places = load(TABLES, {"bodies.load.station": "0.2 m", "sensors.high": high}).sensors
+    assert next((one.z, one.radius) for one in places if one.name == "high") == (pytest.approx(0.01), 0.0)
     ring = next(body for body in train.bodies if body.kind == "ring")
     assert next(one for one in train.sensors if one.name == "out").radius == ring.reference_radius
     again = load(tomllib.loads(model_text(resolved_document(train))))
