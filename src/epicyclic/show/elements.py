@@ -259,19 +259,14 @@ def sensor_tables(result: xr.Dataset) -> list[Table]:
     elif "sensor_amplitude" in result.variables:
         columns |= {"mean": list(scale[:, 0] * result["sensor_mean"].values)}
         columns |= {"RMS of what varies": list(scale[:, 0] * result["sensor_rms"].values)}
-        size = scale * np.abs(result["sensor_amplitude"].transpose("sensor", "sensor_line").values)
-        hertz = result["sensor_line_frequency"].values
-        size[:, hertz == 0] = 0.0
-        lines = [[int(i) for i in ranked(row)[:_LINES_NAMED] if row[i] > 0] for row in size]
-        columns["largest lines [Hz], amplitude"] = [
-            "; ".join(f"{engineering(float(hertz[i]))} Hz {row[i]:.4g}" for i in most)
-            for row, most in zip(size, lines, strict=True)
-        ]
+        hertz, said = result["sensor_line_frequency"].values, []
+        for row in scale * np.abs(result["sensor_amplitude"].transpose("sensor", "sensor_line").values) * (hertz > 0):
+            most = [int(i) for i in ranked(row)[:_LINES_NAMED] if row[i] > 0]
+            said.append("; ".join(f"{engineering(float(hertz[i]))} Hz {row[i]:.4g}" for i in most))
+        columns["largest lines [Hz], amplitude"] = said
     else:
-        largest = largest_over_speed(result, "sensor", "sensor_rms", "largest RMS")
-        columns |= largest | {
-            "largest RMS": [k * value for k, value in zip(scale[:, 0], largest["largest RMS"], strict=True)]
-        }
+        columns |= largest_over_speed(result, "sensor", "sensor_rms", "largest RMS")
+        columns["largest RMS"] = list(scale[:, 0] * columns["largest RMS"])
     return [Table(title="Sensors", columns=columns, digits=5)]
 
 

@@ -47,7 +47,9 @@ def resolve_sensors(
             ]
             continue
         for body, end in zip(of, _endings(of), strict=True):
-            log.note(f"{path}.radius", radius := _radius(table, body, path), "m", "geometry")
+            radius = 0.0 if table.kind == "angle" else _radius(table, body, path)
+            if table.kind != "angle":
+                log.note(f"{path}.radius", radius, "m", "geometry" if table.radius is None else "given")
             sensors.append(
                 Sensor(
                     name=f"{name}{end}",

@@ -32,7 +32,6 @@ from . import ModulationOptions
 from .spectrum import (
     ACCELERATION,
     LineSource,
-    SensorContributions,
     SensorLines,
     SensorPosition,
     StageSpectrum,
@@ -215,7 +214,7 @@ class _Sensor(NamedTuple):
     options: ModulationOptions
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class _SensorSignal:
     """Signal at the sensor by lines.
 
@@ -290,15 +289,8 @@ def _position(system: System, options: ModulationOptions) -> SensorPosition:
         if value is not None:
             raise ModelError(f"is that of the sensor {options.sensor}", path=path, given=value, allowed="nothing")
     i = sensors.name.index(options.sensor)
-    body, rows = sensors.bodies[i][0], sensors.rows[i].reshape(-1, len(system.force))
-    position = sensor_position(
-        system,
-        stage=body.split("/")[0],
-        body=body,
-        angle=float(sensors.angle[i]),
-        through_planet=options.through_planet,
-    )
-    return replace(position, rows=np.stack([rows.real, rows.imag], axis=1).reshape(-1, rows.shape[1]))
+    of = {"stage": sensors.bodies[i][0].split("/")[0], "body": sensors.bodies[i][0], "angle": float(sensors.angle[i])}
+    return replace(sensor_position(system, through_planet=options.through_planet, **of), sensor=i)
 
 
 def _recorded(system: System, sensor: _Sensor) -> dict[str, Any]:
@@ -316,51 +308,29 @@ def _sensor_signal(ready: Response, block: Block, sensor: _Sensor) -> _SensorSig
     """Lines at the sensor of a solved block (P = 1)."""
     (position, window, transfer, options), speed = sensor, float(block.speed[0])
     spectrum = stage_spectrum(ready, block, position)
-    if not _hears_mean(ready.system, options):
+    sensors, own = ready.system.sensors, position.sensor
+    # of strain the mean load that passes is the most
+    if not (options.mean_load or (own >= 0 and sensors.kind[own] == "strain")):
         spectrum = replace(spectrum, force=np.where(spectrum.step == 0, 0.0, spectrum.force))
-        if position.rows is not None:
+        if own >= 0:
             spectrum = replace(spectrum, motion=np.where(spectrum.step == 0, 0.0, spectrum.motion))
     through_window = windowed_forces(spectrum, position, window)
-    if isinstance(options.sensor, str):
-        return _own_signal(ready, sensor, spectrum, through_window, speed)
-    radius = _radius(ready.system, position) if options.radius is None else options.radius
-    motion = sensor_motion(spectrum, position, options.direction, radius)
-    lines = merged_lines(spectrum, through_window, motion)
+    if own >= 0:
+        lines = merged_lines(spectrum, own_signal(spectrum, sensors.rows[own]), through_window)
+    else:
+        radius = _radius(ready.system, position) if options.radius is None else options.radius
+        motion = sensor_motion(spectrum, position, options.direction, radius)
+        lines = merged_lines(spectrum, through_window, motion)
     frequency = speed * np.array([float(exact) for exact in lines.frequency])
+    path = 1.0 if transfer is None else transfer.at(frequency)
+    if own >= 0:
+        signal = lines.force * (speed**2 if sensors.kind[own] == "acceleration" else 1.0)
+        acceleration = np.where(sensors.kind[own] == "acceleration", signal, np.nan)
+        return _SensorSignal(spectrum, lines, frequency, signal, acceleration, sensors.unit[own], lines.motion * path)
     acceleration = -((2 * np.pi * frequency) ** 2) * lines.motion
-    signal = lines.force if transfer is None else lines.force * transfer.at(frequency)
-    if transfer is not None and transfer.unit == ACCELERATION:
-        signal = signal + acceleration
-    unit = ACCELERATION.removesuffix("/N") if transfer is not None and transfer.unit == ACCELERATION else "N"
-    return _SensorSignal(
-        spectrum=spectrum, lines=lines, frequency=frequency, signal=signal, acceleration=acceleration, unit=unit
-    )
-
-
-def _hears_mean(system: System, options: ModulationOptions) -> bool:
-    """Whether the mean load that passes counts: where it is asked for, and in strain, most of which it is."""
-    sensors, named = system.sensors, isinstance(options.sensor, str)
-    return options.mean_load or (named and sensors.kind[sensors.name.index(str(options.sensor))] == "strain")
-
-
-def _own_signal(
-    ready: Response, sensor: _Sensor, spectrum: StageSpectrum, window: SensorContributions, speed: float
-) -> _SensorSignal:
-    """The lines of a sensor of the model, and beside them those of the mesh forces through the window."""
-    sensors, transfer = ready.system.sensors, sensor.transfer
-    i = sensors.name.index(str(sensor.options.sensor))
-    lines = merged_lines(spectrum, own_signal(spectrum, sensors.rows[i]), window)
-    frequency = speed * np.array([float(exact) for exact in lines.frequency])
-    signal = lines.force * (speed**2 if sensors.kind[i] == "acceleration" else 1.0)
-    return _SensorSignal(
-        spectrum=spectrum,
-        lines=lines,
-        frequency=frequency,
-        signal=signal,
-        acceleration=signal if sensors.kind[i] == "acceleration" else np.full_like(signal, np.nan),
-        unit=sensors.unit[i],
-        window=lines.motion if transfer is None else lines.motion * transfer.at(frequency),
-    )
+    accelerates = transfer is not None and transfer.unit == ACCELERATION
+    signal = lines.force * path + (acceleration if accelerates else 0.0)
+    return _SensorSignal(spectrum, lines, frequency, signal, acceleration, "m/s2" if accelerates else "N")
 
 
 def _window_fit(at_sensor: _SensorSignal) -> tuple[float, float]:

@@ -50,7 +50,7 @@ class SensorPosition:
     branches : (N,) of these meshes.  spacing : (N,) angles of the branches [rad].
     teeth : of the ring, with the sign of the direction in which they pass the planets; None where they do not, or are
         no whole number.  others : the same of all central gears at the same mesh frequency, where they are.
-    rows : (r, n) whose motion counts in place of that of the bodies, real and imaginary parts of a `SensorRows`.
+    sensor : number of that of the model whose rows count in place of the motion of the bodies; -1: none.
     """
 
     stage: str
@@ -64,7 +64,7 @@ class SensorPosition:
     spacing: Array
     teeth: int | None
     others: tuple[int, ...] = ()
-    rows: Array | None = None
+    sensor: int = -1
 
     @cached_property
     def even(self) -> bool:
@@ -406,7 +406,7 @@ class StageSpectrum:
     step : (R,) whole numbers, frequency = step / unit [Hz].  carrier : the speed of the stage's axes in the same steps.
     shaft : (R,) index of the shaft line, -1 of mesh orders.  point : (R, D) multiples of the tones beside it.
     force : (p, R) of the meshes in the window [N].  motion : (6, R) of the bodies under the sensor [m, rad], or (r, R)
-        of the rows of the position.
+        of the rows of a sensor of the model, real and imaginary parts.
     """
 
     unit: int
@@ -465,11 +465,12 @@ def _part(ready: Response, block: Block, position: SensorPosition, *, shifted: b
 
 
 def _body_motion(system: System, motion: Spectrum, position: SensorPosition) -> ComplexArray:
-    """Mean motion of the bodies under the sensor, (6, S, K) [m, rad], or that of the rows of the position."""
-    if position.rows is not None:
-        return np.asarray(np.tensordot(position.rows, motion.amplitude[:, 0], axes=1))
+    """Mean motion of the bodies under the sensor, (6, S, K) [m, rad], or the rows of one of the model, (r, S, K)."""
     expand = np.zeros((6, len(system.force)))
-    for body in position.bodies:
+    if position.sensor >= 0:
+        rows = system.sensors.rows[position.sensor].reshape(-1, len(system.force))
+        expand = np.stack([rows.real, rows.imag], axis=1).reshape(-1, rows.shape[1])
+    for body in position.bodies if position.sensor < 0 else ():
         expand += system.dofs.rigid[6 * body : 6 * body + 6] / len(position.bodies)
     moved: ComplexArray = np.tensordot(expand, motion.amplitude[:, 0], axes=1)
     return moved
