@@ -192,7 +192,7 @@ def test_body_off_its_axis_is_refused(tmp_path):
         )
 
 
-def test_an_accelerometer_has_no_place_on_matrices():
+def test_an_accelerometer_has_no_place_on_matrices() -> None:
     """Their motion is known at interfaces alone; the mean rotation is known."""
     at = {"kind": "acceleration", "on": "ring", "radius": "150 mm"}
     with pytest.raises(ModelError, match=r"sensors.a.on = main.ring: main/ring is a body of matrices.*a rigid body"):
