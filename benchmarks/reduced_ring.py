@@ -16,8 +16,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from epicyclic.bodies.checks import checked
+from epicyclic.bodies.native_file import native_bytes
 from epicyclic.bodies.reading import read_body
-from epicyclic.bodies.reduced_body import ReducedBody, native_bytes
+from epicyclic.bodies.reduced_body import ReducedBody
 from epicyclic.bodies.reduction import Interface, reduced
 
 MASS, WIDTH, DENSITY, YOUNG, POISSON = 2.35, 0.0254, 7850.0, 2.07e11, 0.3

@@ -22,8 +22,8 @@ def resolve_sensors(
 
     Raises
     ------
-    ModelError : strain of what does not bend, an unknown radius; a link that is not there, or without a torque of its
-        own.
+    ModelError : strain of what does not bend, an unknown radius; torque of what drives no teeth; a link that is not
+        there, or without a torque of its own.
     """
     by_name = {body.name: body for body in bodies}
     sensors = []
@@ -40,6 +40,10 @@ def resolve_sensors(
         assert table.on is not None
         of = bodies_named(table.on, bodies)
         if table.kind == "torque":
+            carrying = {body.carried_by for body in bodies}
+            if not any(body.gear is not None or body.name in carrying for body in of):
+                problem, allowed = "no teeth on it, nor on what it carries", "a gear or carrier, or a link (link)"
+                raise ModelError(problem, path=f"{path}.on", given=table.on, allowed=allowed)
             branches = {body.branch: [one.name for one in of if one.branch == body.branch] for body in of}
             sensors += [
                 Sensor(name=name if branch is None else f"{name}/{branch}", kind=table.kind, bodies=tuple(names))

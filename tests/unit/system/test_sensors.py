@@ -228,7 +228,7 @@ def test_the_axial_acceleration_of_a_planet_that_tilts() -> None:
         "z": "5 mm",
         "direction": "axial",
     }
-    tilting = {"stages.main.helix_angle": "12 deg", "stages.main.face_width": "40 mm"}
+    tilting: dict[str, Any] = {"stages.main.helix_angle": "12 deg", "stages.main.face_width": "40 mm"}
     tilting |= {"stages.main.planet.bearing": {"radial": "4e8 N/m", "z": "2e8 N/m", "tilt": "2e5 N m/rad"}}
     tilting |= {"stages.main.planet.tilt_inertia": "0.004 kg m^2", BEND: None, "sensors": None}
     result = steady(load(TABLES, tilting | {"sensors.here": at}))
@@ -255,7 +255,11 @@ def test_the_axial_acceleration_of_a_planet_that_tilts() -> None:
 
 def test_the_acceleration_of_a_ring_that_turns_and_bends() -> None:
     """Of a held carrier: w, v and the turn of the section of every order by hand, which tilts the sensor in w^2 r."""
-    star = {"operation.held": ["carrier"], "operation.torque.load": None, "operation.torque.ring": "balance"}
+    star: dict[str, Any] = {
+        "operation.held": ["carrier"],
+        "operation.torque.load": None,
+        "operation.torque.ring": "balance",
+    }
     star |= {"couplings": None, "bodies": None, "sensors": None, "stages.main.ring.support.rz": 0}
     at = {"kind": "acceleration", "on": "ring", "angle": "20 deg", "radius": "172 mm", "direction": "tangential"}
     train = load(TABLES, star | {"sensors.here": at})
@@ -399,7 +403,9 @@ def test_a_member_of_several_bodies_has_a_sensor_on_each(system: System) -> None
     assert [one.name for one in train.sensors if one.kind == "angle"] == ["turn", "pin/1", "pin/2", "pin/3"]
     high = {"kind": "acceleration", "on": "load", "z": "10 mm"}
     places = load(TABLES, {"bodies.load.station": "0.2 m", "sensors.high": high}).sensors
-    assert next((one.z, one.radius) for one in places if one.name == "high") == (pytest.approx(0.01), 0.0)
+    placed = next(one for one in places if one.name == "high")
+    assert placed.z == pytest.approx(0.01)
+    assert placed.radius == 0
     ring = next(body for body in train.bodies if body.kind == "ring")
     assert next(one for one in train.sensors if one.name == "out").radius == ring.reference_radius
     again = load(tomllib.loads(model_text(resolved_document(train))))
@@ -422,6 +428,10 @@ def test_a_member_of_several_bodies_has_a_sensor_on_each(system: System) -> None
         (
             {"radius": None},
             "sensors.gauge.radius: the outer radius of the ring is not known; allowed: a radius, or rim",
+        ),
+        (
+            {"on": "load", "kind": "torque", "angle": None, "radius": None},
+            "sensors.gauge.on = load: no teeth on it, nor on what it carries; allowed: a gear or carrier",
         ),
         ({"kind": "pressure"}, "sensors.gauge.kind = pressure"),
         ({"angle": "5 mm"}, "sensors.gauge.angle = 5 mm"),

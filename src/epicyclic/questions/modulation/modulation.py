@@ -289,7 +289,11 @@ def _position(system: System, options: ModulationOptions) -> SensorPosition:
         if value is not None:
             raise ModelError(f"is that of the sensor {options.sensor}", path=path, given=value, allowed="nothing")
     i = sensors.name.index(options.sensor)
-    of = {"stage": sensors.bodies[i][0].split("/")[0], "body": sensors.bodies[i][0], "angle": float(sensors.angle[i])}
+    of: dict[str, Any] = {
+        "stage": sensors.bodies[i][0].split("/")[0],
+        "body": sensors.bodies[i][0],
+        "angle": float(sensors.angle[i]),
+    }
     return replace(sensor_position(system, through_planet=options.through_planet, **of), sensor=i)
 
 
