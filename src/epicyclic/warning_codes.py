@@ -146,6 +146,10 @@ bolts-averaged elastic-rings.md
 Bolts pass a ring that bends; their stiffness varies with their passing, and its mean is taken.
 More bolts than twice the orders of the ring, evenly spaced; else take what the ring does at that order as missing.
 
+strain-without-stretch sensors.md
+A strain gauge sits on a ring that does not stretch: its strain is that of bending alone.
+State axial = true in the table elastic of the ring.
+
 tilt-without-slices model-file.md
 A mesh of one row has no stiffness against tilt although its gears may tilt against each other.
 Leave slices out or set it above 1, and state face_width.

@@ -46,7 +46,7 @@ class BodyFacts:
     inertia: Array
     frequencies: Array
     rigid: Array
-    warnings: tuple[str, ...]
+    remarks: tuple[str, ...]
 
 
 def checked(body: ReducedBody, where: str) -> tuple[ReducedBody, BodyFacts]:
@@ -77,10 +77,10 @@ def checked(body: ReducedBody, where: str) -> tuple[ReducedBody, BodyFacts]:
     rounding = np.abs(np.sum(rigid * (body.K @ rigid), axis=0) / np.sum(rigid * (body.M @ rigid), axis=0)).max()
     if free := int(np.sum(squares < max(_NOISE * _largest_ratio(body), 10 * rounding))):
         raise refused(where, "K", f"{6 + free} motions without stiffness: a mechanism", "the six of a rigid body")
-    warnings = tuple(_against_expected(body, (mass, centre, inertia), where))
+    remarks = tuple(_against_expected(body, (mass, centre, inertia), where))
     if empty := _below(body.M, _NOISE):
-        warnings += (f"{where}: M: {empty} of {len(rigid)} motions have no mass: lumped rotations, or hollow elements",)
-    return body, BodyFacts(mass, centre, inertia, np.sqrt(squares) / (2 * math.pi), rigid, warnings)
+        remarks += (f"{where}: M: {empty} of {len(rigid)} motions have no mass: lumped rotations, or hollow elements",)
+    return body, BodyFacts(mass, centre, inertia, np.sqrt(squares) / (2 * math.pi), rigid, remarks)
 
 
 # --- structure -------------------------------------------------------------------------------------------------------

@@ -26,6 +26,7 @@ from ..teeth.mesh_stiffness import series_in_time
 from ..train.train import DIRECTIONS, Body, Link, Mesh, Train
 from ..user_input import checked
 from .excitation import FullModel, excitation_lines
+from .sensor_rows import sensor_rows
 from .structure import (
     Structure,
     flank_laws,
@@ -125,6 +126,7 @@ def assemble(train: Train) -> System:
         locked=dict(train.torques) if train.kinematics.locked else None,
         bearings=_named_bearings(train),
         errors=error_rows(train, structure, T),
+        sensors=sensor_rows(train, structure, T),
     )
 
 

@@ -218,6 +218,40 @@ class ErrorRows:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SensorRows:
+    """Sensors as rows that turn with the material of their body against its frame.
+
+    With phi = 2 pi turn tau, tau = integral of s dt, and x_j = Re sum_k rows[j, k] exp(i k phi) . q the signal is
+
+        x_0 of strain and rotation        s^2 x_0 + s x_1' + s' x_1 / 2 + x_2'' of an acceleration
+        mesh . F + link . L of a torque, of the forces of mesh rows and linear link rows
+
+    name, kind, bodies : (s,) texts.  direction : (s,) of accelerations.  angle : (s,) in the frame at t = 0 [rad].
+    turn : (s,) exact [rev/s at s = 1].  rows : (s, 3, K + 1, n) complex.  mesh : (s, m).  link : (s, p) [m, 1].
+    """
+
+    name: tuple[str, ...] = ()
+    kind: tuple[str, ...] = ()
+    bodies: tuple[tuple[str, ...], ...] = ()
+    direction: tuple[str, ...] = ()
+    angle: Array = field(default_factory=lambda: np.zeros(0))
+    turn: tuple[Fraction, ...] = ()
+    rows: ComplexArray = field(default_factory=lambda: np.zeros((0, 3, 1, 0), complex))
+    mesh: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    link: Array = field(default_factory=lambda: np.zeros((0, 0)))
+
+    @property
+    def unit(self) -> tuple[str, ...]:
+        """Unit of each signal."""
+        units = {"strain": "1", "acceleration": "m/s2", "angle": "rad", "torque": "N m"}
+        return tuple(units[kind] for kind in self.kind)
+
+    def link_weights(self, rows: int) -> Array:
+        """`link` of so many link rows (s, rows): those of linearised laws stand behind."""
+        return np.pad(self.link, ((0, 0), (0, rows - self.link.shape[1])))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Symmetry:
     """Turning one stage by one branch: R on q, R^N = 1, commutes with M and K where the stage is cyclic.
 
@@ -258,7 +292,7 @@ class System:
     far : the far flanks, for analyses of contact loss; None without finite backlash.
     euler : (n, n) terms s' E q on the left side while the speed changes; empty: none are known.
     spin_up : (n,) inertial load of the nominal motion per s', on the right side [N s]; empty: none is known.
-    errors : rows of the transmission errors.
+    errors : rows of the transmission errors.  sensors : of the file.
     unscaled : paths of ripple at frequencies that do not follow the speed: see `require_scaling`.
     scaled : the lines without these, where there are any.
     locked : of a train that what is held locks the torque on every body that carries one [N m]; None: the train turns.
@@ -295,10 +329,11 @@ class System:
     locked: Mapping[str, float] | None = None
     bearings: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     errors: ErrorRows = field(default_factory=ErrorRows)
+    sensors: SensorRows = field(default_factory=SensorRows)
 
     def __post_init__(self) -> None:
         """Make the arrays read-only: what follows from a System is kept by its identity."""
-        parts = (self, self.dofs, self.meshes, self.links, self.far, self.errors, *self.groups)
+        parts = (self, self.dofs, self.meshes, self.links, self.far, self.errors, self.sensors, *self.groups)
         for part in (one for one in (*parts, *self.lines, *self.scaled) if one is not None):
             for name in part.__dataclass_fields__:
                 values = getattr(part, name)

@@ -111,7 +111,7 @@ def _read(
     body, facts = read_body(source, units=table.units, path=path)
     where = next(iter(files.values()))
     interfaces = _interfaces(table, body, path)
-    said = facts.warnings
+    said = facts.remarks
     if table.sectors is not None:
         nodes = tuple(dict.fromkeys(node for one in interfaces for node in one.nodes))
         body = axisymmetric(body, table.sectors, 6 + (table.modes or 40), nodes, where)

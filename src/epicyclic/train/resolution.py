@@ -51,6 +51,7 @@ from .power import planet_arms, power_flow
 from .reduced import with_reduced
 from .rings import log_rings, standing_bolts
 from .ripple import resolve_ripples
+from .sensors import resolve_sensors
 from .shafts import Shafts, bent_shafts, moved_loads, warn_of_spans
 from .stage_bodies import bodies_of_stage, coaxial, frames_of, free_bodies, member_centre, meshes_of_stage, tilt_groups
 from .stages import GearPair, Plan, gear_below, plan_stages
@@ -679,6 +680,7 @@ def resolve(document: Document) -> Train:
     )
     resolve_deviations(model, deviated)
     ripples, prescribed = resolve_ripples(model, bodies, kinematics, log)
+    sensors = resolve_sensors(model, shafts.bodies, shafts.links, log)
     gravity = model.operation.gravity or (0.0, 0.0, 0.0)
     if model.operation.gravity is not None:
         log.note(f"{model.operation_path('gravity')}.gravity", list(gravity), "m/s^2")
@@ -699,6 +701,7 @@ def resolve(document: Document) -> Train:
         displacements=tuple(deviated.displacements),
         mesh_errors=(*deviated.mesh_errors, *contact_errors(meshes, kinematics)),
         loads=(*moved_loads(external_loads(model, bodies), shafts.bodies), *deviated.loads),
+        sensors=tuple(sensors),
         spans=tuple(shafts.spans),
         ripples=tuple(ripples),
         gravity=gravity,

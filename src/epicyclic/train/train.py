@@ -568,6 +568,26 @@ class Ripple:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Sensor:
+    """A sensor on the material of one body, or in a link.
+
+    name : as of the file, with the branch or side behind it where the member has several bodies.
+    kind : strain, acceleration, angle, torque.  direction : of an acceleration, radial, tangential or axial.
+    bodies : names; of a torque all of the member and branch, of others one.  link : name of the link of a torque.
+    angle : from the own x axis of the body at t = 0 [rad].  radius, z : from the centre of the body [m].
+    """
+
+    name: str
+    kind: str
+    direction: str = "radial"
+    bodies: tuple[str, ...] = ()
+    link: str = ""
+    angle: float = 0.0
+    radius: float = 0.0
+    z: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Damping:
     """Damping of the whole train.  modal : ratio of every elastic mode [1].  mass [1/s], stiffness [s] : proportional.
     mesh : ratio of every mesh [1].  None = not given."""
@@ -615,6 +635,7 @@ class Train:
     displacements: tuple[Displacement, ...] = ()
     mesh_errors: tuple[MeshError, ...] = ()
     loads: tuple[Load, ...] = ()
+    sensors: tuple[Sensor, ...] = ()
     ripples: tuple[Ripple, ...] = ()
     gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)
     damping: Damping = Damping()

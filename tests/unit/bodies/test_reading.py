@@ -137,8 +137,8 @@ def test_units_of_a_file(tmp_path: Path, plain: Content, spiders: Checked) -> No
 def test_expected_mass_in_the_units_of_the_file(tmp_path: Path, plain: Content, spiders: Checked) -> None:
     mass, inertia = spiders[1].mass, spiders[1].inertia
     tonnes = in_tonnes(plain) | {"mass": mass / 1e3, "centre": [0.0, 0.0, 0.0], "inertia": 1e3 * inertia}
-    assert read_body(written(tmp_path, tonnes))[1].warnings == ()
-    said = read_body(written(tmp_path, plain | {"mass": mass * (1 + 5e-5)}))[1].warnings
+    assert read_body(written(tmp_path, tonnes))[1].remarks == ()
+    said = read_body(written(tmp_path, plain | {"mass": mass * (1 + 5e-5)}))[1].remarks
     assert len(said) == 1
     assert "mass: the matrices have" in said[0]
     assert "off by 5e-05" in said[0]

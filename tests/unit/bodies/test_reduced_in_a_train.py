@@ -197,6 +197,16 @@ def test_body_off_its_axis_is_refused(tmp_path: Path) -> None:
         )
 
 
+def test_an_accelerometer_has_no_place_on_matrices() -> None:
+    """Their motion is known at interfaces alone; the mean rotation is known."""
+    at = {"kind": "acceleration", "on": "ring", "radius": "150 mm"}
+    with pytest.raises(ModelError, match=r"sensors.a.on = main.ring: main/ring is a body of matrices.*a rigid body"):
+        with_ring(reduced_ring.KEPT, {"sensors.a": at})
+    assert with_ring(reduced_ring.KEPT, {"sensors.a": {"kind": "angle", "on": "ring"}}).sensors[0].bodies == (
+        "main/ring",
+    )
+
+
 def test_turned_interface_is_that_of_the_nodes_there(tmp_path: Path) -> None:
     """The motion seven sectors on: by D from the first sector, and by the nodes there."""
     file = written(tmp_path, brick_ring(32))

@@ -42,7 +42,7 @@ def test_the_kept_ring(kept: Checked) -> None:
     assert facts.inertia[2, 2] == pytest.approx(polar, rel=1e-5)
     assert np.abs(facts.centre).max() < 1e-12
     assert np.sum(frequencies(body) < 1) == 6
-    assert facts.warnings == ()
+    assert facts.remarks == ()
     for want in IN_PLANE:  # what 60 modes leave
         assert np.min(np.abs(frequencies(body) / want - 1)) < 1.7e-3
     assert facts.frequencies[0] == pytest.approx(IN_PLANE[0], rel=1e-4)
@@ -52,7 +52,7 @@ def test_calculix_from_mesh_to_reduced_ring(calculix: tuple[Path, Checked], kept
     _, (body, facts) = calculix
     assert body.M.shape == (1728, 1728)
     assert facts.mass == pytest.approx(2.349999, abs=1e-6)
-    assert facts.warnings == ()
+    assert facts.remarks == ()
     found, _ = in_plane(body, facts, 24)
     assert found[0:10:2] == pytest.approx(IN_PLANE, abs=1e-3)
     whole = np.sqrt(elastic_modes(body, facts.rigid, 20, "ring")[0]) / (2 * math.pi)
@@ -64,7 +64,7 @@ def test_calculix_from_mesh_to_reduced_ring(calculix: tuple[Path, Checked], kept
 
 def test_hollow_elements_are_said(tmp_path: Path, calculix: tuple[Path, Checked]) -> None:
     body, facts = read_body(reduced_ring.solved(tmp_path, "C3D20R"), units="kg m s")
-    assert facts.warnings == (
+    assert facts.remarks == (
         f"{body.source}: M: 588 of 1728 motions have no mass: lumped rotations, or hollow elements",
     )
 

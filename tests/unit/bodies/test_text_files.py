@@ -87,7 +87,7 @@ def test_a_nastran_punch(tmp_path: Path, few: Checked, card: Card, digits: float
     assert off(found.node_xyz, body.node_xyz) <= digits
     assert found.node_id.tolist() == body.node_id.tolist()
     assert again.frequencies == pytest.approx(facts.frequencies, rel=1e-6)
-    assert again.warnings == ()
+    assert again.remarks == ()
 
 
 @pytest.mark.parametrize("component", [0, 1])
@@ -113,7 +113,7 @@ def test_small_fields_have_too_few_digits_and_say_so(tmp_path: Path, few: Checke
 def test_a_large_card_of_one_line_has_zeros_behind(tmp_path: Path, few: Checked) -> None:
     file = tmp_path / "ring.pch"
     file.write_text(punched(few[0], free) + "GRID*                900\nGRID,901\nGRID*,902\n")
-    assert read_body(file, units="kg m s")[1].warnings == ()
+    assert read_body(file, units="kg m s")[1].remarks == ()
 
 
 def triangle(matrix: Matrix) -> Iterable[tuple[int, int, float]]:
