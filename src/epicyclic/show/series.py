@@ -435,7 +435,7 @@ def ring_deflection(names: Sequence[str], angle: Array) -> Array:
 
 
 def bent_rows(names: Sequence[str]) -> dict[str, dict[str, int]]:
-    """Body that bends -> name a2, b2, .. of each coordinate by which it does and its place among ``main/ring/a2``, .."""
+    """Body that bends -> name a2, b2, .. of each coordinate by which it does and its place among ``main/ring/a2`` .."""
     found: dict[str, dict[str, int]] = {}
     for i, name in enumerate(names):
         body, _, word = name.rpartition("/")

@@ -231,6 +231,8 @@ def _body(train: Train, body: Body, drawn: _Drawing, label: str, relative_speed:
         # of a mode shape: radius that turns its arcs into angles, angle of the plane that the section shows
         "arc": _mm(pitch_radius(part, mesh) if part.form else pins[0].radius if pins else part.outer) or 1.0,
         "plane": round(plane + (math.pi if body.name in drawn.below else 0.0), 6),
+        # names of the coordinates by which it bends
+        **({} if body.elastic is None else {"bends": list(body.elastic.names)}),
     }
 
 
