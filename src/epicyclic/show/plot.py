@@ -45,7 +45,7 @@ FIGURES: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "sharing": ("sharing", "history", "forces"),
         "spectrum": ("load-spectrum", "rainflow"),
         "stability": ("stability",),
-        "static": ("static-forces", "static-errors", "load-zones"),
+        "static": ("static-forces", "static-errors", "ring-bending", "load-zones"),
         "steady": ("steady-forces", "steady-range", "steady-errors"),
         "stiffness": ("stiffness",),
         "sweep": ("sweep", "waterfall", "bearings", "error-sweep"),
