@@ -28,10 +28,13 @@ class ElasticBody:
     names : (e,) of the coordinates [m].  mass : M, its block of the six is that of the file and zero here.
     rows, stiffness : (p, 6 + e) and (p,) [N/m]: the strain energy is that of p springs, with `row_names` (p,).
     supports, support_stiffness : (s, 6 + e) and (s,) [N/m] of a uniform foundation in the housing; `support_names`.
-    turn : D (6 + e, 6 + e).
+    damping : C of the material (6 + e, 6 + e), its block of the six zero.
+    turn : D (6 + e, 6 + e).  axisymmetric : whether it holds; else the body turns with its frame.
     spin, spin_stiffness : G_m per spin w [kg] and K_m per w^2 [kg], their blocks of the six zero.
     spin_load : (6 + e,) load of the spin per w^2 [kg m].
-    shape : of points (R, 3) in the axes of the body [m] the displacement along x, y, z per coordinate, (R, 3, e).
+    shape : of points (R, 3) from its centre, in its axes [m], displacement along x, y, z and rotation about them
+        per coordinate, (R, 6, e).
+    cyclic : of a body that is not axisymmetric `turned`.
     """
 
     names: tuple[str, ...]
@@ -42,11 +45,22 @@ class ElasticBody:
     supports: Array
     support_stiffness: Array
     support_names: tuple[str, ...]
+    damping: Array
     turn: Array
+    axisymmetric: bool
     spin: Array
     spin_stiffness: Array
     spin_load: Array
     shape: Callable[[Array], Array]
+    cyclic: Callable[[float], Array | None] | None = None
+
+    def turned(self, angle: float) -> Array | None:
+        """Operator (e, e) that turns the pattern of the body by an angle [rad]; None where that is another body."""
+        if self.cyclic is not None:
+            return self.cyclic(angle)
+        from scipy.linalg import expm
+
+        return np.asarray(expm(-angle * self.turn[6:, 6:]))
 
     def __repr__(self) -> str:
         """One line: number of coordinates."""

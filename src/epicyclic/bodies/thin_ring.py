@@ -133,7 +133,9 @@ def elastic_ring(ring: ThinRing) -> ElasticBody:
         supports=support[0],
         support_stiffness=support[1],
         support_names=support[2],
+        damping=np.zeros((size, size)),
         turn=D,
+        axisymmetric=True,
         spin=S,
         spin_stiffness=K,
         spin_load=load,
@@ -147,7 +149,7 @@ def order_compliances(ring: ThinRing, normal: tuple[float, float], radius: float
     normal : parts (radial, tangential) [1].  radius : of the loaded point [m].
     """
     body, found = elastic_ring(replace(ring, axial=math.inf)), np.zeros(ring.orders + 1)
-    row = np.array([*normal, 0.0]) @ body.shape(np.array([[radius, 0.0, 0.0]]))[0]
+    row = np.array(normal) @ body.shape(np.array([[radius, 0.0, 0.0]]))[0, :2]
     stiffness = np.einsum("pe,p,pe->e", body.rows[:, 6:], body.stiffness, body.rows[:, 6:])
     np.add.at(found, np.repeat(np.arange(2, ring.orders + 1), 2), row**2 / stiffness)
     return found
@@ -208,7 +210,7 @@ def _stacked(rows: list[_Row], size: int) -> tuple[Array, Array, tuple[str, ...]
 
 
 def _shape(ring: ThinRing, waves: list[_Wave], count: int, points: Array) -> Array:
-    """Displacement along x, y, z of points (R, 3) per coordinate, (R, 3, count): the section at a point stays plane."""
+    """Displacements of points (R, 3) per coordinate, (R, 6, count), rotations 0: the section at a point stays plane."""
     x, y = points[:, 0], points[:, 1]
     radius, psi = np.hypot(x, y), np.arctan2(y, x)
     moved = np.zeros((len(points), 2, 6 + count))
@@ -220,6 +222,7 @@ def _shape(ring: ThinRing, waves: list[_Wave], count: int, points: Array) -> Arr
         moved[:, 1, wave.index] = basis @ v + (radius - ring.radius)[:, None] * (basis @ turn)
     c, s = np.cos(psi)[:, None], np.sin(psi)[:, None]
     out, along = moved[:, 0, 6:], moved[:, 1, 6:]
-    result = np.stack([c * out - s * along, s * out + c * along, np.zeros_like(out)], axis=1)
+    result = np.zeros((len(points), 6, count))
+    result[:, 0], result[:, 1] = c * out - s * along, s * out + c * along
     result[radius < _AXIS * ring.radius] = 0.0
     return result

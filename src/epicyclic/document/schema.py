@@ -27,6 +27,7 @@ from .schema_fields import (
     Length,
     MeshForceTable,
     Place,
+    ReducedTable,
     SchemaTable,
     SectionTable,
     SolidTable,
@@ -196,6 +197,7 @@ class MemberTable(GearKeys):
     rim: Length | None = key(None, "radial thickness of a ring outside its root circle")
     outer_diameter: Radius | None = key(None, "outer diameter of a ring")
     elastic: ElasticTable | None = key(None, "a ring that bends: true, or what is known of its section; default rigid")
+    reduced: ReducedTable | None = key(None, "matrices of a finite-element program: a file, or a table; default rigid")
     # shafts, halves
     on: str | None = key(None, "member whose shaft it sits on")
     clocking: Annotated[PerPlanet | str, Unit("angle", many=True, words=("fit",))] | None = key(
@@ -349,6 +351,7 @@ class BodyTable(SchemaTable):
     support: SupportTable | None = key(None, "link to the housing")
     shaft_sections: dict[str, SectionTable] = Field(default_factory=dict, description=_SECTIONS)
     frame: str | None = key(None, "stage in whose axes it moves, so that it couples laterally; default the housing")
+    reduced: ReducedTable | None = key(None, "matrices of a finite-element program: a file, or a table; default rigid")
     station: Place | None = key(None, "axial place of its centre along z; default 0")
 
 

@@ -667,6 +667,58 @@ class ElasticTable(SchemaTable):
         return {"anyOf": [{"const": True}, table], "description": table.get("description", "")}
 
 
+MATRIX_FILES = ("file", "stiffness", "mass", "damping", "nodes")
+"""Keys of a reduced body that name a file."""
+
+
+class InterfaceTable(SchemaTable):
+    """Nodes of a reduced body that share the force of what joins it there."""
+
+    nodes: tuple[Annotated[int, Field(ge=1)], ...] = Field(description="numbers of the nodes", strict=False)
+    spider: Literal["average", "rigid", "nodes"] = key(
+        "average", "mean motion of the nodes; nodes stiff against each other; or nodes as they are, linear between them"
+    )
+
+
+class ReducedTable(SchemaTable):
+    """A body by the matrices of a finite-element program: the name of one file, or a table."""
+
+    file: str | None = key(None, "file that holds all: .npz, .mat, a NASTRAN punch with GRID cards, a .sti of CalculiX")
+    stiffness: str | None = key(None, "file of the stiffness: .mtx or DMIG; beside mass and nodes")
+    mass: str | None = key(None, "file of the mass")
+    damping: str | None = key(None, "file of the damping")
+    nodes: str | None = key(None, "file of the places of the nodes: .inp, GRID cards, or lines of number, x, y, z")
+    units: Literal["kg m s", "t mm s"] | None = key(None, "units of text files; native files state their own")
+    modes: Annotated[int, Field(ge=0, le=500)] | None = key(
+        None, "reduce to the interfaces and so many modes with these held; of an axisymmetric body its free modes"
+    )
+    sectors: Annotated[int, Field(ge=3, le=10000)] | None = key(
+        None, "equal sectors of the mesh of an axisymmetric body, which may turn against its frame"
+    )
+    interfaces: dict[str, InterfaceTable] = Field(
+        default_factory=dict, description="where other parts join it; default every node with coordinates"
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _whole(cls, data: Any) -> Any:
+        """Read a name as a table of that file."""
+        return {"file": data} if isinstance(data, str) else data
+
+    @model_validator(mode="after")
+    def _complete(self) -> Self:
+        """Refuse no file, or files of two kinds."""
+        texts = [name for name in MATRIX_FILES[1:] if getattr(self, name) is not None]
+        if (self.file is None) == (not texts):
+            raise ModelError("one way to name the files", allowed="file; or stiffness, mass and nodes")
+        return self
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        table = handler.resolve_ref_schema(handler(schema))
+        return {"anyOf": [{"type": "string"}, table], "description": table.get("description", "")}
+
+
 class CouplingTable(SolidTable):
     """A coupling or shaft between two members or bodies; rz rigid, the rest 0, unless named."""
 

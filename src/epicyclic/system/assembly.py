@@ -19,7 +19,6 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import expm
 
 from ..errors import ModelError
 from ..teeth.geometry import HALF, Phase
@@ -95,11 +94,11 @@ def assemble(train: Train) -> System:
     return System(
         dofs=_dofs(train, structure, T, kept),
         M=M,
-        C=(L.T * model.link_damping) @ L + model.mass_damping * M,
+        C=(L.T * model.link_damping) @ L + model.mass_damping * M + T.T @ model.bent_damping @ T,
         G=T.T @ model.G @ T,
         K=K,
         Kg=T.T @ model.Kg @ T,
-        Cskew=T.T @ (structure.link.T @ turning @ structure.link) @ T,
+        Cskew=T.T @ (structure.link.T @ turning @ structure.link + model.bent_skew) @ T,
         meshes=meshes,
         links=_links(structure, L, model.link_damping, turning),
         force=torques @ T,
@@ -192,7 +191,8 @@ def _full_model(train: Train, structure: Structure, T: Array, S: Array, mass: Ar
             preload=mass[i, 0] * omega**2,
             radius=math.hypot(*body.centre),
         )
-    bent, load = np.zeros((structure.size, structure.size)), np.zeros(structure.size)
+    bent, damping, skew = (np.zeros((structure.size, structure.size)) for _ in range(3))
+    load = np.zeros(structure.size)
     for part in structure.elastic:
         at, one = np.ix_(part.all_columns, part.all_columns), part.elastic
         speeds = structure.frame_speed[part.body], structure.spin[part.body]
@@ -201,6 +201,8 @@ def _full_model(train: Train, structure: Structure, T: Array, S: Array, mass: Ar
         Kg[at] += one.centrifugal(*speeds)
         euler[at] += one.euler(*speeds)
         load[part.all_columns] += speeds[1] ** 2 * one.spin_load
+        damping[at] += one.damping
+        skew[at] += (speeds[1] - speeds[0]) * one.damping @ one.turn
     stiffness = structure.linear_stiffness
     dampers = np.array([row.damping for row in structure.links])
     return FullModel(
@@ -208,6 +210,8 @@ def _full_model(train: Train, structure: Structure, T: Array, S: Array, mass: Ar
         S=S,
         mass=mass,
         bent_mass=bent,
+        bent_damping=damping,
+        bent_skew=skew,
         spin_load=load,
         G=G,
         Kg=Kg,
@@ -394,8 +398,8 @@ def _symmetries(train: Train, structure: Structure, T: Array, M: Array, K: Array
         rigid = turn_operator(len(train.bodies), moves=moves, turned=central, angle=angle)
         full[: len(rigid), : len(rigid)] = rigid
         for part in structure.elastic:
-            if part.body in central:
-                full[part.columns, part.columns] = expm(-angle * part.elastic.turn[6:, 6:])
+            if part.body in central and (turned := part.elastic.turned(angle)) is not None:
+                full[part.columns, part.columns] = turned
         R = reduced_operator(full, T) if branches > 1 else None
         holds = R is not None and commutes(R, M) and commutes(R, K)
         operator = np.eye(T.shape[1]) if R is None else R

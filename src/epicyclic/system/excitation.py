@@ -20,10 +20,11 @@ from .system import Array, ComplexArray, Line, eliminate
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FullModel:
-    """Unreduced matrices that the excitation needs.
+    """Unreduced matrices of bodies and links.
 
     T : (N, n).  S : (N, c).  mass : (nb, 6) of rigid bodies [kg, kg m^2].  G, Kg, euler, and bent_mass, what bodies
-    that bend have beside that : (N, N).  spin_load : (N,) of their spin at s = 1 [N].
+    that bend have beside that : (N, N); bent_damping, bent_skew : their material damping at rest and at s = 1.
+    spin_load : (N,) of their spin at s = 1 [N].
     mass_damping : [1/s].  link_stiffness : (p,) [N/m], 0 in rows with a law, whose force is not on the right side.
     link_damping : (p,) [N s/m].  turning : (p, p) of dampers to the housing, as of `LinkRows.skew` [N/m].
     """
@@ -32,6 +33,8 @@ class FullModel:
     S: Array
     mass: Array
     bent_mass: Array
+    bent_damping: Array
+    bent_skew: Array
     spin_load: Array
     G: Array
     Kg: Array
@@ -220,6 +223,8 @@ def unit_lines(train: Train, deviations: Sequence[Displacement | MeshError]) -> 
         S=S,
         mass=np.zeros((len(train.bodies), 6)),
         bent_mass=zero,
+        bent_damping=zero,
+        bent_skew=zero,
         spin_load=np.zeros(size),
         G=zero,
         Kg=zero,
@@ -277,7 +282,7 @@ def _line(frequency: Fraction, full: _FullLine, structure: Structure, model: Ful
     force[0] += structure.link.T @ (model.link_stiffness * link)
     force[1] += structure.link.T @ (1j * omega * model.link_damping * link + model.turning @ link)
     momentum = model.diagonal * shift + model.bent_mass @ shift
-    force[1] -= 1j * omega * model.mass_damping * momentum
+    force[1] -= 1j * omega * (model.mass_damping * momentum + model.bent_damping @ shift) + model.bent_skew @ shift
     force[2] += omega**2 * momentum - 1j * omega * (model.G @ shift) - model.Kg @ shift
     # the acceleration of a displaced body has a part in s' too, and so has the frame that accelerates with it
     ramp = full.ramp - 1j * omega * momentum - model.euler @ shift

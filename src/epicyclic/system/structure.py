@@ -195,8 +195,8 @@ def _elastic_parts(train: Train) -> tuple[ElasticPart, ...]:
     """Bodies that bend, with their coordinates behind those of all bodies as rigid ones."""
     parts, first = [], 6 * len(train.bodies)
     for i, body in enumerate(train.bodies):
-        if body.elastic is not None:
-            elastic = elastic_ring(body.elastic)
+        elastic = body.reduced if body.elastic is None else elastic_ring(body.elastic)
+        if elastic is not None:
             parts.append(ElasticPart(i, slice(first, first + len(elastic.names)), elastic))
             first += len(elastic.names)
     return tuple(parts)
@@ -209,7 +209,7 @@ def _springs(train: Train, parts: Sequence[ElasticPart], size: int) -> tuple[lis
         body, one = train.bodies[part.body], part.elastic
         of = Link(
             name=f"{body.name}/elastic",
-            path=f"stages.{body.member}.elastic",
+            path=f"{'stages' if '.' in body.member else 'bodies'}.{body.member}.elastic",
             kind="elastic",
             first=body.name,
             second=None,
@@ -405,18 +405,21 @@ def _columns(
 ) -> Array:
     """Coefficients (R, N) of gap rows on one body each, those by which it bends among them; axes : (nb,).
 
-    Other arguments as of `gap_rows`.  A row that is an angle is none of what bends.
+    Other arguments as of `gap_rows`.
     """
     count = np.arange(len(body))
     rigid = np.zeros((len(body), axes.size, 6))
     rigid[count, body] = gap_rows(normal, point, axes[body], rotation=rotation)
     matrix = np.concatenate(
-        [rigid.reshape(len(body), -1), *(np.zeros((len(body), len(p.elastic.names))) for p in elastic)], axis=1
+        [rigid.reshape(len(body), 6 * axes.size), *(np.zeros((len(body), len(p.elastic.names))) for p in elastic)],
+        axis=1,
     )
     for part in elastic:
-        rows = np.flatnonzero((body == part.body) & ~rotation)
+        rows = np.flatnonzero(body == part.body)
         n, P = (turned(vectors[rows], axes[part.body]) for vectors in (normal, point))
-        matrix[rows, part.columns] = np.einsum("ra,rae->re", n, part.elastic.shape(P))
+        moved = part.elastic.shape(P)
+        moved = np.where(rotation[rows, None, None], moved[:, 3:], moved[:, :3])
+        matrix[rows, part.columns] = np.einsum("ra,rae->re", n, moved)
     return matrix
 
 

@@ -48,9 +48,10 @@ from .links import couplings, links_of_bodies, links_of_stage
 from .mesh_laws import contact_errors
 from .phasing import disc_gaps
 from .power import planet_arms, power_flow
-from .rings import standing_bolts, with_orders
+from .reduced import with_reduced
+from .rings import log_rings, standing_bolts
 from .ripple import resolve_ripples
-from .shafts import bent_shafts, moved_loads, warn_of_spans
+from .shafts import Shafts, bent_shafts, moved_loads, warn_of_spans
 from .stage_bodies import bodies_of_stage, coaxial, frames_of, free_bodies, member_centre, meshes_of_stage, tilt_groups
 from .stages import GearPair, Plan, gear_below, plan_stages
 from .train import DIRECTIONS, Body, Damping, Derived, Load, Mesh, ResolutionLog, Train, bodies_named, stage_axis
@@ -660,11 +661,12 @@ def resolve(document: Document) -> Train:
         log.coded("torque-undetermined", f"{text} that follow from the stiffnesses")
     tilting = tilt_groups(shafts.bodies, shafts.links, misaligned_bodies(model, bodies))
     meshes = [mesh for shape in shapes for mesh in meshes_of_stage(shape, model, kinematics, tilting, log)]
-    elastic = {f"{p.name}.{n}": t.elastic for p in plans for n, t in p.stage.members.items() if t.elastic is not None}
-    if elastic:
-        shafts = shafts._replace(bodies=with_orders(shafts.bodies, meshes, kinematics, elastic, log))
-        links, standing = (standing_bolts(some, shafts.bodies, kinematics, log) for some in (links, shafts.links))
-        shafts = shafts._replace(links=standing)
+    bent = with_reduced(shafts.bodies, shafts.links, meshes, model, kinematics, log)
+    shafts = Shafts(bodies=bent, links=shafts.links, spans=shafts.spans)
+    if any(body.elastic is not None for body in bodies):
+        log_rings(bodies, meshes, kinematics, log)
+        links, standing = (standing_bolts(some, bodies, kinematics, log) for some in (links, shafts.links))
+        shafts = Shafts(bodies=shafts.bodies, links=standing, spans=shafts.spans)
     check_sizes(document, bodies, meshes, log)
     check_tolerances(document, bodies, meshes)
     others = [path for path in _table(document.data) if path not in TOLERANCE_TABLES]

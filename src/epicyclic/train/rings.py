@@ -1,14 +1,14 @@
-"""Rings that bend: their section from the drawing, how many orders they need, and bolts that turn about them.
+"""Rings that bend: their section from the drawing, what their orders leave out, and bolts that turn about them.
 
 Of a rectangular rim of height h, width b and mean radius R, E I is E int y^2/(1 + y/R) dA = E b R^2 (R ln(r_o/r_i) - h)
 (Winkler), the shear stiffness 5/6 G A.  Beside plane elasticity (plane stress) the free ring has its natural
-frequencies to 1 % up to h/R = 0.3 and n = 8.
+frequencies to 1.5 % up to h/R = 0.3 and n = 8.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
 
@@ -19,14 +19,14 @@ from ..bodies.thin_ring import ThinRing, elastic_ring, order_compliances
 from ..document.schema_fields import ElasticTable
 from ..errors import ModelError
 from .kinematics import Kinematics
+from .mesh_laws import RING_ORDERS
 from .stages import Levels, density_of, elastic_constants
 from .train import Body, GearData, Link, Mesh, ResolutionLog
 
 _SHEAR = 5 / 6
 THICK = 0.3  # height per mean radius, beyond which it is no thin ring
-# Orders left out: share of the compliance of a mesh, and mesh frequencies below their natural frequency.
-_LEFT, _APART = 1e-2, 3.0
-_MOST, _ALL = 12, 60
+_APART = 3.0  # mesh frequencies below the natural frequencies of orders that are left out
+_ALL = 60
 _EVEN = 1e-9  # angles of bolts carry rounding
 
 
@@ -72,7 +72,7 @@ def ring_of(
         axial=axial,
         shear=_SHEAR * E / (2 * (1 + nu)) * area if known else math.inf,
         line_inertia=density_of(material) * bending / E if known else 0.0,
-        orders=table.modes or _MOST,
+        orders=table.modes or RING_ORDERS,
         foundation=(0.0, 0.0) if held is None else (held.radial or 0.0, held.tangential or 0.0),
     )
     for key, value, unit in (
@@ -84,59 +84,44 @@ def ring_of(
         if math.isfinite(value):
             stated = getattr(table, key)
             log.note(f"{path}.{key}", value, unit, "geometry" if stated is None or stated is True else "given")
+    log.note(f"{path}.modes", ring.orders, "", "default" if table.modes is None else "given")
     log.note(f"{path}.line_mass", line_mass, "kg/m", "geometry")
     thick = math.sqrt(12 * bending / (E * area)) if known else height
     if thick > THICK * radius:
         text = f"{path}: the rim is {thick / radius:.2g} of its mean radius high"
-        log.coded("thick-ring", f"{text}; a curved beam is right to 1 % up to {THICK:g}")
+        log.coded("thick-ring", f"{text}; a curved beam is right to 1.5 % up to {THICK:g}")
     return ring
 
 
-def with_orders(
-    bodies: Sequence[Body],
-    meshes: Sequence[Mesh],
-    kinematics: Kinematics,
-    stated: Mapping[str, ElasticTable],
-    log: ResolutionLog,
-) -> list[Body]:
-    """Bodies whose rings have as many orders as they need, where the file states none.
+def log_rings(bodies: Sequence[Body], meshes: Sequence[Mesh], kinematics: Kinematics, log: ResolutionLog) -> None:
+    """Log what the orders of a ring leave out: compliance beside that of a mesh, and natural frequencies.
 
-    The orders left out have less than a hundredth of the compliance of a mesh, and the lowest of them has three times
-    the mesh frequency; where that takes more than 12, 12.  The log says what they leave, which the stiffness of a mesh
-    holds where it is that of teeth on their body; a warning, where one of them may resonate.
+    The stiffness of a mesh holds the former where it is that of teeth on their body.
     """
-    found = []
+    rate = max(map(float, (kinematics.mesh_frequency or {}).values()), default=0.0)
     for body in bodies:
         if body.elastic is None:
-            found.append(body)
             continue
-        path = f"stages.{body.member}.elastic"
-        left, within = (
-            _left_out(body, meshes),
-            _APART * max(map(float, (kinematics.mesh_frequency or {}).values()), default=0.0),
-        )
-        enough = [n for n in range(2, _MOST + 1) if left[n] < _LEFT and body.elastic.frequency(n + 1) > within]
-        orders = stated[body.member].modes or min(enough, default=_MOST)
-        log.note(f"{path}.modes", orders, "", "default" if stated[body.member].modes is None else "given")
-        log.note(f"{path}.left_out", float(left[orders]), "", "geometry")
-        log.note(f"{path}.highest_frequency", body.elastic.frequency(orders), "Hz", "geometry")
-        if (beyond := body.elastic.frequency(orders + 1)) <= within:
+        path, orders = f"stages.{body.member}.elastic", body.elastic.orders
+        beyond = body.elastic.frequency(orders + 1)
+        log.note(f"{path}.left_out", _left_out(body, meshes), "", "geometry")
+        log.note(f"{path}.lowest_left_out", beyond, "Hz", "geometry")
+        if beyond <= _APART * rate:
             text = f"{path}: orders beyond {orders} begin at {beyond:.4g} Hz"
-            log.coded("ring-orders", f"{text}, the mesh frequency is {within / _APART:.4g} Hz")
-        found.append(replace(body, elastic=replace(body.elastic, orders=orders)))
-    return found
+            log.coded("ring-orders", f"{text}, the mesh frequency is {rate:.4g} Hz")
 
 
-def _left_out(body: Body, meshes: Sequence[Mesh]) -> list[float]:
-    """Compliance of all orders above n = 0, 1, .. of a ring along a mesh, per compliance of the stiffest mesh."""
+def _left_out(body: Body, meshes: Sequence[Mesh]) -> float:
+    """Compliance of the orders of a ring that are left out, along a mesh, per compliance of the stiffest mesh."""
     assert body.elastic is not None
-    total, bent = np.zeros(_ALL + 1), replace(body.elastic, orders=_ALL)
+    left, more = 0.0, replace(body.elastic, orders=_ALL)
     for mesh in meshes:
         if mesh.b == body.name:
             normal = (math.sin(mesh.pressure_angle), math.cos(mesh.pressure_angle))
             share = mesh.stiffness * math.cos(mesh.base_helix) ** 2
-            total = np.maximum(total, share * order_compliances(bent, normal, mesh.radius_b))
-    return [float(left) for left in total.sum() - np.cumsum(total)]
+            compliances = order_compliances(more, normal, mesh.radius_b)
+            left = max(left, share * float(compliances[body.elastic.orders + 1 :].sum()))
+    return left
 
 
 def standing_bolts(
@@ -200,7 +185,7 @@ def _varying_share(ring: ThinRing, bolts: Sequence[Link]) -> float:
     moved = elastic_ring(ring).shape(math.hypot(*bolts[0].centre) * out)
     total: NDArray[np.float64] = np.zeros((steps, moved.shape[2], moved.shape[2]))
     for direction, k in zip((out, along), bolts[0].stiffness[:2], strict=True):
-        rows = np.einsum("ra,rae->re", direction, moved).reshape(steps, len(bolts), -1)
+        rows = np.einsum("ra,rae->re", direction, moved[:, :3]).reshape(steps, len(bolts), -1)
         total += k * np.einsum("sbe,sbf->sef", rows, rows)
     size = np.linalg.norm(np.fft.fft(total, axis=0), axis=(1, 2))
     return float(size[1:].max() / size[0])

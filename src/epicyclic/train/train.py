@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..bearings.rolling_bearing import RollingBearing
+from ..bodies.elastic_body import ElasticBody
 from ..bodies.thin_ring import ThinRing
 from ..teeth import geometry
 from ..teeth.mesh_stiffness import ContactTable, ForceCurve, ToothPair
@@ -115,7 +116,8 @@ class Body:
     outer_radius : of a ring whose rim or outer diameter is given [m], else None.
     shaft_of : of a place on a shaft that bends (`ShaftSpan`) the body whose shaft it is, with member, kind and branch
         of that; ``main/sun/shaft/front`` by name.  None of all others.
-    elastic : the ring that it is, None of a rigid body.
+    elastic : the ring that it is, None of another body.  reduced : how it bends by the matrices of a finite-element
+        program.
     """
 
     name: str
@@ -136,6 +138,7 @@ class Body:
     gear: GearData | None = None
     shaft_of: str | None = None
     elastic: ThinRing | None = None
+    reduced: ElasticBody | None = None
 
     def __repr__(self) -> str:
         """One line: name, kind, teeth and mass."""
