@@ -435,11 +435,11 @@ def ring_deflection(names: Sequence[str], angle: Array) -> Array:
 
 
 def bent_rows(names: Sequence[str]) -> dict[str, dict[str, int]]:
-    """Body that bends -> name a2, b2, .. of each coordinate by which it does and its place among ``main/ring/a2`` .."""
+    """Ring that bends -> name a2, b2, .. of each coordinate by which it does and its place among ``main/ring/a2`` .."""
     found: dict[str, dict[str, int]] = {}
     for i, name in enumerate(names):
         body, _, word = name.rpartition("/")
-        if word[1:].isdigit():
+        if word[:1] in tuple("abcd") and word[1:].isdigit():  # matrices of another program have e1, e2, ..
             found.setdefault(body, {})[word] = i
     return found
 

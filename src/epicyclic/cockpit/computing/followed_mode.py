@@ -56,7 +56,7 @@ def like_modes(before: ModeShapes, after: ModeShapes) -> dict[int, tuple[int | N
     """
     from ...questions.modes.campbell import modal_assurance  # 50 ms, which only a page waits for that swings a mode
 
-    bends = list(before.bends | after.bends)
+    bends = list({**before.bends, **after.bends})
     (a, mass), (b, later) = before.over(bends), after.over(bends)
     alone, of_groups = modal_assurance(a, b, np.diag((mass + later) / 2.0), (before.groups, after.groups))
     best = np.argmax(np.where(of_groups >= SAME_SHAPE, alone, -1.0), axis=1)

@@ -138,7 +138,7 @@ def mode_view(
     label, body = _labels(train, system, full, bending_energy(system, shapes), labels)
     radius = _radii(train)
     frequency = np.sqrt(squared) / (2 * np.pi)
-    shape, bent = _drawn(train, full, bent, radius)
+    shape, bent = _drawn(train, system, full, bent, radius)
     kind = tuple(kinds.kind[i] for i in elastic)
     mass = _masses(system, full) / np.repeat([np.ones_like(radius), radius**2], 3, axis=0).T
     met = _crossings(system, frequency, np.real(kinds.vectors), relative_speed)
@@ -178,7 +178,7 @@ def _masses(system: System, full: Array) -> Array:
     return system.body_mass if system.body_mass.shape == full.shape[1:] else np.ones(full.shape[1:])
 
 
-def _drawn(train: Train, full: Array, bent: Array, radius: Array) -> tuple[Array, Array]:
+def _drawn(train: Train, system: System, full: Array, bent: Array, radius: Array) -> tuple[Array, Array]:
     """Shapes (m, nb, 6) in the axes of the stage, rotations as lengths, and (m, e) of what bends; largest motion 1.
 
     full : (m, nb, 6) in each body's own axes [m, rad].  bent : (m, e) [m].  radius : (nb,) of the rotations [m].
@@ -191,10 +191,11 @@ def _drawn(train: Train, full: Array, bent: Array, radius: Array) -> tuple[Array
         shape[..., y] = sine * full[..., x] + cosine * full[..., y]
     shape[..., 3:] *= radius[:, None]
     most, last = np.abs(shape).max(axis=(1, 2), initial=0.0), 0
-    for body in train.bodies:
-        names = () if body.elastic is None else body.elastic.names
-        moved = ring_deflection(names, _ROUND) @ bent[:, last : last + len(names)].T
-        most, last = np.maximum(most, np.hypot(*moved).max(axis=0)), last + len(names)
+    for body, names in system.dofs.elastic:
+        if train.bodies[body].elastic is not None:
+            moved = ring_deflection(names, _ROUND) @ bent[:, last : last + len(names)].T
+            most = np.maximum(most, np.hypot(*moved).max(axis=0))
+        last += len(names)
     scale = 1 / np.where(most > 0, most, 1.0)
     return shape * scale[:, None, None], bent * scale[:, None]
 

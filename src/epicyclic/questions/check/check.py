@@ -317,10 +317,10 @@ def _ring_columns(train: Train) -> dict[str, tuple[str | tuple[str, str], NDArra
     bent = {body.name: (body.member, body.elastic) for body in train.bodies if body.elastic is not None}
     if not bent:
         return {}
-    rings, stated = [ring for _, ring in bent.values()], {value.path: value.value for value in train.values}
+    rings, stated = [ring for _, ring in bent.values()], {value.path: str(value.value) for value in train.values}
     orders = range(2, max(ring.orders for ring in rings) + 1)
     frequency = np.array([[ring.frequency(n) if n <= ring.orders else _NAN for n in orders] for ring in rings])
-    left_out = [stated[f"stages.{member}.elastic.left_out"] for member, _ in bent.values()]
+    left_out = [float(stated[f"stages.{member}.elastic.left_out"]) for member, _ in bent.values()]
     section = {"ring_radius": "radius", "ring_bending": "bending", "ring_line_mass": "line_mass", "ring_axial": "axial"}
     return {
         "elastic_ring": ("elastic_ring", _texts(bent)),

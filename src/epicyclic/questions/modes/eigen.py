@@ -567,9 +567,12 @@ def _split_by_kind(M: Array, projectors: list[Array], vectors: Shapes) -> list[t
 def _rings_apart(system: System, spaces: list[tuple[int, Shapes]]) -> list[tuple[int, Shapes]]:
     """Spaces by kind, as of `_split_by_kind`, with the modes of rings alone parted from them as the kind `_RING`."""
     dofs, meshes = system.dofs, system.meshes
-    if not dofs.elastic or system.body_mass.shape != (len(dofs.bodies), 6):
+    rings = {b for (_, b), internal in zip(meshes.ends, meshes.internal, strict=True) if internal}
+    bends = np.concatenate([np.full(len(names), dofs.bodies[i] in rings) for i, names in dofs.elastic] or [np.zeros(0)])
+    if not bends.any():
         return spaces
-    moved = np.sqrt(system.body_mass).reshape(-1, 1) * dofs.rigid
+    at = dofs.rigid.shape[0] + np.flatnonzero(bends)
+    bent, mass = dofs.expand[at], system.bent_mass[np.ix_(at, at)]
     strained = np.sqrt(meshes.stiffness)[:, None] * meshes.B.T
     parted = []
     for kind, space in spaces:
@@ -577,10 +580,10 @@ def _rings_apart(system: System, spaces: list[tuple[int, Shapes]]) -> list[tuple
         if not total > 0:  # a rigid motion
             parted.append((kind, space))
             continue
-        elsewhere = np.vstack([moved @ space, strained @ space / math.sqrt(total)])
-        energy, basis = np.linalg.eigh(elsewhere.conj().T @ elsewhere)
+        own, teeth = bent @ space, strained @ space / math.sqrt(total)
+        energy, basis = np.linalg.eigh(np.eye(space.shape[1]) - own.conj().T @ mass @ own + teeth.conj().T @ teeth)
         alone = energy < _ELSEWHERE
-        for own, chosen in ((_RING, alone), (kind, ~alone)):
+        for name, chosen in ((_RING, alone), (kind, ~alone)):
             if chosen.any():
-                parted.append((own, space @ basis[:, chosen]))
+                parted.append((name, space @ basis[:, chosen]))
     return parted

@@ -174,7 +174,7 @@ def _sketches(found: Sequence[Part], bends: Mapping[str, Mapping[str, int]], *, 
     for part in found:
         at, corner = complex(part.station + shift, part.y), complex(_half(part), part.outer)
         box = _strokes([np.array([-corner, corner.conjugate(), corner, -corner.conjugate(), -corner])])
-        sketches.append(Sketch(place[part.name], part.kind, "side", at, box, True, np.zeros((len(box), 0))))
+        sketches.append(Sketch(place[part.name], part.kind, "side", at, box, True, np.zeros((len(box), 0), complex)))
     return sketches
 
 

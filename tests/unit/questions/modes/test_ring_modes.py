@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from tests.unit.elastic_ring_set import ring_set
@@ -61,7 +63,7 @@ def test_the_centre_line_moves_as_the_shape_of_the_body_says(stretches: bool) ->
     body, angle = elastic_ring(ring), np.linspace(0, 6, 17)
     out = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
     along = np.stack([-np.sin(angle), np.cos(angle), 0 * angle], axis=1)
-    moved = body.shape(ring.radius * out)
+    moved = body.shape(ring.radius * out)[:, :3]
     wanted = [np.einsum("pa,pae->pe", way, moved) for way in (out, along)]
     np.testing.assert_allclose(ring_deflection(body.names, angle), wanted, atol=1e-12)
 
@@ -83,7 +85,7 @@ def test_the_figure_draws_the_bent_ring() -> None:
     np.testing.assert_array_equal(_frame(drawn, f"{place}.0").data[planet].x, drawn.data[planet].x)
 
 
-def _frame(drawn: figure.go.Figure, name: str) -> figure.go.Frame:
+def _frame(drawn: Any, name: str) -> Any:
     return next(frame for frame in drawn.frames if frame.name == name)
 
 

@@ -161,8 +161,10 @@ export class TrainPane extends Pane {
     const { bent } = modes.arrays;
     let next = bent ? row * bent.shape[1] : 0;
     return this.part_.head.bodies.map(({ bends }, body) => {
-      const bending = bends && bent ? { names: bends, values: bent.data.subarray(next, (next += bends.length)) } : null;
-      return Object.assign(of(body), { bending });
+      if (!bends || !bent) return Object.assign(of(body), { bending: null });
+      const values = bent.data.subarray(next, (next += bends.length));
+      // coordinates of matrices, e1, e2, .., say nothing of places between interfaces
+      return Object.assign(of(body), { bending: bends[0].startsWith("e") ? null : { names: bends, values } });
     });
   }
 
