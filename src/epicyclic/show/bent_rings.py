@@ -13,6 +13,7 @@ from .series import bent_rows, texts
 if TYPE_CHECKING:
     import xarray as xr
 
+_STILL = 1e-3  # a mean of an order below this part of its amplitude has no place
 _SECTION = {
     "ring_radius": ("centre line R [mm]", 1e3),
     "ring_bending": ("E I [kN m2]", 1e-3),
@@ -68,8 +69,9 @@ def deflection_tables(result: xr.Dataset) -> list[Table]:
                 continue
             b = moved[f"b{n}"]
             mean = complex(a.mean(), b.mean())
-            outward = np.degrees(np.angle(mean)) / n % (360 / n) if abs(mean) else np.nan
-            rows.append((body, n, mean.real * 1e6, mean.imag * 1e6, float(np.hypot(a, b).max()) * 1e6, outward))
+            most = float(np.hypot(a, b).max())
+            outward = np.degrees(np.angle(mean)) / n % (360 / n) if abs(mean) > _STILL * most else np.nan
+            rows.append((body, n, mean.real * 1e6, mean.imag * 1e6, 1e6 * most, outward))
     if not rows:
         return []
     headings = ("ring", "order n", "mean a [µm]", "mean b [µm]", "largest amplitude [µm]", "outward at [deg]")
