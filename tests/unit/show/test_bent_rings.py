@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +15,7 @@ import epicyclic
 from epicyclic.show.bent_rings import deflection_tables, frequency_tables, section_tables
 from epicyclic.show.charts.rings import ring_deflections
 from epicyclic.show.views import brief_of, sections_of, tables_of
+from epicyclic.verbs import record
 
 WIND = {"stages.main.ring.elastic": {"modes": 6}}
 
@@ -78,3 +81,13 @@ def test_static_tells_how_far_each_order_bends_and_where() -> None:
 def test_steady_tells_it_too() -> None:
     steady = epicyclic.steady(epicyclic.load("wind-stage", WIND | {"tolerance": None}))
     assert "Bending of rings" in [table.title for table in tables_of(steady)]
+
+
+def test_a_report_of_a_ring_that_bends_has_its_static_deflection(monkeypatch: pytest.MonkeyPatch) -> None:
+    def only_check(steps: Mapping[str, Any], *_: object) -> list[Any]:
+        return [step() if name == "check" else "not now" for name, step in steps.items()]
+
+    monkeypatch.setattr(record, "_run_steps", only_check)
+    for train, told in ((ring_set(4), True), (epicyclic.load("lin1999-n4"), False)):
+        left_out = json.loads(record.run_report(train)["check"].attrs["not_run"])
+        assert any(text.startswith("static,") for text in left_out) == told
