@@ -120,3 +120,18 @@ def test_a_mode_of_the_ring_is_followed_through_other_orders() -> None:
 
 def vars_of(view: ModeView) -> dict[str, object]:
     return {name: getattr(view, name) for name in ("shape", "mass", "bends", "bent", "bent_mass")}
+
+
+def test_a_ring_that_alone_can_move_and_strains_teeth_is_of_the_other_kinds() -> None:
+    held: dict[str, object] = {
+        f"stages.main.{member}.{seat}": {"radial": "inf", "rz": "inf"}
+        for member, seat in (("sun", "support"), ("carrier", "support"), ("ring", "support"), ("planet", "bearing"))
+    }
+    train = ring_set(4)
+    document = {name: table for name, table in train.document.items() if name != "assumed"}
+    modes = epicyclic.modes(epicyclic.load(document, held))
+    np.testing.assert_allclose(modes.kinetic_energy_share.sel(body="main/ring"), 1.0, rtol=1e-12)
+    # one of each pair n = 2, 4, .. is free of the teeth, and no other is
+    still = modes.strain_energy_share.sel(connection="main/ring/elastic") > 1 - 1e-9
+    np.testing.assert_array_equal(modes.mode_kind == "ring", still)
+    assert int(still.sum()) == 6 < modes.sizes["mode"] == 22
