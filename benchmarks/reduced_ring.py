@@ -7,17 +7,19 @@ The ring has the mass and inertia of the ring gear of [lin1999]: 2.35 kg, mean r
 
 from __future__ import annotations
 
+import itertools
 import math
 import shutil
 import subprocess
 import sys
 import tempfile
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from epicyclic.bodies.checks import checked
+from epicyclic.bodies.native_file import native_bytes
 from epicyclic.bodies.reading import read_body
-from epicyclic.bodies.reduced_body import ReducedBody, native_bytes
+from epicyclic.bodies.reduced_body import ReducedBody
 from epicyclic.bodies.reduction import Interface, reduced
 
 MASS, WIDTH, DENSITY, YOUNG, POISSON = 2.35, 0.0254, 7850.0, 2.07e11, 0.3
@@ -31,44 +33,59 @@ MIDDLES = [(0, 1, 0), (1, 2, 0), (2, 1, 0), (1, 0, 0), (0, 1, 2), (1, 2, 2), (2,
 POSTS = [(0, 0, 1), (0, 2, 1), (2, 2, 1), (2, 0, 1)]
 
 
-def places() -> dict[tuple[int, int, int], tuple[int, float, float, float]]:
-    """Number and place [m] of the node at each half sector, half height and half width."""
-    found: dict[tuple[int, int, int], tuple[int, float, float, float]] = {}
-    for sector in range(SECTORS):
-        for turn, up, along in CORNERS + MIDDLES + POSTS:
-            key = (2 * sector + turn) % (2 * SECTORS), up, along
-            angle, radius = math.pi * key[0] / SECTORS, RADIUS + (up - 1) * HEIGHT / 2
-            place = radius * math.cos(angle), radius * math.sin(angle), (along - 1) * WIDTH / 2
-            found.setdefault(key, (len(found) + 1, *place))
-    return found
+@dataclass(frozen=True)
+class Mesh:
+    """Elements round the ring, its height [m] and elements over it, one over the width; ratio of Poisson [1]."""
+
+    sectors: int = SECTORS
+    height: float = HEIGHT
+    layers: int = 1
+    poisson: float = POISSON
+
+    def places(self) -> dict[tuple[int, int, int], tuple[int, float, float, float]]:
+        """Number and place [m] of the node at each half sector, half layer and half width."""
+        found: dict[tuple[int, int, int], tuple[int, float, float, float]] = {}
+        for sector, layer in itertools.product(range(self.sectors), range(self.layers)):
+            for key in self._cell(sector, layer):
+                angle = math.pi * key[0] / self.sectors
+                radius = RADIUS + (key[1] / self.layers - 1) * self.height / 2
+                place = radius * math.cos(angle), radius * math.sin(angle), (key[2] - 1) * WIDTH / 2
+                found.setdefault(key, (len(found) + 1, *place))
+        return found
+
+    def _cell(self, sector: int, layer: int) -> list[tuple[int, int, int]]:
+        """Keys of the 20 nodes of an element, in the order of CalculiX."""
+        own = CORNERS + MIDDLES + POSTS
+        return [((2 * sector + turn) % (2 * self.sectors), 2 * layer + up, along) for turn, up, along in own]
+
+    def lines(self, element: str = "C3D20") -> list[str]:
+        """The mesh as CalculiX reads it; numbers have at most 20 characters, as it cuts longer ones."""
+        nodes = self.places()
+        lines = ["*NODE", *(f"{n}, {x:.12e}, {y:.12e}, {z:.12e}" for n, x, y, z in nodes.values())]
+        lines += [f"*ELEMENT, TYPE={element}, ELSET=RING"]
+        for i, of in enumerate(itertools.product(range(self.sectors), range(self.layers)), start=1):
+            cell = [str(nodes[key][0]) for key in self._cell(*of)]
+            lines += [f"{i}, {', '.join(cell[:10])},", ", ".join(cell[10:])]
+        lines += ["*MATERIAL, NAME=STEEL", "*ELASTIC", f"{YOUNG:.12g}, {self.poisson}", "*DENSITY", f"{DENSITY}"]
+        return [*lines, "*SOLID SECTION, ELSET=RING, MATERIAL=STEEL"]
 
 
-def deck(element: str = "C3D20") -> str:
-    """The input file of CalculiX; numbers of it have at most 20 characters, as it cuts longer ones."""
-    nodes = places()
-    lines = ["*NODE", *(f"{n}, {x:.12e}, {y:.12e}, {z:.12e}" for n, x, y, z in nodes.values())]
-    lines += [f"*ELEMENT, TYPE={element}, ELSET=RING"]
-    for sector in range(SECTORS):
-        cell = [
-            str(nodes[(2 * sector + t) % (2 * SECTORS), up, along][0]) for t, up, along in CORNERS + MIDDLES + POSTS
-        ]
-        lines += [f"{sector + 1}, {', '.join(cell[:10])},", ", ".join(cell[10:])]
-    lines += ["*MATERIAL, NAME=STEEL", "*ELASTIC", f"{YOUNG:.12g}, {POISSON}", "*DENSITY", f"{DENSITY}"]
-    lines += ["*SOLID SECTION, ELSET=RING, MATERIAL=STEEL"]
-    lines += ["*STEP", "*FREQUENCY, SOLVER=MATRIXSTORAGE", "1", "*END STEP"]
-    return "\n".join(lines) + "\n"
+def run(folder: Path, name: str, lines: list[str]) -> None:
+    """A deck, written into a folder and solved there by CalculiX."""
+    (folder / f"{name}.inp").write_text("\n".join(lines) + "\n", encoding="ascii")
+    subprocess.run([str(shutil.which("ccx")), "-i", name], cwd=folder, capture_output=True, check=True)
 
 
-def solved(folder: Path, element: str = "C3D20") -> Path:
+def solved(folder: Path, element: str = "C3D20", mesh: Mesh = Mesh()) -> Path:
     """Matrices of the ring, written by CalculiX into a folder: the .sti, with .mas, .dof and .inp beside it."""
-    (folder / "ring.inp").write_text(deck(element), encoding="ascii")
-    subprocess.run([str(shutil.which("ccx")), "-i", "ring"], cwd=folder, capture_output=True, check=True)
+    matrices = ["*STEP", "*FREQUENCY, SOLVER=MATRIXSTORAGE", "1", "*END STEP"]
+    run(folder, "ring", mesh.lines(element) + matrices)
     return folder / "ring.sti"
 
 
 def planets() -> tuple[Interface, ...]:
     """Two nodes at mid-width, inside and outside, at each of the planets."""
-    nodes, step = places(), 2 * SECTORS // PLANETS
+    nodes, step = Mesh().places(), 2 * SECTORS // PLANETS
     pairs = [(nodes[step * i, 0, 1][0], nodes[step * i, 2, 1][0]) for i in range(PLANETS)]
     return tuple(Interface(name=f"planet-{i + 1}", nodes=pair, spider="nodes") for i, pair in enumerate(pairs))
 

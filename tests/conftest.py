@@ -7,6 +7,8 @@ import os
 import signal
 import time
 from collections.abc import Iterator
+from importlib import import_module
+from typing import Any
 
 import known
 import pytest
@@ -19,6 +21,32 @@ os.environ.setdefault("EPICYCLIC_JOBS", "1")
 os.environ.pop("COLUMNS", None)
 # A shell lets what it starts in the background ignore Ctrl-C, and so would the processes that tests stop by it.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+# One process has the browser and its server from the beginning; the longest file is not left to the end.
+_ALONE, _LONGEST = "tests/app/", "tests/unit/test_docs_run.py"
+# The results of the examples of all verbs, `example_result`, are computed in one process.
+_EXAMPLES = ("tests/unit/show/test_terminal.py", "tests/unit/test_docs.py")
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """With `--dist loadfile` each process takes whole files, and one of them those that share what is dear."""
+    if config.getoption("dist") != "loadfile":
+        return None
+    scheduling = import_module("xdist.scheduler").LoadFileScheduling(config, log)
+
+    def scope(nodeid: str) -> str:
+        if nodeid.startswith(_EXAMPLES):
+            return _EXAMPLES[0]
+        return _ALONE if nodeid.startswith(_ALONE) else nodeid.partition("::")[0]
+
+    scheduling._split_scope = scope
+    return scheduling
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    items.sort(key=lambda item: (not item.nodeid.startswith(_ALONE), not item.nodeid.startswith(_LONGEST)))
 
 
 def pytest_collection_finish() -> None:

@@ -243,7 +243,7 @@ def test_statics_is_the_slow_limit_of_the_dynamics() -> None:
 def test_sharing_sees_the_ripple() -> None:
     """The largest mesh force of load sharing rises by the force of the ripple in the steady response."""
     ripple = {"operation.ripple": {"engine": [{"order": 2, "torque": "30 N m"}]}}
-    still, moving = sharing(SHAFTED), sharing(SHAFTED, overrides=ripple)
+    still, moving = sharing(SHAFTED, cycles=2), sharing(SHAFTED, cycles=2, overrides=ripple)
     response = steady(SHAFTED, overrides=ripple)
     rise = moving.mesh_force_bound.values - still.mesh_force_bound.values
     assert rise == pytest.approx(response.line_amplitude.values[:, 0], rel=0.05)

@@ -166,7 +166,9 @@ class ElementContacts:
     def force(self, q: ArrayLike) -> Array:
         """Force on the inner race that holds it at q, (..., 5) [N, N m]."""
         stretch, along, aside, _ = self._stretch(np.asarray(q, dtype=float))
-        load = self.weight * self.coefficient * np.maximum(stretch - self.gap, 0.0) ** self.exponent
+        load = self.weight * self.coefficient * _power(stretch - self.gap, self.exponent)
+        if not self.bend:
+            return np.asarray(load @ self.normals)
         return np.asarray((load * along) @ self.normals + (load * aside) @ self.across)
 
     def tangent(self, q: ArrayLike) -> Array:
@@ -174,20 +176,22 @@ class ElementContacts:
         stretch, along, aside, turning = self._stretch(np.asarray(q, dtype=float))
         scale, n = self.weight * self.coefficient, self.exponent
         pressed = np.maximum(stretch - self.gap, 0.0)
+        stiffness = scale * n * _power(pressed, n - 1)
+        if not self.bend:  # directions are the same at every q
+            dyads = (self.normals[:, :, None] * self.normals[:, None, :]).reshape(-1, 25)
+            return np.asarray((stiffness @ dyads).reshape(*stiffness.shape[:-1], 5, 5))
         direction = along[..., None] * self.normals + aside[..., None] * self.across
-        stiffness = scale * n * pressed ** (n - 1)
         tangent = np.swapaxes(direction * stiffness[..., None], -1, -2) @ direction
-        if self.bend:
-            turned = along[..., None] * self.across - aside[..., None] * self.normals
-            tension = scale * pressed**n * turning
-            tangent = tangent + np.swapaxes(turned * tension[..., None], -1, -2) @ turned
-        return np.asarray(tangent)
+        turned = along[..., None] * self.across - aside[..., None] * self.normals
+        tension = scale * pressed**n * turning
+        return np.asarray(tangent + np.swapaxes(turned * tension[..., None], -1, -2) @ turned)
 
     def _stretch(self, q: Array) -> tuple[Array, Array, Array, Array]:
         """s, ds/d(n.q), ds/d(t.q), and how fast a motion across turns the contact line [1/m]; each (..., E)."""
         x = q @ self.normals.T
         if not self.bend:
-            return x, np.ones_like(x), np.zeros_like(x), np.zeros_like(x)
+            one, none = np.broadcast_to(1.0, x.shape), np.broadcast_to(0.0, x.shape)
+            return x, one, none, none
         along, aside = 1 + self.bend * x, self.bend * (q @ self.across.T)  # distance of the groove centres over A
         sin, cos = self.normals[:, 2], self.across[:, 2]
         beyond = (along * sin + aside * cos) * sin < 0
@@ -197,6 +201,11 @@ class ElementContacts:
         x = np.where(beyond, (along - 1) / self.bend, x)
         stretch = (x * (1 + along) + aside**2 / self.bend) / (1 + distance)  # (distance - 1) A, without cancellation
         return stretch, along / distance, aside / distance, np.where(beyond, 0.0, self.bend / distance)
+
+
+def _power(approach: Array, exponent: float) -> Array:
+    """Approach (..., E) [m] to a power, 0 where a contact is open; there, at most places, nothing is computed."""
+    return np.asarray(np.power(approach, exponent, out=np.zeros_like(approach), where=approach > 0))
 
 
 def contact_set(

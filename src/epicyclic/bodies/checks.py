@@ -18,23 +18,25 @@ from scipy import sparse
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh, splu
 
 from ..errors import ConvergenceError
-from .reduced_body import MAX_DENSE, MAX_DOFS, Array, Matrix, ReducedBody, refused, rigid_motion
+from .reduced_body import MAX_DENSE, MAX_DOFS, Array, Matrix, ReducedBody, refused, rigid_motion, scaled
 
 _SYMMETRY, _NEGATIVE, _RIGID, _MODAL = 1e-9, 1e-9, 1e-8, 1e-6
 _MASS_WRONG, _MASS_SAID = 1e-3, 1e-6
 _NOISE, _SHIFT = 1e-12, 1e-10  # of squared frequencies over the largest ratio of the diagonals
+_Solve = Callable[[Array], Array]
 _HUGE = 1e100  # squares of it are finite
+_ON_AXIS = 1e-9  # place of the centre of mass, per size of the body, that is rounding
 _MODES, _SMALL = 6, 300  # frequencies that are said; coordinates of what is solved at once
-# what a factor of a mass or inertia usually is
+# what a factor of a mass or inertia usually is, by its power of ten
 _FACTORS = {
-    1e3: "tonnes against kilograms, or a length in mm against m",
-    1e6: "areas in mm^2 against m^2",
-    1e9: "volumes in mm^3 against m^3: a density per m^3 in a mesh in mm",
-    1e12: "volumes in mm^3 against m^3 and tonnes against kilograms",
+    3: "tonnes against kilograms, or a length in mm against m",
+    6: "areas in mm^2 against m^2",
+    9: "volumes in mm^3 against m^3: a density per m^3 in a mesh in mm",
+    12: "volumes in mm^3 against m^3 and tonnes against kilograms",
 }
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class BodyFacts:
     """What the checks found: mass [kg], centre (3,) [m], inertia (3, 3) about it [kg m^2], the first free elastic
     frequencies [Hz], the rigid motions (n, 6) about the origin, and what is to be said."""
@@ -62,6 +64,11 @@ def checked(body: ReducedBody, where: str) -> tuple[ReducedBody, BodyFacts]:
     for name in ("M", "K", "C"):
         if getattr(body, name) is not None and (count := _below(getattr(body, name), -_NEGATIVE)):
             raise refused(where, name, f"has {count} negative eigenvalues", f"none below {-_NEGATIVE:g} of the largest")
+    for name in ("M", "K") if body.D is not None else ():
+        moved = getattr(body, name) @ body.D
+        if (error := _norm(moved + moved.T)) > _RIGID * max(_norm(moved), 1e-300):
+            problem = f"does not commute with {name}, by {error / _norm(moved):.3g} of their product"
+            raise refused(where, "D", problem, f"antisymmetric in {name}, within {_RIGID:g}")
     _require_modes(body, where)
     rigid = rigid_motion(body)
     mass, centre, inertia = _mass_properties(body, rigid, where)
@@ -70,14 +77,10 @@ def checked(body: ReducedBody, where: str) -> tuple[ReducedBody, BodyFacts]:
     rounding = np.abs(np.sum(rigid * (body.K @ rigid), axis=0) / np.sum(rigid * (body.M @ rigid), axis=0)).max()
     if free := int(np.sum(squares < max(_NOISE * _largest_ratio(body), 10 * rounding))):
         raise refused(where, "K", f"{6 + free} motions without stiffness: a mechanism", "the six of a rigid body")
-    warnings = tuple(_against_expected(body, mass, centre, inertia, where))
+    warnings = tuple(_against_expected(body, (mass, centre, inertia), where))
     if empty := _below(body.M, _NOISE):
         warnings += (f"{where}: M: {empty} of {len(rigid)} motions have no mass: lumped rotations, or hollow elements",)
-    frequencies = np.sqrt(squares) / (2 * math.pi)
-    facts = BodyFacts(
-        mass=mass, centre=centre, inertia=inertia, frequencies=frequencies, rigid=rigid, warnings=warnings
-    )
-    return body, facts
+    return body, BodyFacts(mass, centre, inertia, np.sqrt(squares) / (2 * math.pi), rigid, warnings)
 
 
 # --- structure -------------------------------------------------------------------------------------------------------
@@ -113,7 +116,7 @@ def _require_structure(body: ReducedBody, where: str) -> None:
             raise refused(where, f"{part}_node", "a coordinate twice", "each node and direction once", given=given)
 
 
-def _halved(body: ReducedBody, name: str, sign: int, where: str) -> Matrix | None:
+def _halved(body: ReducedBody, name: str, sign: int, where: str) -> Matrix:
     """A matrix, symmetric to the last bit, or antisymmetric where the sign is -1."""
     matrix = getattr(body, name)
     if matrix is None:
@@ -129,23 +132,21 @@ def _norm(matrix: Matrix) -> float:
     return float(np.linalg.norm(matrix.data if sparse.issparse(matrix) else matrix))
 
 
-def _scaled(matrix: Matrix) -> tuple[Matrix, Array]:
+def _unit_diagonal(matrix: Matrix) -> tuple[Matrix, Array]:
     """A matrix with a unit diagonal, and what its coordinates were multiplied with (n,)."""
     diagonal = matrix.diagonal()
     largest = np.abs(diagonal).max() or 1.0
     size = 1 / np.sqrt(np.where(diagonal > 1e-30 * largest, diagonal, largest))
-    if sparse.issparse(matrix):
-        return (sparse.diags_array(size) @ matrix @ sparse.diags_array(size)).tocsc(), size
-    return matrix * np.outer(size, size), size
+    return scaled(matrix, size, size), size
 
 
 def _below(matrix: Matrix, share: float) -> int:
     """How many eigenvalues of a matrix, scaled, are below a share of its norm; of a sparse one by its pivots."""
-    scaled, _ = _scaled(matrix)
-    limit = share * float(np.max(abs(scaled).sum(axis=0)))
-    if not sparse.issparse(scaled):
-        return int(np.sum(np.linalg.eigvalsh(scaled) < limit))
-    shifted, options = sparse.csc_array(scaled - limit * sparse.eye_array(scaled.shape[0])), {"SymmetricMode": True}
+    unit, _ = _unit_diagonal(matrix)
+    limit = share * float(np.max(abs(unit).sum(axis=0)))
+    if not sparse.issparse(unit):
+        return int(np.sum(np.linalg.eigvalsh(unit) < limit))
+    shifted, options = sparse.csc_array(unit - limit * sparse.eye_array(unit.shape[0])), {"SymmetricMode": True}
     try:
         factors = splu(shifted, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
     except RuntimeError:  # an exact zero on the way
@@ -160,18 +161,14 @@ def _require_modes(body: ReducedBody, where: str) -> None:
     if not len(modal) or body.D is not None:
         return
     squares = body.K.diagonal()[modal]
-    wanted = {"M": (np.ones(len(modal)), "modes are not of mass 1", "1 on the diagonal of the modes")}
-    wanted["K"] = (
-        squares,
-        "modes are coupled, or one has no stiffness",
-        "squared frequencies on the diagonal of the modes",
-    )
-    for name, (want, problem, allowed) in wanted.items():
+    for name, want, problem, allowed in (
+        ("M", np.ones(len(modal)), "modes are not of mass 1", "1 on their diagonal"),
+        ("K", squares, "modes are coupled, or one has no stiffness", "squared frequencies on their diagonal"),
+    ):
         block = sparse.csr_array(getattr(body, name)[modal][:, modal]).toarray()
         off = np.abs(block - np.diag(want)).max(axis=0) / np.maximum(want, 1e-300)
         if not np.all(off <= _MODAL) or not np.all(want > 0):
-            given = f"mode {body.dof_node[modal[int(off.argmax())]]}"
-            raise refused(where, name, problem, allowed, given=given)
+            raise refused(where, name, problem, allowed, given=f"mode {body.dof_node[modal[int(off.argmax())]]}")
 
 
 # --- rigid motions, mass ---------------------------------------------------------------------------------------------
@@ -189,16 +186,13 @@ def _require_free(body: ReducedBody, rigid: Array, where: str) -> None:
             raise refused(where, "node_xyz", problem, "places in the unit of length of the matrices")
     squares, _ = elastic_modes(body, np.empty((len(rigid), 0)), 8, where)
     free = int(np.sum(squares < 1e2 * _NOISE * _largest_ratio(body)))
-    if free < 6:
-        raise refused(where, "K", f"{problem}; {free} motions meet none: the body is grounded", allowed)
-    raise refused(
-        where, "node_xyz", f"{problem}; {free} motions meet none: places or directions are not those of K", allowed
-    )
+    name, why = ("K", "the body is grounded") if free < 6 else ("node_xyz", "places or directions are not those of K")
+    raise refused(where, name, f"{problem}; {free} motions meet none: {why}", allowed)
 
 
 def _strained(body: ReducedBody, rigid: Array) -> float:
     """Largest force of a rigid motion, over the norm of the stiffness and of the motion."""
-    matrix, size = _scaled(body.K)
+    matrix, size = _unit_diagonal(body.K)
     motion = rigid / size[:, None]
     force = np.linalg.norm(matrix @ motion, axis=0) / np.maximum(np.linalg.norm(motion, axis=0), 1e-300)
     return float(force.max()) / (_norm(matrix) or 1.0)
@@ -222,31 +216,29 @@ def _mass_properties(body: ReducedBody, rigid: Array, where: str) -> tuple[float
         raise refused(where, "M", "another mass in each direction", "one mass", given=f"{given} kg")
     turned = found[:3, 3:] / mass  # motion of the centre as the body turns about each axis
     centre = 0.5 * np.array([turned[1, 2] - turned[2, 1], turned[2, 0] - turned[0, 2], turned[0, 1] - turned[1, 0]])
+    reach = math.sqrt(np.trace(found[3:, 3:]) / mass)
+    centre = np.where(np.abs(centre) > _ON_AXIS * reach, centre, 0.0)  # a lever of rounding would couple what is free
     return mass, centre, found[3:, 3:] - mass * (centre @ centre * np.eye(3) - np.outer(centre, centre))
 
 
-def _against_expected(body: ReducedBody, mass: float, centre: Array, inertia: Array, where: str) -> Iterator[str]:
-    """What is said of masses that are a little off."""
-    for name, found, want in (
-        ("mass", mass, body.mass),
-        ("centre", centre, body.centre),
-        ("inertia", inertia, body.inertia),
+def _against_expected(body: ReducedBody, facts: tuple[Any, ...], where: str) -> Iterator[str]:
+    """What is said of mass, centre and inertia that are a little off."""
+    mass, _, inertia = facts
+    size = math.sqrt(np.trace(inertia) / mass)
+    for name, found, want in zip(
+        ("mass", "centre", "inertia"), facts, (body.mass, body.centre, body.inertia), strict=True
     ):
         if want is None:
             continue
-        scale = math.sqrt(np.trace(inertia) / mass) if name == "centre" else np.linalg.norm(want)
-        off = float(np.linalg.norm(np.subtract(found, want))) / max(float(scale), 1e-300)
-        given, wanted = (np.array2string(np.asarray(one), precision=7).replace("\n", "") for one in (found, want))
-        text = f"the matrices have {given}, expected is {wanted}, off by {off:.2g}"
+        has, wanted = float(np.linalg.norm(found)), max(float(np.linalg.norm(want)), 1e-300)
+        off = float(np.linalg.norm(np.subtract(found, want))) / (size if name == "centre" else wanted)
+        given, expected = (np.array2string(np.asarray(one), precision=7).replace("\n", "") for one in (found, want))
+        text = f"the matrices have {given}, expected is {expected}, off by {off:.2g}"
         if off > _MASS_WRONG:
-            ratio = np.linalg.norm(found) / max(float(np.linalg.norm(want)), 1e-300)
-            units = [
-                f": {one:g} times, a wrong unit ({words})"
-                for power, words in _FACTORS.items()
-                for one in (power, 1 / power)
-                if abs(ratio / one - 1) < 10 * _MASS_WRONG
-            ]
-            raise refused(where, name, text + "".join(units), f"within {_MASS_WRONG:g}")
+            power = 3 * round(math.log10(max(has / wanted, 1e-300)) / 3)
+            if abs(power) in _FACTORS and abs(has / wanted / 10.0**power - 1) < 10 * _MASS_WRONG:
+                text += f": {10.0**power:g} times, a wrong unit ({_FACTORS[abs(power)]})"
+            raise refused(where, name, text, f"within {_MASS_WRONG:g}")
         if off > _MASS_SAID:
             yield f"{where}: {name}: {text}"
 
@@ -273,23 +265,21 @@ def elastic_modes(body: ReducedBody, rigid: Array, count: int, where: str) -> tu
             return lowest_modes(body, count, lambda load: _freed(solve, load, basis, momentum), shift)
         dense, mass = (one.toarray() if sparse.issparse(one) else one for one in (held, body.M))
         dense = dense + 1e3 * _largest_ratio(body) * momentum @ momentum.T  # lifts the rigid motions above all others
-        parts, modes = scipy.linalg.eigh(mass, dense)
+        parts, modes = scipy.linalg.eigh(mass, dense, subset_by_index=[max(len(rigid) - count, 0), len(rigid) - 1])
     except (np.linalg.LinAlgError, RuntimeError):
         raise refused(where, "K", "a motion has neither mass nor stiffness", "one of them for each motion") from None
-    kept = np.flatnonzero(parts > 1e-14 * parts[-1])[: -count - 1 : -1]  # what has no mass has no frequency
+    kept = np.flatnonzero(parts > 1e-14 * parts[-1])[::-1]  # what has no mass has no frequency
     modes = modes[:, kept] / np.sqrt(np.sum(modes[:, kept] * (body.M @ modes[:, kept]), axis=0))
     return 1 / parts[kept] - shift, modes
 
 
-def _freed(solve: Callable[[Array], Array], load: Array, basis: Array, momentum: Array) -> Array:
+def _freed(solve: _Solve, load: Array, basis: Array, momentum: Array) -> Array:
     """A solution without the part along the rigid motions."""
     found = solve(load - momentum @ (basis.T @ load))
     return np.asarray(found - basis @ (momentum.T @ found))
 
 
-def lowest_modes(
-    body: ReducedBody, count: int, solve: Callable[[Array], Array], shift: float = 0.0
-) -> tuple[Array, Array]:
+def lowest_modes(body: ReducedBody, count: int, solve: _Solve, shift: float = 0.0) -> tuple[Array, Array]:
     """Least squared frequencies (count,) [1/s^2] and modes (n, count) of mass 1, given the solution of K + shift M.
 
     Raises

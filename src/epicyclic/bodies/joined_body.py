@@ -115,14 +115,15 @@ def joined_body(body: ReducedBody, facts: BodyFacts, interfaces: Sequence[Interf
     seen = np.array([shape @ modes for shape in shapes])
     modes = modes / np.maximum(np.abs(seen[:, :3]).max(axis=(0, 1)), 1e-3 * np.abs(modes).max(axis=0))
     M, C, G1, KG1 = (_dense(matrix, len(T)) for matrix in (body.M, body.C, body.G1, body.KG1))
-    basis = np.hstack([T, modes])  # rigid motions about the origin of the file
+    # rigid motions about the origin: translations, by which those about the centre differ, couple with no mode
+    basis = np.hstack([T, modes])
     inertia = np.einsum("ie,ij,je->e", modes, M, modes)
     size = basis.shape[1]
     own = np.arange(6, size)
     mass, spin, stiff, damp, turn = (np.zeros((size, size)) for _ in range(5))
     mass[own, own] = inertia
     for target, matrix in ((spin, G1), (stiff, KG1), (damp, C)):
-        target[:] = _centred(basis.T @ matrix @ basis, facts.centre)
+        target[:] = basis.T @ matrix @ basis
         target[:6, :6] = 0.0
     if body.D is not None:
         turn[6:, 6:] = (modes.T @ M @ body.D @ modes) / inertia[:, None]
@@ -188,15 +189,6 @@ def _place(body: ReducedBody, interface: Interface) -> Array:
     if interface.point is not None:
         return np.asarray(interface.point, float)
     return np.asarray(body.places(np.array(interface.nodes)).mean(axis=0))
-
-
-def _centred(matrix: Array, centre: Array) -> Array:
-    """A matrix of rigid motions about the origin and others, of those about the centre."""
-    shift = np.eye(len(matrix))
-    # a rotation about the centre moves the origin by -theta x centre
-    x, y, z = centre
-    shift[:3, 3:6] = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return shift.T @ matrix @ shift
 
 
 def _free_modes(body: ReducedBody, where: str) -> tuple[Array, Array]:

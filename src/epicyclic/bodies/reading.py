@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,53 +11,59 @@ import numpy as np
 from ..errors import ModelError
 from ..user_input import read_bytes, read_text
 from .checks import BodyFacts, checked
-from .reduced_body import MAX_BYTES, UNIT_WORDS, Array, ReducedBody, in_si, native_body, refused
+from .native_file import native_body
+from .reduced_body import MAX_BYTES, UNIT_WORDS, Array, ReducedBody, in_si, refused
 from .text_files import Places, assembled, chosen, matrix_text, nodes_text, punch, storage_text
 
-NATIVE, PUNCH, MATRIX_TEXT, STORAGE = (".npz", ".mat"), (".pch", ".bdf", ".dmig", ".nas", ".dat"), ".mtx", ".sti"
+_NATIVE, _PUNCH, _STORAGE = (".npz", ".mat"), (".pch", ".bdf", ".dmig", ".nas", ".dat"), ".sti"
 _KEYS, _LETTERS = {"stiffness": "K", "mass": "M", "damping": "C"}, {"K": "K", "M": "M", "C": "B"}
 _FILES = ".npz, .mat, .pch, .bdf, .dmig, .nas or .dat (DMIG), .sti (CalculiX), or a table: stiffness, mass, nodes"
 
 Source = str | Path | Mapping[str, str | Path]
 
 
-def read_body(source: Source, *, units: str | None = None, path: str = "body") -> tuple[ReducedBody, BodyFacts]:
+def read_body(
+    source: Source, *, units: str | None = None, mass: float | None = None, path: str = "body"
+) -> tuple[ReducedBody, BodyFacts]:
     """A body in SI, checked, and what the checks found.
 
     source : one file where the format has all: .npz or .mat; a NASTRAN punch with GRID cards; a .sti of CalculiX with
         .mas, .dof and .inp of the same name beside it.  Else a table of files: stiffness, mass and nodes, and damping
         where there is any: .mtx or DMIG, and nodes as .inp, GRID cards or lines of number, x, y, z.
     units : "kg m s" or "t mm s", of the texts; native files state their own.
+    mass : what is expected [kg], in place of what the file says.
     path : where the source is named, for errors.
 
     Raises
     ------
     ModelError : at `path`, files that are not there or no such file; at the file and its key, what a check refuses.
     """
-    if isinstance(source, Mapping):
-        return checked(_of_table(source, units, path), str(source["stiffness"]))
-    file = Path(source)
+    body = _of_table(source, units, path) if isinstance(source, Mapping) else _of_file(Path(source), units, path)
+    where = str(source["stiffness"] if isinstance(source, Mapping) else source)
+    return checked(body if mass is None else replace(body, mass=mass), where)
+
+
+def _of_file(file: Path, units: str | None, path: str) -> ReducedBody:
     kind = file.suffix.lower()
-    if kind in NATIVE:
+    if kind in _NATIVE:
         raw = read_bytes(file, most=MAX_BYTES, path=path, given=str(file), allowed=_FILES)
         body = native_body(raw, str(file))
         if units not in (None, body.units):
             raise ModelError("not the units of the file", path=f"{path}.units", given=units, allowed=body.units)
-    elif kind in PUNCH:
+        return body
+    if kind in _PUNCH:
         matrices, places = punch(_text(file, path), str(file))
         terms = {name: chosen(matrices, letter, str(file)) for name, letter in _LETTERS.items()}
-        body = _body(terms, places, str(file), units, path)
-    elif kind == STORAGE:
+        return _body(terms, places, str(file), units, path)
+    if kind == _STORAGE:
         texts = {one: _text(file.with_suffix(one), path) for one in (kind, ".mas", ".dof", ".inp")}
         names = {one: str(file.with_suffix(one)) for one in texts}
         terms = {
             name: storage_text(texts[one], texts[".dof"], names[one], names[".dof"])
             for name, one in (("K", kind), ("M", ".mas"))
         }
-        body = _body(terms, nodes_text(texts[".inp"], names[".inp"]), str(file), units, path)
-    else:
-        raise ModelError("no file of a body", path=path, given=str(file), allowed=_FILES)
-    return checked(body, str(file))
+        return _body(terms, nodes_text(texts[".inp"], names[".inp"]), str(file), units, path)
+    raise ModelError("no file of a body", path=path, given=str(file), allowed=_FILES)
 
 
 def _text(file: str | Path, path: str) -> str:
@@ -72,7 +79,7 @@ def _of_table(files: Mapping[str, str | Path], units: str | None, path: str) -> 
     for key, name in _KEYS.items():
         if key in files:
             file, text = str(files[key]), _text(files[key], f"{path}.{key}")
-            if Path(file).suffix.lower() in PUNCH:
+            if Path(file).suffix.lower() in _PUNCH:
                 matrices, _ = punch(text, file)
                 sole = next(iter(matrices.values())) if len(matrices) == 1 else None
                 terms[name] = sole if sole is not None else chosen(matrices, _LETTERS[name], file)

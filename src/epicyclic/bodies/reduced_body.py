@@ -1,4 +1,4 @@
-"""A body by matrices: what it is, its rigid motions, and the native file (.npz, .mat).
+"""A body by matrices: what it is, its rigid motions, its units.
 
 A body has coordinates q.  A coordinate is the displacement or rotation of a node, or a mode without place.  Body axes
 have z along the axis of the gear; nodes stand where they are undeformed.
@@ -6,17 +6,12 @@ have z along the axis of the gear; nodes stand where they are undeformed.
 
 from __future__ import annotations
 
-import io
-import math
-import zipfile
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
-from scipy.io import loadmat, whosmat
 
 from ..errors import ModelError
 
@@ -27,15 +22,8 @@ Matrix: TypeAlias = Any  # an Array, a csr_array of scipy, or None where there i
 # of the masses [kg] and lengths [m] of a file
 UNITS = {"kg m s": (1.0, 1.0), "t mm s": (1e3, 1e-3)}
 MAX_BYTES, MAX_DENSE, MAX_DOFS = 1 << 29, 3000, 200_000
-_FORMAT, UNIT_WORDS = 1, ", ".join(f'"{one}"' for one in UNITS)
-_MATRICES = ("M", "K", "C", "G1", "KG1", "D")
-_PARTS = ("data", "indices", "indptr")  # of a sparse matrix, in rows
-# arrays of the file and their shapes: -1 any length, 0 as many as coordinates
-_SHAPES: dict[str, tuple[int, ...]] = {
-    **{"node_id": (-1,), "node_xyz": (-1, 3), "dof_node": (0,), "dof_dir": (0,)},
-    **{"shape_node": (-1,), "shape_dir": (-1,), "shape": (-1, 0), "mass": (), "centre": (3,), "inertia": (3, 3)},
-}
-_NAMES = {"format", "units", "source", *_MATRICES, *_SHAPES, *(f"{m}_{part}" for m in _MATRICES for part in _PARTS)}
+UNIT_WORDS = ", ".join(f'"{one}"' for one in UNITS)
+MATRICES = ("M", "K", "C", "G1", "KG1", "D")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -137,130 +125,18 @@ def in_si(body: ReducedBody, where: str) -> ReducedBody:
     energy = mass * length**2
     size = np.array([energy**0.5, *[length] * 3, *[1.0] * 3])  # of a coordinate, by its direction
     own = size[body.dof_dir]
-    found: dict[str, Any] = {name: _scaled(getattr(body, name), energy / own, 1 / own) for name in _MATRICES[:-1]}
+    found: dict[str, Any] = {name: scaled(getattr(body, name), energy / own, 1 / own) for name in MATRICES[:-1]}
     if body.shape is not None:
-        found["shape"] = _scaled(body.shape, size[body.shape_dir], 1 / own)
-    found |= {"D": _scaled(body.D, own, 1 / own), "node_xyz": body.node_xyz * length}
+        found["shape"] = scaled(body.shape, size[body.shape_dir], 1 / own)
+    found |= {"D": scaled(body.D, own, 1 / own), "node_xyz": body.node_xyz * length}
     for name, factor in (("mass", mass), ("centre", length), ("inertia", energy)):
         value = getattr(body, name)
         found[name] = None if value is None else value * factor
     return replace(body, **found)
 
 
-def _scaled(matrix: Matrix | None, rows: Array, columns: Array) -> Matrix | None:
-    if matrix is None or not sparse.issparse(matrix):
-        return None if matrix is None else matrix * np.outer(rows, columns)
-    return (sparse.diags_array(rows) @ matrix @ sparse.diags_array(columns)).tocsr()
-
-
-# --- the native file -------------------------------------------------------------------------------------------------
-
-
-def native_bytes(body: ReducedBody) -> bytes:
-    """The content of the native file .npz of a body, in kg m s; `native_body` reads the same bits."""
-    content: dict[str, Any] = {"format": _FORMAT, "units": "kg m s", "source": body.source}
-    for name in _MATRICES:
-        matrix = getattr(body, name)
-        if sparse.issparse(matrix):
-            content |= {f"{name}_{part}": getattr(matrix, part) for part in _PARTS}
-        elif matrix is not None:
-            content[name] = matrix
-    content |= {name: getattr(body, name) for name in _SHAPES if getattr(body, name) is not None}
-    with io.BytesIO() as file:
-        np.savez_compressed(file, **content)
-        return file.getvalue()
-
-
-def native_body(raw: bytes, where: str) -> ReducedBody:
-    """The body that a native file holds, in SI, not yet checked.
-
-    raw : content of a .npz (without pickled objects) or .mat file of version 5.  where : its name, for errors.
-
-    Raises
-    ------
-    ModelError : no such file, a name or a size that does not fit, no units.
-    """
-    values = _content(raw, where)
-    for name in values.keys() - _NAMES:
-        raise refused(where, name, "unknown name", ", ".join(sorted(_NAMES)))
-    given: dict[str, Any] = {
-        name: values[name].item() if name in values and values[name].size == 1 else None
-        for name in ("format", "units", "source")
-    }
-    if given.pop("format") != _FORMAT:
-        raise refused(where, "format", "not the format of a body", str(_FORMAT))
-    given = {name: str(one or "") for name, one in given.items()}
-    for name in ("node_id", "node_xyz", "dof_node", "dof_dir"):
-        if name not in values:
-            raise refused(where, name, "missing", "an array")
-    count = values["dof_node"].size
-    given |= {name: _array(values, name, shape, count, where) for name, shape in _SHAPES.items() if name in values}
-    given |= {name: _matrix(values, name, count, where) for name in _MATRICES}
-    for name in ("M", "K"):
-        if given[name] is None:
-            raise refused(where, name, "missing", f"{name}, or {name}_data, {name}_indices and {name}_indptr")
-    return in_si(ReducedBody(**given), where)
-
-
-def _content(raw: bytes, where: str) -> Mapping[str, Any]:
-    """Arrays by name; what they would need in memory is asked first."""
-    try:
-        if raw[:2] == b"PK":
-            with zipfile.ZipFile(io.BytesIO(raw)) as packed:
-                _require_room(sum(entry.file_size for entry in packed.infolist()), where)
-            with np.load(io.BytesIO(raw), allow_pickle=False) as file:
-                return {name: file[name] for name in file.files}
-        dense = (shape for _, shape, kind in whosmat(io.BytesIO(raw)) if kind != "sparse")
-        _require_room(sum(8 * math.prod(shape) for shape in dense), where)
-        return {name: one for name, one in loadmat(io.BytesIO(raw)).items() if not name.startswith("__")}
-    except ModelError:
-        raise
-    except Exception as error:  # whatever a damaged file makes of a reader
-        raise ModelError(f"cannot be read: {error}", path=where, allowed="a body as .npz or .mat (version 5)") from None
-
-
-def _require_room(size: int, where: str) -> None:
-    if size > 2 * MAX_BYTES:
-        raise ModelError("too large", path=where, given=f"{size} bytes", allowed=f"{2 * MAX_BYTES} bytes in memory")
-
-
-def _numbers(values: Mapping[str, Any], name: str, where: str) -> Any:
-    """Real numbers, whole ones where they count nodes and directions."""
-    value = values[name]
-    if value.dtype.kind not in "fiu":
-        raise refused(where, name, "no real numbers", "real numbers")
-    if not name.endswith(("_node", "_dir", "_id", "_indices", "_indptr")):
-        return value.astype(float)
-    if np.any(value != np.round(value)) or np.any(np.abs(value) > 2**53):
-        raise refused(where, name, "no whole numbers", "numbers of nodes and directions")
-    return value.astype(np.int64)
-
-
-def _array(values: Mapping[str, Any], name: str, shape: tuple[int, ...], count: int, where: str) -> Any:
-    """An array of a shape; MATLAB has vectors and numbers as rows or columns of a matrix."""
-    value, want = _numbers(values, name, where), tuple(count if one == 0 else one for one in shape)
-    if value.ndim != len(want) and value.size == max(value.shape, default=1):
-        value = value.reshape(-1) if want else value.reshape(())
-    if value.ndim != len(want) or any(one not in (-1, have) for one, have in zip(want, value.shape, strict=True)):
-        words = ", ".join("any" if one < 0 else str(one) for one in want)
-        raise refused(where, name, "of another shape", f"({words})", given=value.shape)
-    return value if want else float(value)
-
-
-def _matrix(values: Mapping[str, Any], name: str, count: int, where: str) -> Matrix | None:
-    """A matrix (count, count), dense or sparse; None where there is none."""
-    parts = [f"{name}_{part}" for part in _PARTS]
-    if name in values and not sparse.issparse(values[name]):
-        return _array(values, name, (0, 0), count, where)
-    if name not in values and not values.keys() & set(parts):
-        return None
-    try:
-        given = values[name] if name in values else tuple(_array(values, part, (-1,), count, where) for part in parts)
-        matrix = sparse.csr_array(given, shape=(count, count), dtype=float)
-        matrix.check_format(full_check=True)
-    except (KeyError, ValueError, TypeError) as error:
-        raise refused(where, name, f"no sparse matrix: {error}", f"({count}, {count}), rows as of csr_array") from None
-    matrix.sort_indices()
-    if not matrix.has_canonical_format:
-        raise refused(where, name, "has an entry twice", "each entry once")
-    return matrix
+def scaled(matrix: Matrix, rows: Array, columns: Array) -> Matrix:
+    """A matrix, or None, with its rows and columns multiplied."""
+    if sparse.issparse(matrix):
+        return (sparse.diags_array(rows) @ matrix @ sparse.diags_array(columns)).tocsr()
+    return None if matrix is None else matrix * np.outer(rows, columns)

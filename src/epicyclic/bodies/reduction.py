@@ -91,6 +91,8 @@ def reduced(
     ModelError : interfaces that do not hold the body, share nodes or stand on a line; more modes than there are.
     """
     names, nodes = ", ".join(one.name for one in interfaces), [node for one in interfaces for node in one.nodes]
+    if body.D is not None or body.shape is not None:
+        raise refused(where, names, "reduced already: D and shape would be lost", "the mesh of the body")
     if len(set(nodes)) < len(nodes):
         raise refused(where, names, "a node in two interfaces", "each node once")
     kept = {node for one in interfaces if one.spider == "nodes" for node in one.nodes}

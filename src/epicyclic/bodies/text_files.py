@@ -34,6 +34,7 @@ def punch(text: str, where: str) -> tuple[dict[str, Array], Places]:
     """
     terms, places, passed, scalars = dict[str, list[tuple[float, ...]]](), Places(), set[str](), set[int]()
     for line, card, fields in _cards(text):
+        fields += [""] * 8  # a large card of one line has four
         at, name = f"line {line}, {card}", fields[0].upper()
         if card == "GRID":
             _add_place(places, _whole(fields[0], where, at), [_real(one, where, at) for one in fields[2:5]], where, at)
@@ -41,25 +42,23 @@ def punch(text: str, where: str) -> tuple[dict[str, Array], Places]:
                 raise refused(where, at, "another coordinate system", "0 or blank", given=fields[1] or fields[5])
         elif card == "SPOINT":
             numbers = [_whole(one, where, at) for one in fields if one not in ("", "THRU")]
-            scalars |= set(
-                range(numbers[0], min(numbers[-1], numbers[0] + MAX_DOFS) + 1) if "THRU" in fields else numbers
-            )
+            if "THRU" in fields and numbers:
+                numbers = list(range(numbers[0], min(numbers[-1], numbers[0] + MAX_DOFS) + 1))
+            scalars |= set(numbers)
         elif fields[1] == "0":
             if fields[3] not in ("", "1", "2"):
                 raise refused(where, at, "a complex matrix", "1 or 2, real", given=f"type {fields[3]}")
-            if fields[2] in ("1", "6"):
-                terms.setdefault(name, [])
-            else:
-                passed.add(name)
-        elif name in terms:
+            terms.setdefault(name, [])
+            passed |= {name} if fields[2] not in ("1", "6") else set()
+        elif name not in terms:
+            raise refused(where, at, "a column before the header of its matrix", "the header first", given=name)
+        elif name not in passed:
             column = _whole(fields[1], where, at), _whole(fields[2] or "0", where, at)
             for i in range(4, len(fields) - 2, 4):
                 if fields[i]:
                     row = _whole(fields[i], where, at), _whole(fields[i + 1] or "0", where, at)
                     terms[name].append((*row, *column, _real(fields[i + 2], where, at)))
-        elif name not in passed:
-            raise refused(where, at, "a column before the header of its matrix", "the header first", given=name)
-    found = {name: np.array(rows, float).reshape(-1, 5) for name, rows in terms.items()}
+    found = {name: np.array(rows, float).reshape(-1, 5) for name, rows in terms.items() if name not in passed}
     for values in found.values():
         values[:, [1, 3]] *= ~np.isin(values[:, [0, 2]], list(scalars))
     return found, places

@@ -90,6 +90,7 @@ def outcomes(
     points: Sequence[Point],
     *,
     workers: bool = True,
+    long: bool = False,
     failing: tuple[type[Exception], ...] = _FAILING,
     progress: Callable[[float], None] | None = None,
 ) -> list[Outcome[Result]]:
@@ -97,7 +98,7 @@ def outcomes(
 
     Parameters
     ----------
-    work, workers : as of `each`.  failing : as of `attempt`.  progress : called with the share done, 0..1.
+    work, workers, long : as of `each`.  failing : as of `attempt`.  progress : called with the share done, 0..1.
     """
     done = count(1)
 
@@ -105,7 +106,7 @@ def outcomes(
         if progress is not None:
             progress(next(done) / len(points))
 
-    return each(partial(attempt, work, failing=failing), points, arrived=arrived, workers=workers)
+    return each(partial(attempt, work, failing=failing), points, arrived=arrived, workers=workers, long=long)
 
 
 def failures(reasons: Sequence[str], what: str = "points") -> list[CodedText]:

@@ -87,6 +87,7 @@ def each(
     meanwhile: Callable[[], object] | None = None,
     workers: bool = True,
     pickled: bool = True,
+    long: bool = False,
 ) -> list[Result]:
     """work(item) of every item, in the order of the items.
 
@@ -99,6 +100,7 @@ def each(
     kept : takes every new result; those that a run before has left there arrive first and are not computed again.
     meanwhile : called once here while workers compute, such as an import that results need; not where none are tried.
     workers : whether there may be any.  pickled : whether `work` can be; else there are some where they are forked.
+    long : whether every item is known to take so long that workers pay from the first on.
 
     Raises
     ------
@@ -131,7 +133,7 @@ def each(
     for done, place in enumerate(places):
         left = len(places) - done
         spent = time.perf_counter() - start
-        if done and most > 1 and left > 1 and spent / done * left > _WORTH[method]:
+        if most > 1 and left > 1 and (long or (done and spent / done * left > _WORTH[method])):
             count, folder = min(most, left), None if kept is None else kept.of
             with _workers(
                 partial(_alone, work), items, places[done:], keep, folder, count=count, method=method

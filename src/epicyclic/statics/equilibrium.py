@@ -161,6 +161,8 @@ _FLAT = 1e-12
 _UNSTRAINED = 1e-9
 # Force on a body that may be left, per load.
 LEFT = 1e-9
+# Arm of the rows of flanks, per the largest, that is rounding: of modes by a text of matrices 1e-8 is seen.
+_NO_ARM = 1e-6
 # Rounding of the same per pull of the rows, 1.8e-14 is seen, and the part of a light load that it may be.
 _PLAY_ROUNDING, _LIGHT = 1e-13, 1e-6
 
@@ -244,15 +246,24 @@ class _Rows:
         contact, tangent = self.flanks.evaluate(opening[:, :F])
         return np.hstack([contact, self.laws.force(opening[:, F:], self.anchor)]), tangent
 
-    def newton(self, approach: Array, k0: Array, S: Array) -> Array:
-        """Derivative of the residual by the pull, 1 - (k0 - tangent) S, (T, M, M)."""
-        opening, F = approach - self.gap, self.F
+    def newton(self, approach: Array, flexible: Compliance, residual: Array) -> Array:
+        """Newton step (T, M) [N] of the pull: -r by its derivative 1 - A S, A = k0 - tangent, S = gap gap^T.
+
+        With fewer coordinates h than rows M by 1 - gap^T A gap, (T, h, h).
+        """
+        opening, F, k0, gap = approach - self.gap, self.F, flexible.stiffness, flexible.gap
         soft = np.tile(k0, (len(opening), 1))
         soft[:, :F] -= np.maximum(self.flanks.evaluate(opening[:, :F])[1], _OPEN * k0[:F])
         soft[:, F:] *= 1.0 - _FLOATING
-        matrix: Array = np.eye(len(k0)) - soft[:, :, None] * S
-        matrix[:, F:] += self.laws.tangent(opening[:, F:], self.anchor) @ S[F:]
-        return matrix
+        few = gap.shape[1] < len(k0)
+        seen = gap if few else flexible.to_mesh
+        softer: Array = soft[:, :, None] * seen
+        softer[:, F:] -= self.laws.tangent(opening[:, F:], self.anchor) @ seen[F:]
+        if not few:
+            return np.asarray(np.linalg.solve(softer - np.eye(len(k0)), residual[:, :, None])[:, :, 0])
+        matrix = np.eye(gap.shape[1]) - gap.T @ softer
+        moved = np.linalg.solve(matrix, (residual @ gap)[:, :, None])
+        return np.asarray(-residual - (softer @ moved)[:, :, 0])
 
     def kinks(self, opening: Array, closing: Array) -> Array:
         """Step lengths (T, J) [1] at which the force of a row has a kink; those of flanks first, of groups behind them.
@@ -506,7 +517,7 @@ def _newton_step(
     """
     k0, S = flexible.stiffness, flexible.to_mesh
     approach = free_gap + pull @ S
-    direction = -np.linalg.solve(rows.newton(approach, k0, S), residual[:, :, None])[:, :, 0]
+    direction = rows.newton(approach, flexible, residual)
     after = np.max(np.abs(_residual(S, k0, pull + direction, free_gap, rows)[0]), axis=1)
     before = np.minimum(least, np.max(np.abs(residual), axis=1))
     search = ~(after <= _DROP * before)
@@ -601,7 +612,7 @@ def imbalance(flexible: Compliance, load: Values, pull: Values, contact: Values)
         across, _ = np.linalg.qr(flexible.free / flexible.scale[:, None])
         left = left - ((left * flexible.scale) @ across) @ across.T / flexible.scale
     arm = np.max(np.abs(flexible.rows), axis=1, initial=0.0)
-    arm[arm <= _NULL_ROUNDING * np.max(arm, initial=0.0)] = 1.0  # no flank moves it, but for rounding
+    arm[arm <= _NO_ARM * np.max(arm, initial=0.0)] = 1.0  # no flank moves it, but for rounding
     size = np.maximum(np.max(np.abs(load) / arm, axis=-1, initial=0.0), np.max(np.abs(contact), axis=-1, initial=0.0))
     # forces of rows are differences of stiffness times play, which a light load is small beside
     play = _PLAY_ROUNDING / LEFT * np.max(np.abs(pull), axis=-1, initial=0.0)

@@ -188,12 +188,28 @@ def quasi_static(
         chunk = slice(first, first + _CHUNK)
         here = _balanced_excitation(held, record, instants[chunk])
         anchor = None if anchors is None else anchors[chunk]
-        start = None if approach is None else approach[chunk]
+        start = _near_states(held, here) if approach is None else approach[chunk]
         state = settled(held, here, anchor=anchor, start=start)
         deflection = state.displacement @ links.B - here.link_gap
         yield RecordPiece(state=state, link_deflection=deflection, anchor=anchor)
         if progress is not None:
             progress(min(chunk.stop, total) / total)
+
+
+def _near_states(held: HeldTrain, here: RecordExcitation) -> Array | None:
+    """Approach (T, M) [m] to start from, between the states at every `_APART`-th of the instants.
+
+    The steps in which laws of links find their contacts are then taken at few.  None where there are no such laws.
+    """
+    count = len(here.force)
+    if not held.system.groups or count < 2 * _APART:
+        return None
+    few = here.at(np.arange(0, count, _APART))
+    known = settled(held, few, start=_near_states(held, few)).approach
+    low, share = np.divmod(np.arange(count)[:, None] / _APART, 1.0)
+    before = low[:, 0].astype(np.int64)
+    near: Array = (1 - share) * known[before] + share * known[np.minimum(before + 1, len(known) - 1)]
+    return near
 
 
 def _balanced_excitation(held: HeldTrain, record: Record, index: NDArray[np.int64]) -> RecordExcitation:
@@ -251,6 +267,8 @@ def _slider_history(held: HeldTrain, record: Record) -> tuple[Array, Array]:
 OPEN_RATIO = 1e-7
 # Force per mesh stiffness below which a force is rounding of displacements in micrometres, far below any load [m].
 _ROUNDING = 1e-15
+# Instants of a chunk from one that is solved from all meshes closed to the next; those between start from both.
+_APART = 16
 # A record of this many mesh cycles is drawn in full; longer ones are asked for with `cycles` or `turns`.
 _CYCLES = 64
 

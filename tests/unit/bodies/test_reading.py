@@ -16,8 +16,9 @@ from scipy import sparse
 from scipy.io import savemat
 
 from epicyclic.bodies.checks import BodyFacts, checked
+from epicyclic.bodies.native_file import native_body, native_bytes
 from epicyclic.bodies.reading import read_body
-from epicyclic.bodies.reduced_body import Array, ReducedBody, native_body, native_bytes
+from epicyclic.bodies.reduced_body import Array, ReducedBody
 from epicyclic.bodies.reduction import Interface, reduced
 from epicyclic.bodies.turning import axisymmetric, turning_with_frame
 from epicyclic.errors import ModelError
@@ -85,7 +86,29 @@ def test_matlab_has_the_same_names(tmp_path: Path, plain: Content, bricks: Check
     again, more = read_body(written(tmp_path, whole | {"M": bricks[0].M, "K": bricks[0].K}, ".mat"))
     assert sparse.issparse(again.K)
     assert abs(again.K - bricks[0].K).max() == 0
+    with pytest.raises(ModelError, match="K: no real numbers"):
+        read_body(written(tmp_path, whole | {"M": bricks[0].M, "K": bricks[0].K * 1j}, ".mat"))
     assert more.mass == pytest.approx(facts.mass, rel=1e-9)
+
+
+def test_a_damaged_matlab_file_does_no_harm(tmp_path: Path, plain: Content) -> None:
+    whole = written(tmp_path, {name: plain[name] for name in sorted(plain)}, ".mat").read_bytes()
+    file = tmp_path / "damaged.mat"
+    answers = []
+    for at in range(124, 700, 7):  # types, lengths and names of the first arrays
+        file.write_bytes(whole[:at] + b"\xfb" + whole[at + 1 :])
+        try:
+            read_body(file)
+            answers.append("")
+        except ModelError as error:
+            answers.append(str(error))
+    assert sum(bool(one) for one in answers) > 20
+    assert all(str(file) in one for one in answers if one)
+
+
+def test_a_compressed_matlab_file(tmp_path: Path, plain: Content) -> None:
+    savemat(tmp_path / "small.mat", plain, do_compression=True)
+    assert np.array_equal(read_body(tmp_path / "small.mat")[0].K, plain["K"])
 
 
 def in_tonnes(plain: Content) -> Content:
@@ -234,6 +257,7 @@ def test_sparse_matrices_are_refused_too(tmp_path: Path, bricks: Checked) -> Non
     for change, words in (
         ({"K_data": plain["K_data"][:-1]}, "K: no sparse matrix"),
         ({"K_indices": plain["K_indices"] + 384}, "K: no sparse matrix"),
+        ({"K_indptr": np.where(np.arange(385) % 384, 10**6, 0)}, "K: no sparse matrix: index pointers go back"),
         ({"K_indices": np.zeros_like(plain["K_indices"])}, "K: has an entry twice"),
         ({"K_data": held.data, "K_indices": held.indices, "K_indptr": held.indptr}, "K: a rigid motion meets"),
         ({"K_data": negative.data, "K_indices": negative.indices, "K_indptr": negative.indptr}, "K: has .* negative"),

@@ -11,11 +11,14 @@ import pytest
 import reduced_ring
 from tests.unit.bodies.bricks import brick_ring
 
-from epicyclic import ModelError, assemble, load
+from epicyclic import ModelError, assemble, load, static
+from epicyclic.bodies.native_file import native_bytes
 from epicyclic.bodies.reading import read_body
-from epicyclic.bodies.reduced_body import ReducedBody, native_bytes
+from epicyclic.bodies.reduced_body import ReducedBody
+from epicyclic.bodies.turning import axisymmetric
 from epicyclic.questions.modes.eigen import whirl
 from epicyclic.questions.modes.modal import modal
+from epicyclic.system.structure import structure_of
 from epicyclic.train.train import Train
 
 PAIRS = ([17, 18], [152, 151], [296, 295], [440, 439])  # inside and outside at each planet
@@ -190,3 +193,127 @@ def test_body_off_its_axis_is_refused(tmp_path):
             modes=6,
             interfaces={"a": {"nodes": [1, 2, 3, 4]}, "b": {"nodes": [17, 18, 19, 20]}},
         )
+
+
+def test_turned_interface_is_that_of_the_nodes_there(tmp_path):
+    """The motion seven sectors on: by D from the first sector, and by the nodes there."""
+    file = written(tmp_path, brick_ring(32))
+    there = {"rim": {"nodes": [1, 2, 3, 4]}, "on": {"nodes": [29, 30, 31, 32]}}
+    table = {"file": str(file), "sectors": 32, "modes": 14, "interfaces": there}
+    train = load(
+        "lin1999-n4", UNSTATED | {"stages.main.ring.base_radius": "136.4 mm", "stages.main.ring.reduced": table}
+    )
+    shape = next(body.reduced for body in train.bodies if body.reduced is not None).shape
+    first = {name: getattr(shape, name)[:1] for name in ("names", "points", "shapes", "strains")}
+    found = replace(shape, **first)(shape.points[1:])[0]
+    assert np.abs(shape.shapes[1] - shape.shapes[0]).max() > 0.1
+    np.testing.assert_allclose(found, shape.shapes[1], atol=1e-7 * np.abs(found).max())
+
+
+def carrier_of(folder: Path, ring: ReducedBody, more: dict | None = None, **keys: object) -> Train:
+    """Set of four planets whose carrier is a ring of bricks with its pins at sections of it."""
+    nodes = {f"pin-{i}": {"nodes": [32 * i + k for k in (1, 2, 3, 4)]} for i in range(4)}
+    file = written(folder, ring, f"{len(list(folder.iterdir()))}.npz")
+    table = {"file": str(file), "modes": 20, "interfaces": nodes} | keys
+    changes = {"stages.main.carrier.pin_radius": "150 mm", "stages.main.carrier.reduced": table}
+    return load("lin1999-n4", CARRIER | changes | (more or {}))
+
+
+def test_origin_of_the_file_is_the_centre_of_the_member(tmp_path):
+    """A mesh whose centre of mass stands 20 mm along z, of a member 20 mm back, is the same body."""
+    ring = brick_ring(32)
+    moved = replace(ring, node_xyz=np.add(ring.node_xyz, (0.0, 0.0, 0.02)))
+    tilting = {
+        "stages.main.planet.tilt_inertia": "1e-3 kg m^2",
+        "stages.main.carrier.support": {"radial": "1e8 N/m", "tilt": "1e6 N m/rad"},
+    }
+    here = assemble(carrier_of(tmp_path, ring, tilting))
+    back = {"stages.main.carrier.station": "-20 mm", "stages.main.carrier.support.at": "20 mm"}
+    there_train = carrier_of(tmp_path, moved, tilting | back)
+    there = assemble(there_train)
+    carrier = next(body for body in there_train.bodies if body.kind == "carrier")
+    assert carrier.station == pytest.approx(0.0, abs=1e-9)
+    # shapes of equal frequency are any of their plane
+    for name in ("G", "K", "Kg"):
+        one, other = (np.linalg.norm(getattr(system, name)) for system in (here, there))
+        assert other == pytest.approx(one, rel=1e-6)
+    np.testing.assert_allclose(
+        modal(there, relative_speed=1.0).frequency, modal(here, relative_speed=1.0).frequency, rtol=1e-6, atol=1e-2
+    )
+
+
+def test_rows_of_a_tilting_pin_have_the_rotation_of_the_interface(tmp_path):
+    tilting = {"stages.main.planet.bearing": {"radial": "1e8 N/m", "tilt": "1e5 N m/rad"}}
+    train = carrier_of(tmp_path, brick_ring(32), tilting | {"stages.main.planet.tilt_inertia": "1e-3 kg m^2"})
+    rows = structure_of(train)
+    (part,) = rows.elastic
+    pin = np.array([[0.0, 0.15, 0.0]])  # of planet 2, whose axes are a quarter of a turn on
+    moved = part.elastic.shape(pin)[0]
+    at = {row.name: i for i, row in enumerate(rows.links)}
+    for direction, expected in (("x", moved[1]), ("y", -moved[0]), ("rx", moved[4]), ("ry", -moved[3])):
+        own = rows.link[at[f"main/planet/2/bearing/{direction}"], part.columns]
+        np.testing.assert_allclose(own, expected, atol=1e-12 * np.abs(moved).max())
+        assert np.abs(expected).max() > 1e-3
+
+
+def test_damping_of_the_file_turns_with_the_material(tmp_path):
+    """C of a native file with D, held in a frame at -nu: C on the rates and nu C D on the places."""
+    where, lag = "ring", 3e-6
+    ring = axisymmetric(brick_ring(32), 32, 14, (1, 2, 3, 4), where)
+    file = written(tmp_path, replace(ring, C=lag * np.asarray(ring.K)))
+    table = {"file": str(file), "interfaces": {"rim": {"nodes": [1, 2, 3, 4]}}}
+    more = {"operation": {"held": ["ring"], "speed": {"carrier": "2400 rpm"}}}
+    train = load(
+        "lin1999-n4",
+        UNSTATED | {"stages.main.ring.base_radius": "136.4 mm", "stages.main.ring.reduced": table} | more,
+    )
+    system, joined = assemble(train), next(body.reduced for body in train.bodies if body.reduced is not None)
+    own = [i for i, d in enumerate(system.dofs.direction) if d.startswith("e")]
+    expected = lag * np.diag(joined.stiffness)
+    np.testing.assert_allclose(system.C[np.ix_(own, own)], expected, atol=1e-9 * expected.max())
+    skew = -math.tau * 40 * expected @ joined.turn[6:, 6:]
+    np.testing.assert_allclose(system.Cskew[np.ix_(own, own)], skew, atol=1e-9 * np.abs(skew).max())
+    assert np.abs(skew).max() > 0
+
+
+def test_bolts_that_pass_a_carrier_are_refused(tmp_path):
+    bolts = {"count": 4, "radius": "150 mm", "radial": "1e8 N/m", "tangential": "1e8 N/m", "z": "1e8 N/m"}
+    with pytest.raises(ModelError, match="bolts that pass a body that is not axisymmetric"):
+        carrier_of(tmp_path, brick_ring(32), {"stages.main.carrier.support": {"bolts": bolts}})
+
+
+@pytest.mark.parametrize(("member", "place"), [("sun", "(42.57, 0, "), ("planet", "(-55.18, ")])
+def test_place_of_a_mesh_without_interface_is_said(tmp_path, member, place):
+    """The pitch point: outwards from the sun, inwards from the planet."""
+    table = {
+        "file": str(written(tmp_path, brick_ring(32))),
+        "sectors": 32,
+        "interfaces": {"a": {"nodes": [1, 2, 3, 4]}},
+    }
+    gone = {f"stages.main.{member}.mass": None, f"stages.main.{member}.inertia": None}
+    with pytest.raises(ModelError) as caught:
+        load("lin1999-n4", gone | {f"stages.main.{member}.reduced": table})
+    assert place in str(caught.value)
+
+
+LOADED: dict[str, object] = {"operation": {"held": ["ring"], "torque": {"sun": "500 N m", "carrier": "balance"}}}
+LOADED |= {"stages.main.carrier.support": {"radial": "1e8 N/m", "rz": "inf"}}
+
+
+def test_rest_under_a_load_is_found_whatever_hardly_moves_the_flanks() -> None:
+    """Modes out of the plane move flanks by the rounding of the matrices: what is left on these is no force."""
+    result = static(with_ring(reduced_ring.KEPT, LOADED))
+    force = result.mesh_force.mean("time").values
+    np.testing.assert_allclose(force, 500 / (4 * 38.71e-3), rtol=1e-6)
+
+
+def test_ring_on_bolts_without_axial_stiffness_stays_where_these_hold_it() -> None:
+    """Its centre of mass is in the plane of the bolts but for rounding: tilt is free and takes no part of x and y."""
+    moved = []
+    for axial in ({}, {"z": 0}):
+        bolts = {"radius": "155.379 mm", "count": 4, "radial": "5e7 N/m", "tangential": "5e7 N/m", **axial}
+        more = LOADED | {"stages.main.ring.support": {"radial": 0, "rz": 0, "bolts": bolts}}
+        more |= {"deviations.planet.position.y": "[20, 0, 0, 0] um"}
+        result = static(with_ring(reduced_ring.KEPT, more)).displacement.isel(time=0)
+        moved.append(result.sel(dof=["main/ring/x", "main/ring/y"]).values)
+    np.testing.assert_allclose(moved[1], moved[0], rtol=1e-6)

@@ -101,6 +101,31 @@ def test_two_nodes_do_not_see_the_rotation_about_their_line(few: Checked) -> Non
         reduced(body, [line, *places("nodes")[1:]], 0, "few")
 
 
+def test_a_slanted_line_is_seen_across_it(few: Checked) -> None:
+    body = few[0]
+    line = Interface(name="line", nodes=(5, 8))
+    ends = body.places(np.array(line.nodes))
+    along = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
+    assert np.abs(along).min() > 0.1
+    seen = interface_shape(body, line, "few") @ rigid_motion(body)
+    assert seen[3:, 3:] == pytest.approx(np.eye(3) - np.outer(along, along), abs=1e-12)
+
+
+def test_points_with_rotations_are_averaged_too(few: Checked) -> None:
+    body, there = reduced(few[0], places("average"), 3, "few")
+    both = Interface(name="both", nodes=there[0].nodes + there[1].nodes)
+    seen = interface_shape(body, both, "few") @ rigid_motion(body)
+    middle = body.places(np.array(both.nodes)).mean(axis=0)
+    assert seen == pytest.approx(rigid_rows(np.tile(middle, (6, 1)), np.arange(1, 7)), abs=1e-12)
+
+
+def test_the_centre_of_a_body_off_its_axes(few: Checked) -> None:
+    away = np.array([0.3, -0.2, 0.5])
+    _, facts = checked(replace(few[0], node_xyz=few[0].node_xyz + away), "few")
+    assert facts.centre == pytest.approx(away)
+    assert facts.inertia == pytest.approx(few[1].inertia, abs=1e-9)
+
+
 def test_one_node_with_rotations_is_its_own_interface(few: Checked) -> None:
     body, there = reduced(few[0], places("average"), 3, "few")
     assert interface_shape(body, there[1], "few") == pytest.approx(np.eye(6, len(body.dof_dir), 6), abs=1e-12)
@@ -154,6 +179,22 @@ def test_the_pattern_of_bricks(bricks: Checked) -> None:
     own = np.kron(np.eye(2), turn.T) @ there
     assert turned_shape(here, body.D, angle) == pytest.approx(own, abs=1e-8 * np.abs(own).max())
     assert np.abs(here - own).max() > 0.1 * np.abs(own).max()
+
+
+def test_a_pattern_that_is_none(bricks: Checked) -> None:
+    body = axisymmetric(bricks[0], 32, 20, (1, 2, 3, 4), "bricks")
+    assert body.D is not None
+    mixed = body.D.copy()
+    mixed[6, 12] += 1e-3
+    mixed[12, 6] -= 1e-3
+    for wrong, words in (
+        (mixed, "D: does not commute with K"),
+        (body.D + 1e-3 * np.eye(20), "D: does not commute with M"),
+    ):
+        with pytest.raises(ModelError, match=words):
+            checked(replace(body, D=wrong), "bricks")
+    with pytest.raises(ModelError, match="q: reduced already"):
+        reduced(body, [Interface(name="q", nodes=(1, 2, 3, 4))], 2, "bricks")
 
 
 def test_what_is_no_axisymmetric_body(bricks: Checked) -> None:

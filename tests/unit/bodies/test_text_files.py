@@ -45,13 +45,16 @@ def free(name: str, *fields: object) -> str:
     return "\n".join(",".join([name if not i else "+", *row]) for i, row in enumerate(rows))
 
 
-def punched(body: ReducedBody, card: Card, *, form: int = 6) -> str:
-    """DMIG of the lower triangle, or of all, GRID and SPOINT cards of a body; modes are scalar points from 9001."""
+def punched(body: ReducedBody, card: Card, *, form: int = 6, component: int = 0) -> str:
+    """DMIG of the lower triangle, or of all, GRID and SPOINT cards of a body; modes are scalar points from 9001.
+
+    component : of the scalar points, which some write as 1.
+    """
     modal = body.modal
     node = np.where(modal, 9000 + body.dof_node, body.dof_node).tolist()
-    direction = body.dof_dir.tolist()
+    direction = np.where(modal, component, body.dof_dir).tolist()
     lines = ["$ a comment", "BEGIN BULK"]
-    for name, matrix in (("KAAX", body.K), ("MAAX", body.M), ("PAX", body.K[:, :1])):
+    for name, matrix in (("KAAX", body.K), ("MAAX", body.M), ("K4AX", body.M), ("PAX", body.K[:, :1])):
         dense = matrix.toarray() if sparse.issparse(matrix) else matrix
         lines.append(card("DMIG", name, 0, form if name != "PAX" else 9, 2, 0, "", "", len(node)))
         for column, values in enumerate(dense.T):
@@ -75,8 +78,9 @@ def off(found: Matrix, want: Matrix) -> float:
 @pytest.mark.parametrize("form", [6, 1])
 def test_a_nastran_punch(tmp_path: Path, few: Checked, card: Card, digits: float, form: int) -> None:
     body, facts = few
-    file = tmp_path / "ring.pch"
-    file.write_text(punched(body, card, form=form))
+    file, text = tmp_path / "ring.pch", punched(body, card, form=form)
+    first = text.index("\n", text.index("\n", text.index("MAAX") + 200)) + 1  # in the middle of a card
+    file.write_text(f"{text[:first]}$ a comment\n{text[first:]}")
     found, again = read_body(file, units="kg m s")
     assert off(found.K, body.K) <= digits
     assert off(found.M, body.M) <= digits
@@ -86,11 +90,12 @@ def test_a_nastran_punch(tmp_path: Path, few: Checked, card: Card, digits: float
     assert again.warnings == ()
 
 
-def test_modes_of_a_punch_are_scalar_points(tmp_path: Path, few: Checked) -> None:
+@pytest.mark.parametrize("component", [0, 1])
+def test_modes_of_a_punch_are_scalar_points(tmp_path: Path, few: Checked, component: int) -> None:
     thirds = [Interface(name=str(i), nodes=tuple(range(8 * i + 1, 8 * i + 5))) for i in range(4)]
     body, _ = reduced(few[0], thirds, 5, "few")
     file = tmp_path / "ring.bdf"
-    file.write_text(punched(body, free))
+    file.write_text(punched(body, free, component=component))
     found, _ = read_body(file, units="kg m s")
     assert found.dof_dir.tolist() == body.dof_dir.tolist()
     assert found.modal.sum() == 5
@@ -103,6 +108,12 @@ def test_small_fields_have_too_few_digits_and_say_so(tmp_path: Path, few: Checke
     file.write_text(punched(few[0], small))
     with pytest.raises(ModelError, match=r"K: (a rigid motion meets|has .* negative)"):
         read_body(file, units="kg m s")
+
+
+def test_a_large_card_of_one_line_has_zeros_behind(tmp_path: Path, few: Checked) -> None:
+    file = tmp_path / "ring.pch"
+    file.write_text(punched(few[0], free) + "GRID*                900\nGRID,901\nGRID*,902\n")
+    assert read_body(file, units="kg m s")[1].warnings == ()
 
 
 def triangle(matrix: Matrix) -> Iterable[tuple[int, int, float]]:
@@ -132,6 +143,8 @@ def test_abaqus_matrices(tmp_path: Path, few: Checked) -> None:
     assert off(found.K, body.K) == 0
     assert off(found.M, body.M) == 0
     assert again.mass == facts.mass
+    with pytest.raises(ModelError, match=r"ring_stiffness.mtx: mass: .* 1000 times, a wrong unit .tonnes"):
+        read_body(files, units="t mm s", mass=facts.mass)
     damped, _ = read_body({**files, "damping": files["mass"]}, units="kg m s")
     assert off(damped.C, body.M) == 0
     plain = tmp_path / "nodes.txt"
@@ -142,6 +155,13 @@ def test_abaqus_matrices(tmp_path: Path, few: Checked) -> None:
     assert np.array_equal(read_body({**files, "nodes": grid}, units="kg m s")[0].node_xyz, body.node_xyz)
     mixed = {"stiffness": grid, "mass": grid, "nodes": files["nodes"]}
     assert off(read_body(mixed, units="kg m s")[0].K, body.K) == 0
+    for name, key in (("KAAX", "stiffness"), ("MAAX", "mass")):
+        own = [line for line in punched(body, large).replace(name, "SUPE").splitlines()]
+        start = next(i for i, line in enumerate(own) if "SUPE" in line)
+        end = next(i for i in range(start, len(own)) if own[i][:4] == "DMIG" and "SUPE" not in own[i])
+        (tmp_path / f"{key}.dmig").write_text("\n".join(own[start:end]))
+    alone: Source = {**{key: tmp_path / f"{key}.dmig" for key in ("stiffness", "mass")}, "nodes": grid}
+    assert off(read_body(alone, units="kg m s")[0].M, body.M) < 1e-9  # the only matrix of a file, whatever its name
 
 
 def calculix(body: ReducedBody, folder: Path) -> Path:

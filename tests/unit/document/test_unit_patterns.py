@@ -8,7 +8,6 @@ from collections.abc import Iterator
 from itertools import islice, product
 from typing import Any
 
-import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
@@ -68,11 +67,12 @@ def several(kind: str) -> list[str]:
     return every[:: max(len(every) // 200, 1)]
 
 
-def accepted(text: str, kind: str, *, many: bool = False, inf: bool = False) -> bool:
+def accepted(text: str, kind: str, *, many: bool = False, inf: bool = False, large: bool = True) -> bool:
+    """Whether a text is read; large : too, where a number is beyond what may be."""
     try:
         read_quantity(text, (kind,), Bounds(inf=inf), many=many, listed=True)
     except ModelError as error:
-        return error.problem in ("out of range", "too large")  # the size is no matter of the pattern
+        return large and error.problem in ("out of range", "too large")  # the size is no matter of the pattern
     return True
 
 
@@ -129,16 +129,16 @@ def test_reader_and_schema_say_the_same(text: str) -> None:
 
 @settings(deadline=None)  # pint is imported by the first
 @example("1e311")
-@example("1e311A")
 @example(".e0")
+@example("1e311A")
+@example("[600e3, 0mm]°")
 @given(st.from_regex(r"\[? ?-?[0-9.]{1,3}(e[0-9])?(, [0-9] ?(mm|um)?)?\]? ?[a-zA-Zµ°%/^*() 1-4]{0,8}", fullmatch=True))
 def test_what_is_read_fits_the_schema(text: str) -> None:
     from epicyclic.document.units import bare_in
 
-    if any(np.isinf(float(number)) for number in re.findall(r"(?:\d+\.?\d*|\.\d+)e\d+", text)):
-        return  # refused as too large, before anybody asks for its unit
     for kind in ("length", "force", "stiffness", "angle", "speed"):
-        if accepted(text, kind, many=True) and not bare_in(text, (kind,)):
+        # what stands behind a number that is too large has not been read
+        if accepted(text, kind, many=True, large=False) and not bare_in(text, (kind,)):
             assert (
                 fits(text, kind)
                 if kind in SCHEMA and "[" not in text

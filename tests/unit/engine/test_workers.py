@@ -94,6 +94,13 @@ def test_short_work_stays_in_this_process(monkeypatch: pytest.MonkeyPatch) -> No
     assert {process for _, process in each(place_and_process, range(20))} == {os.getpid()}
 
 
+def test_long_work_is_elsewhere_from_the_first_item_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("EPICYCLIC_JOBS", "2")
+    found = each(place_and_process, range(4), long=True)
+    assert [square for square, _ in found] == [0, 1, 4, 9]
+    assert os.getpid() not in {process for _, process in found}
+
+
 @pytest.mark.usefixtures("two_at_once")
 def test_an_error_comes_back_as_it_is() -> None:
     with pytest.raises(ModelError) as caught:

@@ -18,6 +18,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, replace
 from fractions import Fraction
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -32,8 +33,9 @@ from ...bearings.rating_life import (
     static_rating,
 )
 from ...bearings.rolling_bearing import RollingBearing
+from ...engine.points import outcomes
 from ...engine.source import Drive, Duty
-from ...errors import ConvergenceError, ModelError
+from ...errors import ModelError
 from ...results.dataset import dataset
 from ...statics.record import Record, record_of
 from ...statics.static import group_row_forces, held_train, quasi_static
@@ -91,33 +93,33 @@ def life(source: Train | Duty, options: LifeOptions, *, progress: Callable[[floa
     """
     cases: Mapping[str, tuple[Train | Drive, float]]
     cases = {"operation": (source, 1.0)} if isinstance(source, Train) else source.cases
-    tell, failed = progress or (lambda _: None), list[ModelError | ConvergenceError]()
-    trains, found, shares = dict[str, Train](), dict[tuple[str, str], State](), list[float]()
-    warnings = list[CodedText]()
-    for number, (case, (given, share)) in enumerate(cases.items()):
-        try:
-            train = given if isinstance(given, Train) else given.train
-            of_case, said = _bearings(train, options)
-            trains[case], shares = train, [*shares, share]
-            found |= {(name, case): one for name, one in of_case.items()}
-            warnings += said
-        except (ModelError, ConvergenceError) as error:
-            failed.append(error)
-            warnings.append(coded("case-failed", f"{case} is left out, its share of the time is without load: {error}"))
-        tell((number + 1) / len(cases))
-    if not trains:
-        raise failed[0]
-    first = next(iter(trains.values()))
+    outcome = outcomes(
+        partial(_bearings, options), [given for given, _ in cases.values()], long=True, progress=progress
+    )
+    found, good, warnings = dict[tuple[str, str], State](), list[str](), list[CodedText]()
+    for case, one in zip(cases, outcome, strict=True):
+        if one.value is None:
+            text = f"{case} is left out, its share of the time is without load: {one.reason}"
+            warnings.append(coded("case-failed", text))
+            continue
+        good.append(case)
+        found |= {(name, case): state for name, state in one.value[0].items()}
+        warnings += one.value[1]
+    if not good:
+        assert outcome[0].error is not None
+        raise outcome[0].error
+    given = cases[good[0]][0]
+    first = given if isinstance(given, Train) else given.train
     links = rolling_links(first)
     warnings += [
         *_standing(found),
         *dented({" in ".join(key): one for key, one in found.items()}),
         *_not_counted(first, links),
     ]
-    columns = _columns(found, links, list(trains), np.array(shares))
+    columns = _columns(found, links, good, np.array([cases[case][1] for case in good]))
     return dataset(
         columns,
-        bearing_coords(links, columns) | {"case": list(trains)},
+        bearing_coords(links, columns) | {"case": good},
         verb="life",
         options=asdict(options),
         provenance=train_provenance(first),
@@ -125,8 +127,9 @@ def life(source: Train | Duty, options: LifeOptions, *, progress: Callable[[floa
     )
 
 
-def _bearings(train: Train, options: LifeOptions) -> tuple[dict[str, State], Sequence[CodedText]]:
+def _bearings(options: LifeOptions, given: Train | Drive) -> tuple[dict[str, State], Sequence[CodedText]]:
     """Bearings of a train at one operating point by their names, and warnings of the train."""
+    train = given if isinstance(given, Train) else given.train
     if not (rolling := rolling_links(train)):
         allowed = '"cylindrical roller" or another, and its parts'
         raise ModelError("no bearing is stated by its parts", path="stages.*.planet.bearing.type", allowed=allowed)

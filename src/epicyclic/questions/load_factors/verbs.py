@@ -33,7 +33,7 @@ def load_factors(drive: "Drive", options: LoadFactorOptions, progress: Progress 
     if overrides.get("case") != ALL_CASES:
         return over_duty(one_case(drive.train, options), options)
     names = case_names(drive.source, overrides)
-    found = outcomes(partial(_at, drive, options), names, progress=progress)
+    found = outcomes(partial(_at, drive, options), names, long=True, progress=progress)
     of_case = dict(zip(names, found, strict=True))
 
     def known(_: object, *, overrides: "Overrides") -> "xr.Dataset":

@@ -37,7 +37,7 @@ from numpy.typing import NDArray
 
 from ...system.system import Array, ComplexArray, Index, System
 from ..modes.eigen import Modal
-from .lattice import Kernel, product, stiffness_series, to_real, truncated_product
+from .lattice import Kernel, product, stiffness_series, to_complex, to_real, truncated_product
 
 _TINY = 1e-300
 # Least |D| of the preconditioner, per omega_r^2.  At a resonance of the mean system without damping D is 0 although the
@@ -206,13 +206,13 @@ def _lightly_damped(modal: Modal) -> NDArray[np.bool_]:
     return light
 
 
-# Cycles of GMRES with D^-1: a tone alone converges in one or two, with several tones the block takes over after two.
-_RESTARTS, _FIRST = 6, 2
-# Coordinates in the block: those that the variation moves by more than this part of themselves at once.  On two
-# planetary stages (30 coordinates, 1273 lattice points) 0.3 takes 46 products where D^-1 alone takes 780; 0.1 takes 35
-# with a block twice as large.
-_GAIN = 0.3
-# Coordinates at most, complex ones: factors of 72 MB, made in 2 s.
+# Products with D^-1 alone, where tones are several, before the block takes over.
+_TRIAL = 16
+# Coordinates in the block: those that the variation moves by more than this part of themselves at once.  On a planetary
+# and a helical stage (53 coordinates, 1285 lattice points) 0.3 takes 94 to 132 products, 0.2 takes 61 to 78 with blocks
+# up to twice as large.
+_GAIN = 0.2
+# Coordinates at most, complex ones: factors of 36 or, of a real signal, 72 MB.
 _MOST = 1500
 
 
@@ -329,8 +329,11 @@ def solve(
     uncertainty = _sharpen(balance, y, residual, scale)
     P, _, J, n = y.shape
     gap = (modal.gaps @ y.reshape(-1, n).T).reshape(-1, P, 2 * J) - error
-    truncated_force = truncated_product(kernel, gap) if len(kernel.truncated) else None
-    truncation_residual = _truncation_residual(modal, kernel, batch, truncated_force)
+    # without errors sums of rows tell how large the response to them is; the last solution alone needs the force of all
+    whole = bool(error.any()) or kernel.joined is kernel.axes
+    rows = slice(None) if whole else kernel.distinct
+    truncated_force = truncated_product(kernel, gap[rows], joined=not whole) if len(kernel.truncated) else None
+    truncation_residual = _truncation_residual(modal.pulls[rows], modal, kernel, batch, truncated_force)
     return HarmonicSolution(
         y=y,
         gap=gap,
@@ -340,7 +343,7 @@ def solve(
         scale=scale,
         calls=calls,
         uncertainty=uncertainty,
-        truncated_force=truncated_force,
+        truncated_force=truncated_force if whole else None,
     )
 
 
@@ -363,18 +366,18 @@ def _batched(balance: _Balance, start: Guess | None) -> tuple[Array, Array, Arra
         y, scale = start[0].reshape(len(first), -1), start[1]
         step = first - apply(y)
     several = lattice.tones > 1
-    change, left, calls = gmres(apply, step, target=tolerance * scale, restarts=_FIRST if several else _RESTARTS)
+    trial: dict[str, int] = {"basis": _TRIAL, "restarts": 1} if several else {}
+    change, left, calls = gmres(apply, step, target=tolerance * scale, **trial)
     y = y + change
     stalled = np.isfinite(left) & (left > tolerance * scale) & several
     for p in np.flatnonzero(stalled).tolist():
-        block = resonant_block(balance.system, balance.modal, balance.kernel, balance.batch.frequency[p])
-        if block is not None:
-            right, rows = balance.of([p]).preconditioned()
-            target = tolerance * scale[[p]]
-            more, rest, used = gmres(lambda x: rows(block(x)), right - rows(y[[p]]), target=target)  # noqa: B023
-            calls += used
-            if rest[0] < left[p]:
-                y[p], left[p] = y[p] + block(more)[0], rest[0]
+        block = resonant_block(balance.system, balance.modal, balance.kernel, balance.batch.frequency[p]) or np.asarray
+        right, rows = balance.of([p]).preconditioned()
+        target = tolerance * scale[[p]]
+        more, rest, used = gmres(lambda x: rows(block(x)), right - rows(y[[p]]), target=target)  # noqa: B023
+        calls += used
+        if rest[0] < left[p]:
+            y[p], left[p] = y[p] + block(more)[0], rest[0]
     return y.reshape(shape), left / scale, scale, calls
 
 
@@ -428,10 +431,10 @@ def diagonal_product(factor: tuple[Array, Array], y: Array) -> Array:
     return out
 
 
-def _pull(modal: Modal, force: Array) -> Array:
-    """Mesh forces (m, P, 2 J) [N] on the modal coordinates, (P, 2, J, n)."""
+def _pull(pulls: Array, force: Array) -> Array:
+    """Mesh forces (m, P, 2 J) [N] on the modal coordinates, (P, 2, J, n), by their pulls (m, n)."""
     m, P, J2 = force.shape
-    return (force.reshape(m, -1).T @ modal.pulls).reshape(P, 2, J2 // 2, -1)
+    return (force.reshape(m, -1).T @ pulls).reshape(P, 2, J2 // 2, -1)
 
 
 def _coupling(modal: Modal, kernel: Kernel, batch: Batch) -> Callable[[Array], Array]:
@@ -482,7 +485,7 @@ def _right(system: System, modal: Modal, kernel: Kernel, batch: Batch, error: Ar
         rate = meshes.damping[:, None, None] * batch.frequency
         pulled[:, :, :J] -= rate * error[:, :, J:]
         pulled[:, :, J:] += rate * error[:, :, :J]
-    result: Array = force + _pull(modal, pulled)
+    result: Array = force + _pull(modal.pulls, pulled)
     return result
 
 
@@ -499,16 +502,16 @@ def _scale(first: Array, start: Array, *, mean: bool) -> Array:
     return np.where(scale == 0, 1.0, scale)
 
 
-def _truncation_residual(modal: Modal, kernel: Kernel, batch: Batch, force: Array | None) -> Array:
+def _truncation_residual(pulls: Array, modal: Modal, kernel: Kernel, batch: Batch, force: Array | None) -> Array:
     """Size of the response to forces on the truncated harmonics, by kind, (P, D + 1): the exact residual beyond those
     kept.
 
-    force : (m, P, 2 T) of the meshes on them [N]; None where there are none.
+    pulls, force : (r, n) of mesh rows, and (r, P, 2 T) of them on these harmonics [N]; None where there are none.
     """
     if force is None:
         return np.zeros((len(batch.frequency), kernel.lattice.tones + 1))
     # |y| = |force| / |D|: both parts of y need not be told apart
-    w, pulled = batch.truncated_frequency[:, :, None], _pull(modal, force)
+    w, pulled = batch.truncated_frequency[:, :, None], _pull(pulls, force)
     held = (modal.squared - w**2) ** 2 + (w * modal.damping) ** 2
     held[held == 0] = np.inf
     squares = ((pulled[:, 0] ** 2 + pulled[:, 1] ** 2) / held).sum(axis=2)
@@ -541,21 +544,21 @@ def resonant_block(system: System, modal: Modal, kernel: Kernel, frequency: Arra
         return None
     point, mode = np.unravel_index(order, gain.shape)
     near = inverse[point, mode][:, None]
-    direct = near * _couplings(waves, kernel.lattice.points[point], mode, sign=1) + np.eye(order.size)
-    folded = near * _couplings(waves, kernel.lattice.points[point], mode, sign=-1) * kernel.lattice.mirrored
-    rows = np.block(
-        [
-            [direct.real + folded.real, folded.imag - direct.imag],
-            [direct.imag + folded.imag, direct.real - folded.real],
-        ]
-    )
+    rows = near * _couplings(waves, kernel.lattice.points[point], mode, sign=1) + np.eye(order.size)
+    real = kernel.lattice.mirrored  # where the conjugate of an amplitude counts, parts are solved, else amplitudes
+    if real:
+        folded = near * _couplings(waves, kernel.lattice.points[point], mode, sign=-1)
+        rows = np.block(
+            [[rows.real + folded.real, folded.imag - rows.imag], [rows.imag + folded.imag, rows.real - folded.real]]
+        )
     factors = scipy.linalg.lu_factor(rows, overwrite_a=True)
     both = np.concatenate([order, frequency.size * len(modal.squared) + order])
 
     def solve(x: Array) -> Array:
         """The block solved, (1, 2 J n)."""
-        out = x.copy()
-        out[0, both] = scipy.linalg.lu_solve(factors, x[0, both])
+        out, near = x.copy(), x[0, both]
+        solved = scipy.linalg.lu_solve(factors, near if real else to_complex(near))
+        out[0, both] = solved if real else to_real(solved)
         return out
 
     return solve

@@ -15,18 +15,26 @@ its axis.  Derived here: no aliasing, since no product is sampled.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import cached_property, partial
 from itertools import product as combinations
 from typing import NamedTuple
 
 import numpy as np
+import scipy.fft
+import scipy.linalg
 from numpy.typing import NDArray
 
 from ...system.system import Array, ComplexArray, Index, System
 
 Point = tuple[int, ...]
 Integers = NDArray[np.object_]
+_TINY = 1e-300
+# Part of b b^T that those of other rows leave, below which a row is made of them.
+_DEPENDENT = 1e-12
+# Parts of multiples of a tone from which a transform takes less time than their matrix.
+_MANY = 200
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -226,19 +234,59 @@ class Gather:
     mirrors: bool
 
 
-class Convolution(NamedTuple):
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Convolution:
     """From gap harmonics (2 J) to harmonics of the force of the meshes (m_j,) of one tone, at some lattice points.
 
+    series : (m_j, 2 reach + 1) harmonics of k - k0, two-sided [N/m].  mirrored : of a real signal.
     own, lines : gap harmonics to the multiples of the tone (2 Jo) and to the other lines (lines, 2 W).
-    own_matrix (m_j, 2 Jo, 2 Jo'), line_matrix (m_j, 2 W, 2 W') : those harmonics @ them = harmonics of the force [N/m].
+    own_orders, line_orders : orders of those harmonics, and of the harmonics of the force.
     back : multiples and lines, one after the other, to the points.
     """
 
+    series: ComplexArray
+    mirrored: bool
     own: Gather
-    own_matrix: Array
+    own_orders: tuple[Index, Index]
     lines: Gather
-    line_matrix: Array
+    line_orders: tuple[Index, Index]
     back: Gather
+
+    @cached_property
+    def own_matrix(self) -> Array:
+        """(m_j, 2 Jo, 2 Jo') [N/m]: multiples of the tone @ it are those of the force."""
+        return _convolution(self.series, *self.own_orders, mirrored=self.mirrored)
+
+    @cached_property
+    def _own_spectrum(self) -> ComplexArray:
+        """Transform (m_j, N) of the series, with as many points as the product of all multiples has orders."""
+        centre, used = self.series.shape[1] // 2, np.flatnonzero(np.any(self.series, axis=0))
+        orders = used - centre
+        reach = np.max(np.abs(orders), initial=0) + np.max(np.abs(self.own_orders[0]))
+        wrapped = np.zeros((len(self.series), scipy.fft.next_fast_len(int(2 * reach + 1))), complex)
+        wrapped[:, orders] = self.series[:, used]
+        spectrum: ComplexArray = np.fft.fft(wrapped)
+        return spectrum
+
+    def own_product(self, values: Array) -> Array:
+        """Multiples of the tone (m_j, P, 2 Jo) @ `own_matrix`; by a transform where they are many and it is large."""
+        if values.shape[2] < _MANY:
+            return np.asarray(values @ self.own_matrix)
+        (given, wanted), parts = self.own_orders, to_complex(values)
+        spread = np.zeros((*values.shape[:2], self._own_spectrum.shape[1]), complex)
+        spread[:, :, given] = parts
+        if self.mirrored:
+            spread[:, :, -given] = parts.conj()
+            spread[:, :, 0] = 2 * parts[:, :, 0].real
+        force: ComplexArray = np.fft.ifft(np.fft.fft(spread) * self._own_spectrum[:, None])[:, :, wanted]
+        if self.mirrored:
+            force[:, :, wanted == 0] = force[:, :, wanted == 0].real / 2
+        return to_real(force)
+
+    @cached_property
+    def line_matrix(self) -> Array:
+        """(m_j, 2 W, 2 W') [N/m]: the same of the other lines."""
+        return _convolution(self.series, *self.line_orders, mirrored=False)
 
 
 class Axis(NamedTuple):
@@ -290,40 +338,46 @@ def kernel(system: System, tone: Index, harmonics: tuple[int, ...], cross: int, 
         _axis(system, np.flatnonzero(tone == j), lengths[j], lattice, bundles[j], truncated, j) for j in range(D)
     )
     several = np.count_nonzero(truncated, axis=1) != 1
-    distinct, owner = _distinct_rows(system.meshes.B, tone)
+    distinct, weight = _distinct_rows(system.meshes.B, tone)
     return Kernel(
         lattice=lattice,
         truncated=truncated,
         truncated_kind=np.where(several, D, np.argmax(truncated != 0, axis=1)),
         axes=axes,
-        joined=tuple(_joined(axis, owner) for axis in axes) if len(distinct) < len(owner) else axes,
+        joined=tuple(_joined(axis, weight) for axis in axes) if len(distinct) < len(tone) else axes,
         distinct=distinct,
     )
 
 
-def _distinct_rows(B: Array, tone: Index) -> tuple[Index, Index]:
-    """Mesh rows with a column of B (n, m) and a tone (m,) of their own, (r,), and for each mesh which of them, (m,).
+def _distinct_rows(B: Array, tone: Index) -> tuple[Index, Array]:
+    """Mesh rows (r,) that those of their tone are made of, and weights w (r, m): b_m b_m^T = sum_r w_rm b_r b_r^T.
 
-    Both sides of a herringbone mesh are one where nothing tilts.
+    So sum_m k_m b_m b_m^T is that of the r rows with sum_m w k_m, for any k_m(t); by pivoted QR of the b b^T.
+    Both sides of a herringbone mesh are one where nothing tilts, slices along a face of two rigid bodies three.
+
+    B : (n, m).
     """
-    columns = np.vstack([tone, B]).T + 0.0  # -0 is 0
-    number: dict[bytes, int] = {}
-    owner = [number.setdefault(column.tobytes(), len(number)) for column in columns]
-    first = [owner.index(row) for row in range(len(number))]
-    return np.array(first, np.int64), np.array(owner, np.int64)
+    rows = B / np.maximum(np.max(np.abs(B), axis=1, keepdims=True), _TINY)  # moments and forces alike
+    size = np.maximum(np.linalg.norm(rows, axis=0), _TINY)
+    one, other = np.triu_indices(len(rows))
+    dyads = (rows[one] * rows[other] * np.where(one == other, 1.0, np.sqrt(2.0))[:, None]) / size**2
+    weight = np.zeros((tone.size, tone.size))
+    for number in np.unique(tone):
+        of = np.flatnonzero(tone == number)
+        triangle, pivot = scipy.linalg.qr(dyads[:, of], mode="r", pivoting=True)
+        rank = int(np.count_nonzero(np.abs(np.diag(triangle)) > _DEPENDENT))
+        share = scipy.linalg.solve_triangular(triangle[:rank, :rank], triangle[:rank])
+        kept, every = of[pivot[:rank]], of[pivot]
+        weight[np.ix_(kept, every)] = share * (size[every] / size[kept, None]) ** 2
+    distinct = np.flatnonzero(np.any(weight, axis=1))
+    return distinct, weight[distinct]
 
 
-def _joined(axis: Axis, owner: Index) -> Axis:
-    """An axis whose rows are sums of the meshes with one owner (m,)."""
-    rows, row = np.unique(owner[axis.meshes], return_inverse=True)
-
-    def summed(part: Convolution) -> Convolution:
-        own, lines = (np.zeros((rows.size, *matrix.shape[1:])) for matrix in (part.own_matrix, part.line_matrix))
-        np.add.at(own, row, part.own_matrix)
-        np.add.at(lines, row, part.line_matrix)
-        return part._replace(own_matrix=own, line_matrix=lines)
-
-    return Axis(rows, summed(axis.kept), summed(axis.truncated))
+def _joined(axis: Axis, weight: Array) -> Axis:
+    """An axis whose rows are sums of the meshes by weights (r, m)."""
+    rows = np.flatnonzero(np.any(weight[:, axis.meshes], axis=1))
+    series = weight[np.ix_(rows, axis.meshes)] @ axis.kept.series
+    return Axis(rows, replace(axis.kept, series=series), replace(axis.truncated, series=series))
 
 
 def _truncated_points(lattice: Lattice, bundles: Sequence[Bundle], lengths: Sequence[int]) -> Index:
@@ -363,19 +417,18 @@ def _axis(system: System, meshes: Index, L: int, lattice: Lattice, lines: Bundle
     out = [(origin, own), *((tuple(rest), width) for rest in lines.rests[: lines.several])]
     truncated_lines = [(origin, own_truncated), *((tuple(rest), wide) for rest in lines.rests)]
     own_gap = _parts(lattice.own[j], np.ones(own.size), J)
-    kept = Convolution(
-        own_gap,
-        _convolution(series, own, own, mirrored=lattice.mirrored),
-        _parts(take, mirror, J),
-        _convolution(series, width, width, mirrored=False),
-        _back(lattice.points, out, j, mirrored=lattice.mirrored),
+    of_axis = partial(Convolution, series=series, mirrored=lattice.mirrored, own=own_gap)
+    kept = of_axis(
+        own_orders=(own, own),
+        lines=_parts(take, mirror, J),
+        line_orders=(width, width),
+        back=_back(lattice.points, out, j, mirrored=lattice.mirrored),
     )
-    beyond = Convolution(
-        own_gap,
-        _convolution(series, own, own_truncated, mirrored=lattice.mirrored),
-        _parts(lines.take, lines.mirror, J),
-        _convolution(series, width, wide, mirrored=False),
-        _back(truncated, truncated_lines, j, mirrored=lattice.mirrored),
+    beyond = of_axis(
+        own_orders=(own, own_truncated),
+        lines=_parts(lines.take, lines.mirror, J),
+        line_orders=(width, wide),
+        back=_back(truncated, truncated_lines, j, mirrored=lattice.mirrored),
     )
     return Axis(meshes, kept, beyond)
 
@@ -424,16 +477,21 @@ def _convolution(series: ComplexArray, given: Index, wanted: Index, *, mirrored:
 
     series : (m, 2 reach + 1) kappa, two-sided.  Of a real signal (`mirrored`) harmonic 0 is half of that and real.
     """
-    centre = series.shape[1] // 2
-    direct = series[:, centre + wanted[None, :] - given[:, None]]
-    folded = series[:, centre + wanted[None, :] + given[:, None]] if mirrored else np.zeros_like(direct)
-    real = np.concatenate([direct.real + folded.real, folded.imag - direct.imag], axis=1)
-    imag = np.concatenate([direct.imag + folded.imag, direct.real - folded.real], axis=1)
+    centre, m, G, W = series.shape[1] // 2, len(series), given.size, wanted.size
+    parts = np.stack([series.real, series.imag])
+    real, imag = parts.take(centre + wanted[None, :] - given[:, None], axis=2)
+    out = np.empty((m, 2, G, 2, W))
+    out[:, 0, :, 0], out[:, 0, :, 1], out[:, 1, :, 0], out[:, 1, :, 1] = real, imag, -imag, real
     if mirrored:
-        real[:, :, wanted == 0] /= 2
-        imag[:, :, wanted == 0] = 0
-        imag[:, given.size + np.flatnonzero(given == 0)] = real[:, given.size + np.flatnonzero(given == 0)] = 0
-    return np.ascontiguousarray(np.concatenate([real, imag], axis=2))
+        real, imag = parts.take(centre + wanted[None, :] + given[:, None], axis=2)
+        out[:, 0, :, 0] += real
+        out[:, 0, :, 1] += imag
+        out[:, 1, :, 0] += imag
+        out[:, 1, :, 1] -= real
+        out[:, :, :, 0, wanted == 0] /= 2
+        out[:, :, :, 1, wanted == 0] = 0
+        out[:, 1, given == 0] = 0
+    return out.reshape(m, 2 * G, 2 * W)
 
 
 def product(kernel: Kernel, gap: Array, *, joined: bool = False) -> Array:
@@ -445,10 +503,10 @@ def product(kernel: Kernel, gap: Array, *, joined: bool = False) -> Array:
     return _product([(axis.meshes, axis.kept) for axis in axes], gap, np.empty_like(gap))
 
 
-def truncated_product(kernel: Kernel, gap: Array) -> Array:
-    """(k(t) - k0) gap(t) at the truncated points: gap (m, P, 2 J) [m] to (m, P, 2 T) [N]."""
-    out = np.empty((*gap.shape[:2], 2 * len(kernel.truncated)))
-    return _product([(axis.meshes, axis.truncated) for axis in kernel.axes], gap, out)
+def truncated_product(kernel: Kernel, gap: Array, *, joined: bool = False) -> Array:
+    """(k(t) - k0) gap(t) at the truncated points: gap (m, P, 2 J) [m] to (m, P, 2 T) [N]; joined : as of `product`."""
+    out, axes = np.empty((*gap.shape[:2], 2 * len(kernel.truncated))), kernel.joined if joined else kernel.axes
+    return _product([(axis.meshes, axis.truncated) for axis in axes], gap, out)
 
 
 def _product(parts: Sequence[tuple[Index, Convolution]], gap: Array, out: Array) -> Array:
@@ -474,19 +532,17 @@ def to_complex(parts: Array) -> ComplexArray:
 
 
 def _convolved(rows: Array, through: Convolution) -> Array:
-    """Gathered columns of rows (m, P, C) times one matrix a mesh, part by part, and gathered again."""
-    (m, P, C), parts = rows.shape, ((through.own, through.own_matrix), (through.lines, through.line_matrix))
+    """Gathered columns of rows (m, P, C), the lines times one matrix a mesh, and gathered again."""
+    m, P, C = rows.shape
     padded = np.zeros((m, P, C + 1))  # the last column reads 0
     padded[:, :, :-1] = rows
-    lines = [gather.place.size // matrix.shape[1] for gather, matrix in parts]
-    sizes = [count * matrix.shape[2] for count, (_, matrix) in zip(lines, parts, strict=True)]
-    result, first = np.empty((m, P, sum(sizes) + 1)), 0
-    for count, size, (gather, matrix) in zip(lines, sizes, parts, strict=True):
-        picked = _gathered(padded, gather).reshape(m, P, count, matrix.shape[1])
-        out = result[:, :, first : first + size].reshape(m, P, count, matrix.shape[2])
-        np.matmul(picked, matrix[:, None], out=out)
-        first += size
-    result[:, :, -1] = 0.0
+    picked, (given, wide) = _gathered(padded, through.lines), through.line_matrix.shape[1:]
+    own, count = through.own_product(_gathered(padded, through.own)), through.lines.place.size // given
+    first = own.shape[2]
+    result = np.empty((m, P, first + count * wide + 1))
+    result[:, :, :first], result[:, :, -1] = own, 0.0
+    out = result[:, :, first:-1].reshape(m, P, count, wide)
+    np.matmul(picked.reshape(m, P, count, given), through.line_matrix[:, None], out=out)
     return _gathered(result, through.back)
 
 

@@ -208,7 +208,7 @@ def respond_part(
             first = block = _block(
                 ready, index, speed[index], truncation=truncation, tolerance=tolerance, before=before
             )
-            more = _further(block.mesh.truncation_residual, truncation, limit[index], tolerance)
+            more = _further(block.mesh.truncation_residual, truncation, limit[index], tolerance, before)
             coarse = np.any(more, axis=1)
             if shaft_orders and ready.lines.shaft and not np.all(coarse):
                 block, worst = _with_shaft(ready, _select(block, ~coarse), tolerance=tolerance)
@@ -249,21 +249,29 @@ def largest_truncation(ready: Response, speed: Array) -> Index:
     return np.hstack([4 * np.maximum(start[:-1], rule), np.full((speed.size, 1), last)])
 
 
-def _further(truncation_residual: Array, truncation: Truncation, limit: Index, tolerance: float) -> Index:
+def _further(
+    truncation_residual: Array, truncation: Truncation, limit: Index, tolerance: float, before: Block | None = None
+) -> Index:
     """Increment of harmonics and cross order, (P, D + 1): 0 where the truncation is small enough, or at its limit.
 
-    Cross orders go beyond the limit where the truncation would be refused at it.
+    The cross order waits for the harmonics.  Where it converges so slowly that its limit is not enough, it goes there
+    at once.  It goes beyond where the truncation would be refused at it.
 
-    truncation_residual : (P, D + 1) by kind [1].  limit : (P, D + 1).
+    truncation_residual : (P, D + 1) by kind [1].  limit : (P, D + 1).  before : solution of the truncation before.
     """
-    allowed = _TRUNCATION * tolerance
+    allowed, current = _TRUNCATION * tolerance, np.array(truncation)
     coarse = truncation_norm(truncation_residual) > allowed
     # the kinds that make it too large: those above their part of what is allowed
-    excessive = (truncation_residual > allowed / np.sqrt(truncation_residual.shape[1])) & coarse[:, None]
-    current = np.array(truncation)
-    step = np.maximum(4, current // 2)
-    step[-1] = _STEP
+    of_kind = allowed / np.sqrt(current.size)
+    excessive = (truncation_residual > of_kind) & coarse[:, None]
+    step = np.tile(np.maximum(4, current // 2), (len(coarse), 1))
+    step[:, -1] = _STEP
+    if before is not None and (gone := truncation[-1] - before.truncation[-1]):
+        combined = truncation_residual[:, -1]
+        rate = combined / before.mesh.truncation_residual[:, -1]
+        step[combined * rate ** ((limit[:, -1] - truncation[-1]) / gone) > of_kind, -1] = _LAST[2]
     more: Index = np.where(excessive, np.clip(limit - current, 0, step), 0)
+    more[np.any(more[:, :-1], axis=1), -1] = 0
     tones = len(truncation) - 1
     refused = truncation_residual[:, -1] > max(_REFUSED, 100 * tolerance) / np.sqrt(tones + 1)
     stuck = refused & ~np.any(more, axis=1) & (truncation[-1] < (_FURTHER.get(tones, 0) if truncation[-1] else 0))

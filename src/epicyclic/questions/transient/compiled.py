@@ -135,7 +135,8 @@ def _instant_terms(
                 k[f], cell[f] = _phase(N, f, tau)
     e[:] = 0.0
     de[:] = 0.0
-    e[:F] = N.opening
+    for f in range(F):  # arrays assigned whole would compile the words of their error, for seconds
+        e[f] = N.opening[f]
     for j in range(N.gap_at.size):
         angle, turn = TURN * N.gap_at[j] * tau, TURN * N.gap_at[j] * s
         c, w = np.cos(angle), np.sin(angle)
@@ -483,7 +484,8 @@ def _enter(sample: int, y: Array, v: Array, slider: Array, out: Array, sliders: 
     for i in range(y.size):
         out[sample, 0, i], out[sample, 1, i] = y[i], v[i]
         total += y[i] + v[i]
-    sliders[sample] = slider
+    for i in range(slider.size):
+        sliders[sample, i] = slider[i]
     return bool(np.isfinite(total))
 
 

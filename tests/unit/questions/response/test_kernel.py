@@ -35,6 +35,21 @@ def test_rows_of_one_gap_add_their_forces(name: str, distinct: int, shifted: boo
     assert np.abs(apart - together).max() < 1e-12 * np.abs(apart).max()
 
 
+@pytest.mark.parametrize("shifted", [False, True])
+def test_slices_along_a_face_are_three_rows(shifted: bool) -> None:
+    """The gap of a slice of rigid gears is linear along the face, so that b b^T has three terms: 1, z and z^2."""
+    ready, rng = ready_of("ren2021"), np.random.default_rng(2)
+    meshes = ready.system.meshes
+    along = np.linspace(-0.1, 0.1, meshes.B.shape[1])
+    B = np.outer(meshes.B[:, 0], np.ones_like(along)) + np.outer(rng.standard_normal(len(meshes.B)), along)
+    sliced = replace(ready, system=replace(ready.system, meshes=replace(meshes, B=B)), kernels={})
+    kernel = sliced.kernel((12, 0), shifted=shifted)
+    gap = (B.T @ rng.standard_normal((len(B), 6 * len(kernel.lattice.points)))).reshape(len(along), 3, -1)
+    apart = B @ product(kernel, gap).reshape(len(along), -1)
+    together = B[:, kernel.distinct] @ product(kernel, gap[kernel.distinct], joined=True).reshape(3, -1)
+    assert np.abs(apart - together).max() < 1e-12 * np.abs(apart).max()
+
+
 def test_meshes_of_two_tones_are_not_joined() -> None:
     ready = ready_of("encased-differential")
     meshes = ready.system.meshes
