@@ -120,7 +120,7 @@ A shorter tip, or another profile shift.
 
 thin-rim model-file.md
 The rim of a ring is thin: it bends between the planets, which a rigid body cannot show.
-elastic = true in the table of the ring; or a thicker rim (rim, outer_diameter).
+A ring that bends (elastic = true); or a thicker rim (rim, outer_diameter).
 
 thick-ring elastic-rings.md
 The rim of a ring that bends is higher than a curved beam is right for.

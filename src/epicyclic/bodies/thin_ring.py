@@ -50,6 +50,14 @@ class ThinRing:
     orders: int = 12
     foundation: tuple[float, float] = (0.0, 0.0)
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the coordinates by which it bends."""
+        names = [f"{part}{n}" for n in range(2, self.orders + 1) for part in "ab"]
+        if math.isfinite(self.axial):
+            names = ["a0", *names, *(f"{part}{n}" for n in range(1, self.orders + 1) for part in "cd")]
+        return tuple(names)
+
     def frequency(self, n: int) -> float:
         """Natural frequency of order n >= 2 of the free inextensible ring, with shear and rotary inertia [Hz]."""
         turn = self.section_turn(n) * (n**2 - 1) / (n * self.radius)
@@ -87,7 +95,7 @@ def elastic_ring(ring: ThinRing) -> ElasticBody:
 
     With a finite `axial` stiffness also a0, the breathing, and c1, d1, c2, .. of what stretches beside it.
     """
-    names = _names(ring)
+    names = ring.names
     waves = list(_waves(ring, names))
     size = 6 + len(names)
     M, D, S, K = (np.zeros((size, size)) for _ in range(4))
@@ -147,14 +155,6 @@ def order_compliances(ring: ThinRing, normal: tuple[float, float], radius: float
     return found
 
 
-def _names(ring: ThinRing) -> tuple[str, ...]:
-    """Names of the coordinates."""
-    names = [f"{part}{n}" for n in range(2, ring.orders + 1) for part in "ab"]
-    if math.isfinite(ring.axial):
-        names = ["a0", *names, *(f"{part}{n}" for n in range(1, ring.orders + 1) for part in "cd")]
-    return tuple(names)
-
-
 def _waves(ring: ThinRing, names: tuple[str, ...]) -> Iterator[_Wave]:
     """Fields of all orders; of the rigid coordinates x, y (0, 1) are order 1 and rz (5) is order 0."""
     place = {name: 6 + i for i, name in enumerate(names)}
@@ -179,7 +179,7 @@ _Row = tuple[Array, float, str]
 
 def _springs(ring: ThinRing, wave: _Wave, turn: Array, stretch: Array) -> Iterator[_Row]:
     """Springs of bending (with shear, in series) and of stretch of one order: rows, stiffnesses, names."""
-    size = 6 + len(_names(ring))
+    size = 6 + len(ring.names)
     n, R = wave.n, ring.radius
     bending = math.pi * ring.bending * n**2 / (R * ring.section_turn(n))  # of the turn, bent and sheared
     for what, motion, k in (("bending", turn, bending * bool(n)), ("stretch", stretch, wave.norm * ring.axial / R)):
@@ -197,7 +197,7 @@ def _held(ring: ThinRing, wave: _Wave) -> Iterator[_Row]:
         ("radial", "tangential"), (wave.field[:2], wave.field[2:]), ring.foundation, strict=True
     ):
         for part, name in zip(motion, "ab", strict=True):
-            row = np.zeros(6 + len(_names(ring)))
+            row = np.zeros(6 + len(ring.names))
             row[wave.index] = part
             if k and row.any():
                 yield row, wave.norm * ring.radius * k, f"{what} {name}{wave.n}"

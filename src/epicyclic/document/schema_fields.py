@@ -654,11 +654,11 @@ class ElasticTable(SchemaTable):
     @model_validator(mode="before")
     @classmethod
     def _whole(cls, data: Any) -> Any:
-        """Read `true` as a table without keys."""
+        """Read `true` as all that the rim gives, stretch too."""
         if isinstance(data, dict):
             return data
         if data is True:
-            return {}
+            return {"axial": True}
         raise ModelError("no elastic ring", given=data, allowed="true, or a table; a ring without the key is rigid")
 
     @classmethod

@@ -45,7 +45,7 @@ FIGURES: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "sharing": ("sharing", "history", "forces"),
         "spectrum": ("load-spectrum", "rainflow"),
         "stability": ("stability",),
-        "static": ("static-forces", "static-errors", "sensors", "load-zones"),
+        "static": ("static-forces", "static-errors", "sensors", "ring-bending", "load-zones"),
         "steady": ("steady-forces", "steady-range", "steady-errors", "sensors"),
         "stiffness": ("stiffness",),
         "sweep": ("sweep", "waterfall", "bearings", "error-sweep", "sensors"),

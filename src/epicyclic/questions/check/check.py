@@ -162,6 +162,7 @@ def check(train: Train) -> xr.Dataset:
         {
             **variables,
             **_link_columns(train),
+            **_ring_columns(train),
             **_fields("choice", chosen, _texts, choice_value="value", choice_origin="origin", choice_effect="effect"),
             "verb_needs": ("verb_name", _texts("\n".join(texts) for texts in lacking.values())),
         },
@@ -308,6 +309,26 @@ def _link_columns(train: Train) -> dict[str, tuple[str | tuple[str, str], NDArra
         **_fields("link", links, _numbers, link_station="station"),
         "link_stiffness": (("link", "direction"), np.array([link.stiffness for link in links]).reshape(-1, 6)),
         **_fields("link", links, _numbers, link_clearance="clearance"),
+    }
+
+
+def _ring_columns(train: Train) -> dict[str, tuple[str | tuple[str, str], NDArray[np.generic]]]:
+    """Section, orders and free natural frequencies of rings that bend; nothing without one."""
+    bent = {body.name: (body.member, body.elastic) for body in train.bodies if body.elastic is not None}
+    if not bent:
+        return {}
+    rings, stated = [ring for _, ring in bent.values()], {value.path: str(value.value) for value in train.values}
+    orders = range(2, max(ring.orders for ring in rings) + 1)
+    frequency = np.array([[ring.frequency(n) if n <= ring.orders else _NAN for n in orders] for ring in rings])
+    left_out = [float(stated[f"stages.{member}.elastic.left_out"]) for member, _ in bent.values()]
+    section = {"ring_radius": "radius", "ring_bending": "bending", "ring_line_mass": "line_mass", "ring_axial": "axial"}
+    return {
+        "elastic_ring": ("elastic_ring", _texts(bent)),
+        "ring_order": ("ring_order", np.array(orders)),
+        **_fields("elastic_ring", rings, _numbers, **section),
+        **_fields("elastic_ring", rings, _whole, ring_orders="orders"),
+        "ring_left_out": ("elastic_ring", _numbers(left_out)),
+        "ring_frequency": (("elastic_ring", "ring_order"), frequency),
     }
 
 

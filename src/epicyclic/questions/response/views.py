@@ -9,6 +9,7 @@ import numpy as np
 
 from ...limits import carries_load
 from ...results.dataset import first_largest, largest
+from ...show.bent_rings import deflection_tables
 from ...show.elements import (
     Company,
     Drawing,
@@ -53,7 +54,7 @@ def steady_tables(result: xr.Dataset) -> Sequence[Table]:
         }
         title = "Radial forces in bearings, supports and couplings"
         found.append(Table(title=title, columns=loaded(bearings, heading)))
-    found += torque_tables(result)
+    found += [*torque_tables(result), *deflection_tables(result)]
     if result.sizes.get("line"):
         columns: dict[str, Any] = {
             "cause": list(map(str, result.line.values)),
