@@ -77,6 +77,6 @@ def deflection_tables(result: xr.Dataset) -> list[Table]:
     headings = ("ring", "order n", "mean a [µm]", "mean b [µm]", "largest amplitude [µm]", "outward at [deg]")
     lead = (
         "In order n the radius grows by a cos n psi + b sin n psi, psi from the x axis of the stage, which turns with "
-        "the carrier; most of the mean at the angle told and every 360/n degrees on."
+        "the carrier; most of the mean at the angle in the table and every 360/n degrees on."
     )
     return [Table(title="Bending of rings", columns=named_columns(headings, rows), lead=lead, digits=4)]

@@ -277,7 +277,7 @@ def test_damaged_files_are_refused(tmp_path: Path, kept: Checked) -> None:
         with pytest.raises(ModelError, match=r"ring.npz"):
             read_body(file)
     for name, words in (("none.npz", "cannot be read: No such file"), ("ring.op2", "no file of a body")):
-        with pytest.raises(ModelError, match=f"elastic.file = .*{name}: {words}"):
+        with pytest.raises(ModelError, match=f"elastic.file = .*: {words}"):
             read_body(tmp_path / name, path="elastic.file")
     with pytest.raises(ModelError, match=r"elastic.file.units = t mm s: not the units of the file; allowed: kg m s"):
         read_body(reduced_ring.KEPT, units="t mm s", path="elastic.file")
