@@ -87,9 +87,9 @@ VARIABLES = f"""# Variables of results
 
 Made by `python docs/make_pages.py` from results of the ready drive `{DRIVE}`; not written by hand.
 
-The kind of a result is its attribute `verb`; a verb may give two kinds. A model with slices, laws of links or several
-stages adds variables; `result.NAME.attrs` has unit and meaning of each. Complex variables are split into real and
-imaginary part along `part` in files.
+The kind of a result is its attribute `verb`; a verb may give two kinds. A model with slices, sensors, laws of links or
+several stages adds variables; `result.NAME.attrs` has unit and meaning of each. Complex variables are split into real
+and imaginary part along `part` in files.
 """
 
 

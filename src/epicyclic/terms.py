@@ -62,8 +62,10 @@ WORDS: dict[str, tuple[str, str]] = {
                       "driven by mesh orders whose forces follow each other once round the planets", _MODES),
     "planet": ("kind of mode: only the planets move, the central members stand still; four planets or more; driven by "
                "mesh orders whose forces cancel in the central members", _MODES),
-    "mixed": ("kind of mode: none of rotational, translational and planet, as not every stage has equal, evenly spaced "
-              "branches", _MODES),
+    "ring": ("kind of mode: only a ring's bending moves and no mesh is strained, so that no mesh order drives it; of N "
+             "planets one of every pair of order n = jN, and for even N of n = jN + N/2", _MODES),
+    "mixed": ("kind of mode: none of rotational, translational, planet and ring, as not every stage has equal, evenly "
+              "spaced branches", _MODES),
     "together": ("phases of the meshes of a pair: all branches meet at the same place of the mesh cycle", _MODES),
     "in turn": ("phases of the meshes of a pair: each branch the same part of a cycle earlier or later than the one "
                 "before", _MODES),

@@ -120,7 +120,35 @@ A shorter tip, or another profile shift.
 
 thin-rim model-file.md
 The rim of a ring is thin: it bends between the planets, which a rigid body cannot show.
-A thicker rim (rim, outer_diameter); or take load sharing and ring motions as estimates.
+A ring that bends (elastic = true); or a thicker rim (rim, outer_diameter).
+
+thick-ring elastic-rings.md
+The rim of a ring that bends is higher than a curved beam is right for.
+A ring without elastic where it is stiff enough; else take its bending as an estimate.
+
+ring-orders elastic-rings.md
+Orders of a ring that are left out have natural frequencies near the mesh frequency.
+More modes in the table elastic.
+
+rim-in-stiffness elastic-rings.md
+A gear bends by coordinates of its own, and the stiffness of its meshes is of a kind that may hold that bending too.
+Of a ring with elastic, stiffness = "energy" or "contact", which leave its orders out; or a number of stiff bodies.
+
+reduced-mass-off reduced-bodies.md
+Mass, centre or inertia of a reduced body differ a little from those that its file says to expect.
+The file of the finite-element program; units and added masses there.
+
+mean-motion-held reduced-bodies.md
+A support or shaft joins a reduced body on its axis, where the body has no interface: it acts on the mean motion.
+An interface of the nodes that the support or shaft takes hold of.
+
+bolts-averaged elastic-rings.md
+Bolts pass a ring that bends; their stiffness varies with their passing, and its mean is taken.
+More bolts than twice the orders of the ring, evenly spaced; else take what the ring does at that order as missing.
+
+strain-without-stretch sensors.md
+A strain gauge sits on a ring that does not stretch: its strain is that of bending alone.
+State axial = true in the table elastic of the ring.
 
 tilt-without-slices model-file.md
 A mesh of one row has no stiffness against tilt although its gears may tilt against each other.

@@ -14,13 +14,16 @@ import numpy as np
 import pytest
 from tests.app.canvas_page import STATIC, opened, painted, show
 from tests.unit.cockpit import canvas_frames as frames
+from tests.unit.elastic_ring_set import ring_set
 
-from epicyclic import load
+from epicyclic import assemble, load
+from epicyclic.cockpit.computing.speed_view import mode_view
 from epicyclic.cockpit.computing.train_view import train_head
 from epicyclic.cockpit.state.frames import body_labels, mesh_labels
 from epicyclic.document.document import ready_drives
 from epicyclic.show.charts import flanks, style
 from epicyclic.show.drawing import display
+from epicyclic.show.series import ring_deflection
 
 browsing = pytest.mark.browser
 # [ms] from the arrival of a frame to its paint: one picture of a screen of 60 Hz, and the drawing itself.
@@ -454,6 +457,41 @@ def test_a_mode_shape_moves_bodies_and_their_cuts(page: Any) -> None:
     )
     far = {place: value for place, value in moved if value > 1e-9}
     assert far == {f"front {sun}": pytest.approx(13.0, rel=1e-6), f"section {sun}": pytest.approx(0.6 * 13.0, rel=1e-6)}
+
+
+@browsing
+def test_a_mode_shape_bends_the_ring(page: Any) -> None:
+    """Points of the ring go where its coordinates say, as far as a body moves at most; those of other bodies stay."""
+    train = ring_set(4, stretches=True)
+    view = mode_view(train, assemble(train), body_labels(train))
+    place = view.kind.index("ring")
+    mode = {"index": 0, "frequency": 300.0, "label": "ring bends", "body": "", "met_by": ""}
+    arrays = {"modes/shape": view.shape[[place]], "modes/bent": view.bent[[place]]}
+    head = {"train": train_head(train, body_labels(train), mesh_labels(train)), "modes": [mode]}
+    show(page, frames.packed(1, "live", head, arrays))
+    painted(page, "train", 1)
+    names, angles = [name.rpartition("/")[2] for name in view.bends], np.linspace(0, 6, 25)
+    found = page.evaluate(
+        """([names, all]) => all.map(at => names.map((_, i) => painter.deflected(
+          names, names.map((_, j) => +(i === j)), at)))""",
+        [names, angles.tolist()],
+    )
+    np.testing.assert_allclose(np.moveaxis(found, 2, 0), ring_deflection(names, angles), atol=1e-12)
+    moved = page.evaluate(
+        """() => { panes.train.hub.mode = 0; const {front, fit} = panes.train, motion = panes.train.shape();
+        const bent = panes.train.bentBy(motion, 1);
+        const areas = front.shapes.filter(({type, role}) => type === 'area' && role === 'body');
+        panes.train.paint(0);
+        return areas.map(shape => [shape.body, shape.at[2], bent(shape) && Array.from({length: 25}, (_, i) => {
+          const [x, y] = [100 * Math.cos(i / 4), 100 * Math.sin(i / 4)], [u, v] = bent(shape)(x, y);
+          return [(u - x) * fit.front.scale / 13, (v - y) * fit.front.scale / 13]; })]); }"""
+    )
+    ring = [body.name for body in train.bodies].index("main/ring")
+    assert [body for body, _, points in moved if points is not None] == [ring]
+    ((turn, points),) = [(turn, points) for body, turn, points in moved if body == ring]
+    out, along = ring_deflection(names, angles + turn) @ view.bent[place]
+    wanted = (out + 1j * along) * np.exp(1j * angles)
+    np.testing.assert_allclose(np.array(points) @ [1, 1j], wanted, atol=1e-5)
 
 
 @browsing

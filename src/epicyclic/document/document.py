@@ -31,7 +31,7 @@ from ..warning_codes import CodedText, coded
 from .cases import of_case
 from .overrides import check_alternatives, follow_teeth, layer_of, replace_alternatives, settings_of, stepwise
 from .schema import FORMAT, ModelFile, Names, check_names, collect, nearest
-from .schema_fields import curve_fault
+from .schema_fields import MATRIX_FILES, curve_fault
 from .tables import PlainTable, clean, dotted_line, expand, expand_path, leaves, merge, nested, value_at
 from .tolerances import check_tolerance, still_toleranced
 from .units import KINDS, BareNumber, finite_float, to_si
@@ -204,20 +204,26 @@ def with_files(data: PlainTable, folder: Path | None) -> PlainTable:
         forces=partial(columns, read=_force_table, names=_COLUMNS),
         torques=partial(columns, read=_torque_table, names=("angles", "torques")),
         pitches=partial(_pitch_list, folder=folder),
+        bodies=lambda name, path: str(((folder or Path()) / name).absolute()),
     )
 
 
 def at_files(
-    data: PlainTable, *, forces: FileTable, torques: FileTable, pitches: Callable[[str, str], str]
+    data: PlainTable,
+    *,
+    forces: FileTable,
+    torques: FileTable,
+    pitches: Callable[[str, str], str],
+    bodies: Callable[[str, str], str],
 ) -> PlainTable:
     """Return a document with something else in place of the names of files, wherever it may name one.
 
-    forces, torques : of a curve and of a ripple.  pitches : of deviations of pitch.
+    forces, torques : of a curve and of a ripple.  pitches : of deviations of pitch.  bodies : of matrices.
     """
     result = {}
     for name, value in data.items():
         if name in ("stages", "bodies", "couplings"):
-            value = _with_columns(value, name, forces)
+            value = _with_columns(value, name, forces, bodies)
         elif name == "operation":
             value = _with_ripple(value, name, torques)
         elif name == "cases" and isinstance(value, dict):
@@ -228,15 +234,34 @@ def at_files(
     return result
 
 
-def _with_columns(value: Any, path: str, read: FileTable) -> Any:
-    """Return a table with the columns of the files that it, or a table in it, names."""
+def _with_columns(value: Any, path: str, read: FileTable, body: Callable[[str, str], str]) -> Any:
+    """Return a table with the columns of the files that it, or a table in it, names, and files of bodies in place."""
     if isinstance(value, list):
-        return [_with_columns(entry, f"{path}.{number}", read) for number, entry in enumerate(value, start=1)]
+        return [_with_columns(entry, f"{path}.{number}", read, body) for number, entry in enumerate(value, start=1)]
     if not isinstance(value, dict):
         return value
     if isinstance(value.get("file"), str):
         return read(value, path)
-    return {key: _with_columns(entry, f"{path}.{key}", read) for key, entry in value.items()}
+    return {
+        key: (
+            _with_matrices(entry, f"{path}.{key}", body)
+            if key == "reduced"
+            else _with_columns(entry, f"{path}.{key}", read, body)
+        )
+        for key, entry in value.items()
+    }
+
+
+def _with_matrices(value: Any, path: str, read: Callable[[str, str], str]) -> Any:
+    """Return what states a reduced body with the names of its files read."""
+    if isinstance(value, str):
+        return read(value, path)
+    if not isinstance(value, dict):
+        return value
+    return {
+        key: read(entry, f"{path}.{key}") if key in MATRIX_FILES and isinstance(entry, str) else entry
+        for key, entry in value.items()
+    }
 
 
 def _with_ripple(operation: Any, path: str, read: FileTable) -> Any:
@@ -244,7 +269,9 @@ def _with_ripple(operation: Any, path: str, read: FileTable) -> Any:
     if not isinstance(operation, dict):
         return operation
     ripple = {key: value for key, value in operation.items() if key.partition(".")[0] == "ripple"}
-    return operation | {key: _with_columns(value, f"{path}.{key}", read) for key, value in ripple.items()}
+    return operation | {
+        key: _with_columns(value, f"{path}.{key}", read, lambda name, _: name) for key, value in ripple.items()
+    }
 
 
 def _torque_table(name: str, path: str, folder: Path | None) -> PlainTable:

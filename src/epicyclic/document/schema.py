@@ -23,9 +23,11 @@ from .deviations import DeviationsTable
 from .ripple import RippleTable
 from .schema_fields import (
     CouplingTable,
+    ElasticTable,
     Length,
     MeshForceTable,
     Place,
+    ReducedTable,
     SchemaTable,
     SectionTable,
     SolidTable,
@@ -194,6 +196,8 @@ class MemberTable(GearKeys):
     bore: Gap | None = key(None, "bore diameter of the solid the mass is taken from")
     rim: Length | None = key(None, "radial thickness of a ring outside its root circle")
     outer_diameter: Radius | None = key(None, "outer diameter of a ring")
+    elastic: ElasticTable | None = key(None, "a ring that bends: true, or what is known of its section; default rigid")
+    reduced: ReducedTable | None = key(None, "matrices of a finite-element program: a file, or a table; default rigid")
     # shafts, halves
     on: str | None = key(None, "member whose shaft it sits on")
     clocking: Annotated[PerPlanet | str, Unit("angle", many=True, words=("fit",))] | None = key(
@@ -347,6 +351,7 @@ class BodyTable(SchemaTable):
     support: SupportTable | None = key(None, "link to the housing")
     shaft_sections: dict[str, SectionTable] = Field(default_factory=dict, description=_SECTIONS)
     frame: str | None = key(None, "stage in whose axes it moves, so that it couples laterally; default the housing")
+    reduced: ReducedTable | None = key(None, "matrices of a finite-element program: a file, or a table; default rigid")
     station: Place | None = key(None, "axial place of its centre along z; default 0")
 
 
@@ -403,6 +408,44 @@ class LoadTable(SchemaTable):
     at: Place = key(0.0, "axial place, from the centre of the member")
 
 
+SENSOR_KEYS: Mapping[str, tuple[str, ...]] = {
+    "strain": ("on", "angle", "radius"),
+    "acceleration": ("on", "angle", "radius", "z", "direction"),
+    "angle": ("on",),
+    "torque": ("on", "link"),
+}
+"""Keys that a sensor of each kind may have."""
+
+
+class SensorTable(SchemaTable):
+    """A sensor: what it measures, on which member, body or link, and where on the material."""
+
+    kind: Literal["strain", "acceleration", "angle", "torque"] = Field(
+        description="hoop strain, absolute acceleration, rotation about z, or torque about z"
+    )
+    on: str | None = key(None, "member or body that it sits on, by path; of a member of several bodies one on each")
+    link: str | None = key(None, "of a torque: coupling, shaft, neck, support or bearing that carries it, by its table")
+    angle: Annotated[float, Unit("angle")] = key(
+        0.0, "polar angle from the x axis of the body, with whose material it turns; default 0"
+    )
+    radius: Radius | None = key(
+        None, "distance from the axis of the body; default the outer radius of a ring, else the reference radius"
+    )
+    z: Place | None = key(None, "of an acceleration: axial place, from the centre of the member; default 0")
+    direction: Literal["radial", "tangential", "axial"] = key("radial", "of an acceleration: direction; default radial")
+
+    @model_validator(mode="after")
+    def _fitting(self) -> Self:
+        """Refuse keys of another kind of sensor, and a sensor on nothing."""
+        allowed = SENSOR_KEYS[self.kind]
+        if others := sorted(self.model_fields_set - {"kind", *allowed}):
+            raise ModelError(f"{others[0]} is no key of a sensor of {self.kind}", allowed=f"kind, {', '.join(allowed)}")
+        if (self.on is None) == (self.link is None):
+            places = "a member or body (on)" + (", or a link (link)" if "link" in allowed else "")
+            raise ModelError("sits on nothing" if self.on is None else "sits on two", allowed=f"{places}, one of them")
+        return self
+
+
 class CaseTable(OperationTable):
     """A load case: an operating point beside the nominal one; what it leaves out is that of `[operation]`."""
 
@@ -450,6 +493,7 @@ class ModelFile(SchemaTable):
         default_factory=OperationTable, description="what drives, holds and loads the train"
     )
     loads: dict[str, LoadTable] = Field(default_factory=dict, description="external forces and moments by name")
+    sensors: dict[str, SensorTable] = Field(default_factory=dict, description="sensors by name")
     case: str = key("", "case that is computed, by name; default the nominal operation")
     cases: dict[str, CaseTable] = Field(default_factory=dict, description="load cases by name")
     deviations: DeviationsTable = Field(default_factory=DeviationsTable, description="what differs from nominal")
@@ -516,7 +560,7 @@ def check_names(names: Names, *layers: Mapping[str, object]) -> None:
                 raise ModelError(problem, path=f"stages.{stage}.{member}", allowed=f"kind = {', '.join(_KINDS)}")
     for body in names.bodies:
         _check_name(body, f"bodies.{body}", _NAME, _TAKEN)
-    for table, layer in product(("couplings", "loads", "cases"), layers):
+    for table, layer in product(("couplings", "loads", "sensors", "cases"), layers):
         for name, _ in _tables(layer.get(table)):
             check_label(name, f"{table}.{name}")
 

@@ -156,6 +156,8 @@ def text_form(kind: str, *, inf: bool, many: bool) -> dict[str, Any]:
 Length = Annotated[float, Unit("length", low=0, above=True)]  # [m], above 0
 Place = Annotated[float, Unit("length")]  # [m], of any sign
 
+Foundation = Annotated[float, Unit("stiffness_per_width", low=0)]  # [N/m^2]
+
 
 def key(default: Any, text: str, **more: Any) -> Any:
     """Return a field with a default and a description for the schema."""
@@ -622,6 +624,99 @@ class SectionTable(SchemaTable):
         if self.bore is not None and self.bore >= self.diameter:
             raise ModelError("bore not below diameter", path="bore", given=self.bore, allowed="bore < diameter")
         return self
+
+
+class FoundationTable(SchemaTable):
+    """A uniform foundation in the housing all round a ring, per length of its centre line."""
+
+    radial: Foundation | None = key(None, "radial stiffness per length; default 0")
+    tangential: Foundation | None = key(None, "tangential stiffness per length; default 0")
+
+
+class ElasticTable(SchemaTable):
+    """A thin ring that bends in its plane: `true`, from its rim, or what is known of its section."""
+
+    radius: Length | None = key(None, "radius of the centre line; default the middle of the rim")
+    area: Annotated[float, Unit("area", low=0, above=True)] | None = key(
+        None, "area of the section, for shear and stretch; default rim times width"
+    )
+    bending: Annotated[float, Unit("rigidity", low=0, above=True)] | None = key(
+        None, "bending stiffness E I in the plane of the ring; default of the rim"
+    )
+    axial: Annotated[float, Unit("force", low=0, above=True)] | Literal[True] | None = key(
+        None, "stiffness E A against stretch, or true, of the area; without it the ring is inextensible"
+    )
+    modes: Annotated[int, Field(ge=2, le=60)] | None = key(
+        None, "highest order n of cos and sin n psi; default as many as it takes, at most 12"
+    )
+    foundation: FoundationTable | None = key(None, "uniform foundation in the housing")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _whole(cls, data: Any) -> Any:
+        """Read `true` as all that the rim gives, stretch too."""
+        if isinstance(data, dict):
+            return data
+        if data is True:
+            return {"axial": True}
+        raise ModelError("no elastic ring", given=data, allowed="true, or a table; a ring without the key is rigid")
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        table = handler.resolve_ref_schema(handler(schema))
+        return {"anyOf": [{"const": True}, table], "description": table.get("description", "")}
+
+
+MATRIX_FILES = ("file", "stiffness", "mass", "damping", "nodes")
+"""Keys of a reduced body that name a file."""
+
+
+class InterfaceTable(SchemaTable):
+    """Nodes of a reduced body that share the force of what joins it there."""
+
+    nodes: tuple[Annotated[int, Field(ge=1)], ...] = Field(description="numbers of the nodes", strict=False)
+    spider: Literal["average", "rigid", "nodes"] = key(
+        "average", "mean motion of the nodes; nodes stiff against each other; or nodes as they are, linear between them"
+    )
+
+
+class ReducedTable(SchemaTable):
+    """A body by the matrices of a finite-element program: the name of one file, or a table."""
+
+    file: str | None = key(None, "file that holds all: .npz, .mat, a NASTRAN punch with GRID cards, a .sti of CalculiX")
+    stiffness: str | None = key(None, "file of the stiffness: .mtx or DMIG; beside mass and nodes")
+    mass: str | None = key(None, "file of the mass")
+    damping: str | None = key(None, "file of the damping")
+    nodes: str | None = key(None, "file of the places of the nodes: .inp, GRID cards, or lines of number, x, y, z")
+    units: Literal["kg m s", "t mm s"] | None = key(None, "units of text files; native files state their own")
+    modes: Annotated[int, Field(ge=0, le=500)] | None = key(
+        None, "reduce to the interfaces and so many modes with these held; of an axisymmetric body its free modes"
+    )
+    sectors: Annotated[int, Field(ge=3, le=10000)] | None = key(
+        None, "equal sectors of the mesh of an axisymmetric body, which may turn against its frame"
+    )
+    interfaces: dict[str, InterfaceTable] = Field(
+        default_factory=dict, description="where other parts join it; default every node with coordinates"
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _whole(cls, data: Any) -> Any:
+        """Read a name as a table of that file."""
+        return {"file": data} if isinstance(data, str) else data
+
+    @model_validator(mode="after")
+    def _complete(self) -> Self:
+        """Refuse no file, or files of two kinds."""
+        texts = [name for name in MATRIX_FILES[1:] if getattr(self, name) is not None]
+        if (self.file is None) == (not texts):
+            raise ModelError("one way to name the files", allowed="file; or stiffness, mass and nodes")
+        return self
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        table = handler.resolve_ref_schema(handler(schema))
+        return {"anyOf": [{"type": "string"}, table], "description": table.get("description", "")}
 
 
 class CouplingTable(SolidTable):

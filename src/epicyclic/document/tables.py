@@ -238,7 +238,7 @@ def expand(layer: PlainTable, names: Names) -> PlainTable:
     """
     parts: dict[str, Callable[..., PlainTable]] = {
         "stages": _stages,
-        **{kind: partial(_entries, kind=kind) for kind in ("bodies", "couplings", "loads")},
+        **{kind: partial(_entries, kind=kind) for kind in ("bodies", "couplings", "loads", "sensors")},
         "operation": _operation,
         "cases": _cases,
         "deviations": _deviations,
@@ -334,7 +334,7 @@ def _pairs(table: PlainTable, path: str) -> PlainTable:
 
 
 def _entries(table: PlainTable, kind: str, names: Names, path: str = "") -> PlainTable:
-    """Expand `[bodies]`, `[couplings]` or `[loads]`, at a path: supports, links, and what they stand on."""
+    """Expand `[bodies]`, `[couplings]`, `[loads]` or `[sensors]`, at a path: links, and what they stand on."""
 
     def entry(stated: PlainTable, path: str) -> PlainTable:
         result = _link(stated, path, names) if kind == "couplings" else dict(stated)
@@ -344,8 +344,10 @@ def _entries(table: PlainTable, kind: str, names: Names, path: str = "") -> Plai
             result["shaft_sections"] = _numbered(stated["shaft_sections"])
         if kind == "couplings" and isinstance(between := stated.get("between"), list):
             result["between"] = [reference(end, names, path=f"{path}.between") for end in between]
-        if kind == "loads" and isinstance(on := stated.get("on"), str):
+        if kind in ("loads", "sensors") and isinstance(on := stated.get("on"), str):
             result["on"] = reference(on, names, path=f"{path}.on")
+        if kind == "sensors" and isinstance(link := stated.get("link"), str) and "." in link:
+            result["link"] = ".".join(full_path(tuple(link.split(".")), names))
         return result
 
     return _each(table, path or kind, entry)

@@ -145,6 +145,7 @@ KINDS: dict[str, Kind] = {
     "ratio": Kind("number", "", 1e12, "", "(?:%|percent|ppm)"),
     "cycles": Kind("phase in mesh cycles", "", 1e6, "", ""),
     "length": Kind("length", "m", 1e4, "m, mm, um", _LENGTH),
+    "area": Kind("area", "m^2", 1e8, "m^2, mm^2", _AREA),
     "angle": Kind("angle", "rad", 1e4, "rad, deg", _ANGLE),
     "mass": Kind("mass", "kg", 1e9, "kg, g, t", _MASS),
     "inertia": Kind("moment of inertia", "kg m^2", 1e12, "kg m^2, kg mm^2", f"{_MASS}{_TIMES}{_AREA}"),

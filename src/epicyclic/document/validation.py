@@ -170,13 +170,16 @@ def _is_model(annotation: Any) -> bool:
     return isinstance(annotation, type) and issubclass(annotation, BaseModel)
 
 
-_COMMON = {"kind", "mass", "inertia", "tilt_inertia", "split", "neck", "left", "right", "station", "material"}
+_COMMON = {
+    *("kind", "mass", "inertia", "tilt_inertia", "split", "neck", "left", "right", "station", "material", "reduced")
+}
 _GEAR = (
-    set(MemberTable.model_fields) - {"bearing", "support", "pin_radius", "ahead", "direction", "rim", "outer_diameter"}
+    set(MemberTable.model_fields)
+    - {"bearing", "support", "pin_radius", "ahead", "direction", "rim", "outer_diameter", "elastic"}
 ) | (_COMMON)
 _ALLOWED: dict[str, set[str]] = {
     "sun": _GEAR | {"support"},
-    "ring": _GEAR - {"bore"} | {"support", "rim", "outer_diameter"},
+    "ring": _GEAR - {"bore"} | {"support", "rim", "outer_diameter", "elastic"},
     "gear": _GEAR | {"support", "direction"},
     "planet": _GEAR | {"bearing", "pin_radius", "ahead"},
     "carrier": _COMMON | {"support", "pin_radius", "shaft_sections"},
@@ -281,6 +284,8 @@ def _check_member(path: str, stage_name: str, member: MemberTable, stage: StageT
     for key in ("shaft", "clocking"):
         if getattr(member, key) is not None and member.on is None:
             raise ModelError("without `on`", path=f"{path}.{key}", allowed="on = the member whose shaft it sits on")
+    if member.elastic is not None and member.reduced is not None:
+        raise ModelError("elastic beside reduced", path=f"{path}.elastic", allowed="one of them")
     for key in ("bearing", "neck", "shaft"):
         _check_bolts(f"{path}.{key}", getattr(member, key))
     for side in SIDES:
@@ -346,7 +351,7 @@ def _values(table: object, path: str, skip: tuple[str, ...] = ()) -> Iterator[tu
     for name, field in fields.items():
         value = getattr(table, name)
         where = path if name in ("members", "bearings") else f"{path}.{name}"
-        if name in skip or value is None:
+        if name in (*skip, "reduced") or value is None:  # numbers of nodes are no list of planets
             continue
         if isinstance(value, tuple) and any(isinstance(m, Unit) and m.lists for m in metadata_of(field)):
             continue  # a list of its own, not one value per planet

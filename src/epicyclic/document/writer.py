@@ -96,13 +96,13 @@ def _reads(text: str, unit: str, kind: str, value: float) -> bool:
 
 _ORDER = (
     *("format", "title", "doi", "notes", "case", "material", "damping", "stages", "bodies", "couplings"),
-    *("operation", "loads", "cases", "deviations", "limits", "tolerance", "assumed"),
+    *("operation", "loads", "cases", "sensors", "deviations", "limits", "tolerance", "assumed"),
 )
 _WIDTH = 120  # of a line with its comment; what is longer stands above
 _LONGEST_KEY = 40  # keys up to this length have their = in one column
 _BRACES = 80  # tables of plain values are written in braces where they fit on so long a line
 # a heading for each entry; all else stands on a line of the table it is in
-_HEADED = ("stages", "bodies", "couplings", "loads", "cases")
+_HEADED = ("stages", "bodies", "couplings", "loads", "cases", "sensors")
 _CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\ud800-\udfff\u2028\u2029]")
 _NO_MODEL = ("assumed", "tolerance")  # tables of paths and texts: no number without a unit stands there
 
@@ -331,7 +331,7 @@ def _as_written(root: Schema, defs: Schema) -> None:
     defs["Variation"] = _either({"enum": list(VARIATIONS)}, variation)
     for name in ("stages", "bodies"):
         root["properties"][name]["propertyNames"] = {"pattern": _NAME}
-    for name in ("couplings", "loads", "cases"):
+    for name in ("couplings", "loads", "cases", "sensors"):
         root["properties"][name]["propertyNames"] = {"pattern": _LINK_NAME}
     root["properties"]["assumed"]["additionalProperties"] = {"type": ["string", "object"]}
     _tolerances(root["properties"], defs)

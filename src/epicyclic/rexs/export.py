@@ -198,6 +198,7 @@ _REASONS = (
     (r"damping\..*", "the format has no damping of a whole train"),
     (r"tolerance\..*", "distributions of deviations have no place"),
     (r"deviations\..*", "deviations have no place; what they do to the mean load is in K_gamma"),
+    (r"sensors\..*", "sensors are not written"),
     (r"(?:cases\.[\w-]+\.)?loads\..*|operation\.loads.*", "forces on members are not written"),
     (r".*\.internal_clearance(?:\..*)?", "play has no place"),
     (r".*\.shaft_sections\..*", "one rigid shaft in the file"),

@@ -239,6 +239,37 @@ def largest_over_speed(
     }
 
 
+# unit of a sensor -> as shown, factor from it
+SENSOR_UNITS = {"1": ("µm/m", 1e6), "m/s2": ("m/s²", 1.0), "rad": ("µrad", 1e6), "N m": ("N m", 1.0)}
+
+
+def sensor_tables(result: xr.Dataset) -> list[Table]:
+    """Mean and RMS of every sensor, its extremes over time or largest lines, or its largest RMS over speed."""
+    if "sensor" not in result.dims:
+        return []
+    shown = [SENSOR_UNITS[unit] for unit in texts(result, "sensor_unit", "sensor")]
+    scale = np.array([factor for _, factor in shown])[:, None]
+    pairs = zip(texts(result, "sensor_direction", "sensor"), texts(result, "sensor_kind", "sensor"), strict=True)
+    columns: dict[str, Any] = {"sensor": texts(result, "sensor"), "kind": [" ".join(pair).strip() for pair in pairs]}
+    columns["unit"] = [unit for unit, _ in shown]
+    if "sensor_signal" in result.variables:
+        wave = scale * result["sensor_signal"].transpose("sensor", "time").values
+        columns |= {"mean": list(wave.mean(axis=1)), "RMS of what varies": list(wave.std(axis=1))}
+        columns |= {"least": list(wave.min(axis=1)), "most": list(wave.max(axis=1))}
+    elif "sensor_amplitude" in result.variables:
+        columns |= {"mean": list(scale[:, 0] * result["sensor_mean"].values)}
+        columns |= {"RMS of what varies": list(scale[:, 0] * result["sensor_rms"].values)}
+        hertz, said = result["sensor_line_frequency"].values, []
+        for row in scale * np.abs(result["sensor_amplitude"].transpose("sensor", "sensor_line").values) * (hertz > 0):
+            most = [int(i) for i in ranked(row)[:_LINES_NAMED] if row[i] > 0]
+            said.append("; ".join(f"{engineering(float(hertz[i]))} Hz {row[i]:.4g}" for i in most))
+        columns["largest lines [Hz], amplitude"] = said
+    else:
+        columns |= largest_over_speed(result, "sensor", "sensor_rms", "largest RMS")
+        columns["largest RMS"] = list(scale[:, 0] * columns["largest RMS"])
+    return [Table(title="Sensors", columns=columns, digits=5)]
+
+
 def torque_tables(result: xr.Dataset) -> list[Table]:
     """Largest torque per mean of supports, necks, shafts and couplings of a result; over speeds where it is most."""
     if "link_force_factor" not in result.variables:

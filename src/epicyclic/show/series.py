@@ -415,6 +415,35 @@ DRAWN = (0.5, 0.95, 0.99)
 _TABLES = ("deviations", "stages", "operation", "meshes")
 
 
+def ring_deflection(names: Sequence[str], angle: Array) -> Array:
+    """Motion of the centre line of a ring that bends, at polar angles (P,) [rad], per coordinate (e,), (2, P, e) [1].
+
+    Outward and along, w and v.  names : a2, b2, .. of w = a cos n psi + b sin n psi, v = (b cos - a sin)/n; of a ring
+    that stretches also a0, its breathing, and c1, d1, c2, .. of what does not keep its length
+    (docs/conventions.md, A ring that bends).
+    """
+    moved = np.zeros((2, len(angle), len(names)))
+    for i, name in enumerate(names):
+        part, n = name[0], int(name[1:])
+        cos, sin = np.cos(n * angle), np.sin(n * angle)
+        out, along = (cos, -sin) if part in "ac" else (sin, cos)
+        if part in "ab":
+            moved[:, :, i] = out, along / max(n, 1)
+        else:
+            moved[:, :, i] = (out, -along) if n == 1 else (0 * out, along)
+    return moved
+
+
+def bent_rows(names: Sequence[str]) -> dict[str, dict[str, int]]:
+    """Ring that bends -> name a2, b2, .. of each coordinate by which it does and its place among ``main/ring/a2`` .."""
+    found: dict[str, dict[str, int]] = {}
+    for i, name in enumerate(names):
+        body, _, word = name.rpartition("/")
+        if word[:1] in tuple("abcd") and word[1:].isdigit():  # matrices of another program have e1, e2, ..
+            found.setdefault(body, {})[word] = i
+    return found
+
+
 def percent(probability: float) -> str:
     """A probability as per cent: ``99.9 %``."""
     return f"{100 * probability:.10g}\u00a0%"

@@ -161,6 +161,8 @@ _FLAT = 1e-12
 _UNSTRAINED = 1e-9
 # Force on a body that may be left, per load.
 LEFT = 1e-9
+# Arm of the rows of flanks, per the largest, that is rounding: of modes by a text of matrices 1e-8 is seen.
+_NO_ARM = 1e-6
 # Rounding of the same per pull of the rows, 1.8e-14 is seen, and the part of a light load that it may be.
 _PLAY_ROUNDING, _LIGHT = 1e-13, 1e-6
 
@@ -610,7 +612,7 @@ def imbalance(flexible: Compliance, load: Values, pull: Values, contact: Values)
         across, _ = np.linalg.qr(flexible.free / flexible.scale[:, None])
         left = left - ((left * flexible.scale) @ across) @ across.T / flexible.scale
     arm = np.max(np.abs(flexible.rows), axis=1, initial=0.0)
-    arm[arm <= _NULL_ROUNDING * np.max(arm, initial=0.0)] = 1.0  # no flank moves it, but for rounding
+    arm[arm <= _NO_ARM * np.max(arm, initial=0.0)] = 1.0  # no flank moves it, but for rounding
     size = np.maximum(np.max(np.abs(load) / arm, axis=-1, initial=0.0), np.max(np.abs(contact), axis=-1, initial=0.0))
     # forces of rows are differences of stiffness times play, which a light load is small beside
     play = _PLAY_ROUNDING / LEFT * np.max(np.abs(pull), axis=-1, initial=0.0)

@@ -38,6 +38,7 @@ from .record import (
     parallel_meshes,
     record_of,
 )
+from .sensors import record_sensors
 from .transmission_error import Columns, record_errors
 
 if TYPE_CHECKING:
@@ -415,7 +416,7 @@ def locked_columns(held: HeldTrain, displacement: Array) -> Columns:
     system = held.system
     if system.locked is None:
         return {}
-    turn = system.dofs.expand[5::6]
+    turn = system.dofs.rigid[5::6]
     moving = np.flatnonzero(np.any(turn != 0, axis=1))
     names, turn = [system.dofs.bodies[i] for i in moving], turn[moving]
     angle = turn @ displacement.T
@@ -517,7 +518,8 @@ def _dataset(
     if angles:
         coords["body"] = angles.pop("body")[1]
     errors, error_labels = record_errors(system, displacement, record)
-    coords |= error_labels
+    sensors, sensor_names = record_sensors(system, record, displacement, force, link_force)
+    coords |= error_labels | sensor_names
     if system.groups:
         coords["group"] = np.array([group.name for group in system.groups], dtype=object)
         coords["group_row"] = np.array(list(rows := group_row_forces(system, pieces)), dtype=object)
@@ -534,6 +536,7 @@ def _dataset(
             **_slice_columns(face, force, lost),
             **angles,
             **errors,
+            **sensors,
             **group_columns(system, pieces),
         },
         coords,

@@ -23,9 +23,10 @@ from numpy.typing import NDArray
 from ..errors import ModelError
 from ..teeth.geometry import HALF, Phase
 from ..teeth.mesh_stiffness import series_in_time
-from ..train.train import DIRECTIONS, Link, Mesh, Train
+from ..train.train import DIRECTIONS, Body, Link, Mesh, Train
 from ..user_input import checked
 from .excitation import FullModel, excitation_lines
+from .sensor_rows import sensor_rows
 from .structure import (
     Structure,
     flank_laws,
@@ -79,26 +80,26 @@ def assemble(train: Train) -> System:
     if not kept.size:
         raise ModelError("every direction of every body is rigid: nothing can move", path="stages")
     mass, missing = _masses(train, T)
-    turning = _housing_dampers(structure)
+    turning = _turning_dampers(structure, train.damping.stiffness or 0.0)
     model = _full_model(train, structure, T, S, mass, turning)
-    M = (T.T * mass.ravel()) @ T
+    M = (T.T * model.diagonal) @ T + T.T @ model.bent_mass @ T
     L = structure.link @ T
     K = (L.T * model.link_stiffness) @ L
     tones = tuple(sorted(set((train.kinematics.mesh_frequency or {}).values()) - {Fraction(0)}))
     meshes = _meshes(train, structure, T, None if missing else M, tones)
-    torques = np.zeros(6 * len(train.bodies))
+    torques = np.zeros(structure.size)
     torques[[6 * structure.index[body] + 5 for body in train.torques]] = list(train.torques.values())
     turns = None if train.kinematics.speed is None else train.kinematics.frame_speed or {}
     following = tuple(ripple for ripple in train.ripples if ripple.follows)
     unscaled = frozenset(ripple.path for ripple in train.ripples if not ripple.follows)
     return System(
-        dofs=_dofs(train, T, kept),
+        dofs=_dofs(train, structure, T, kept),
         M=M,
-        C=(L.T * model.link_damping) @ L + model.mass_damping * M,
+        C=(L.T * model.link_damping) @ L + model.mass_damping * M + T.T @ model.bent_damping @ T,
         G=T.T @ model.G @ T,
         K=K,
         Kg=T.T @ model.Kg @ T,
-        Cskew=T.T @ (structure.link.T @ turning @ structure.link) @ T,
+        Cskew=T.T @ (structure.link.T @ turning @ structure.link + model.bent_skew) @ T,
         meshes=meshes,
         links=_links(structure, L, model.link_damping, turning),
         force=torques @ T,
@@ -106,7 +107,8 @@ def assemble(train: Train) -> System:
         lines=excitation_lines(train, structure, model),
         zeta=train.damping.modal,
         body_mass=mass,
-        symmetries=_symmetries(train, T, M, K + (meshes.B * meshes.stiffness) @ meshes.B.T),
+        bent_mass=model.bent_mass if structure.elastic else np.zeros((0, 0)),
+        symmetries=_symmetries(train, structure, T, M, K + (meshes.B * meshes.stiffness) @ meshes.B.T),
         warnings=(*train.warnings, *law_warnings(train)),
         provenance=train_provenance(train),
         missing_inertia=missing,
@@ -115,7 +117,8 @@ def assemble(train: Train) -> System:
         ),
         body_turns=structure.spin_turn if train.kinematics.speed is not None else (),
         euler=T.T @ model.euler @ T,
-        spin_up=spin_up_load(mass[:, 0], mass[:, 5], structure.frame_speed, structure.spin, own_centres(train)) @ T,
+        spin_up=spin_up_load(mass[:, 0], mass[:, 5], structure.frame_speed, structure.spin, own_centres(train))
+        @ T[: mass.size],
         stage_turns={} if turns is None else {s: Fraction(turns.get(s, 0)) / 60 for s in train.planets},
         far=_far_flanks(structure, T, meshes) if structure.far_of.size else None,
         unscaled=unscaled,
@@ -123,6 +126,7 @@ def assemble(train: Train) -> System:
         locked=dict(train.torques) if train.kinematics.locked else None,
         bearings=_named_bearings(train),
         errors=error_rows(train, structure, T),
+        sensors=sensor_rows(train, structure, T),
     )
 
 
@@ -156,9 +160,9 @@ def _model_text(train: Train) -> str:
 
 
 def _masses(train: Train, T: Array) -> tuple[Array, tuple[str, ...]]:
-    """Inertia of every coordinate (nb, 6) [kg, kg m^2], unknown ones 0, and paths of those that T (6 nb, n) needs."""
+    """Inertia of every coordinate (nb, 6) [kg, kg m^2], unknown ones 0, and paths of those that T (N, n) needs."""
     values = np.array([(body.mass, body.inertia, body.tilt_inertia) for body in train.bodies])
-    moving = np.abs(T).max(axis=1).reshape(-1, 6) > 0
+    moving = np.abs(T[: 6 * len(train.bodies)]).max(axis=1).reshape(-1, 6) > 0
     needed = np.stack([moving[:, :3].any(axis=1), moving[:, 5], moving[:, 3] | moving[:, 4]], axis=1)
     absent = ~np.isfinite(values)
     missing = []
@@ -173,7 +177,9 @@ def _masses(train: Train, T: Array) -> tuple[Array, tuple[str, ...]]:
 def _full_model(train: Train, structure: Structure, T: Array, S: Array, mass: Array, turning: Array) -> FullModel:
     """Matrices of all bodies and links on the unreduced coordinates; mass : (nb, 6) [kg, kg m^2], turning : (p, p)."""
     motion = mass[:, 0], mass[:, 5], mass[:, 3], structure.frame_speed, structure.spin
-    Kg = centrifugal_stiffness(*motion)
+    G, Kg, euler = (
+        _padded(term(*motion), structure.size) for term in (gyroscopic_matrix, centrifugal_stiffness, euler_matrix)
+    )
     for i, body in enumerate(train.bodies):
         omega = structure.frame_speed[i]
         if body.carried_by is None or omega == 0.0:
@@ -187,15 +193,31 @@ def _full_model(train: Train, structure: Structure, T: Array, S: Array, mass: Ar
             preload=mass[i, 0] * omega**2,
             radius=math.hypot(*body.centre),
         )
+    bent, damping, skew = (np.zeros((structure.size, structure.size)) for _ in range(3))
+    load = np.zeros(structure.size)
+    for part in structure.elastic:
+        at, one = np.ix_(part.all_columns, part.all_columns), part.elastic
+        speeds = structure.frame_speed[part.body], structure.spin[part.body]
+        bent[at] += one.mass
+        G[at] += one.gyroscopic(*speeds)
+        Kg[at] += one.centrifugal(*speeds)
+        euler[at] += one.euler(*speeds)
+        load[part.all_columns] += speeds[1] ** 2 * one.spin_load
+        damping[at] += one.damping
+        skew[at] += (speeds[1] - speeds[0]) * one.damping @ one.turn
     stiffness = structure.linear_stiffness
     dampers = np.array([row.damping for row in structure.links])
     return FullModel(
         T=T,
         S=S,
         mass=mass,
-        G=gyroscopic_matrix(*motion),
+        bent_mass=bent,
+        bent_damping=damping,
+        bent_skew=skew,
+        spin_load=load,
+        G=G,
         Kg=Kg,
-        euler=euler_matrix(*motion),
+        euler=euler,
         mass_damping=train.damping.mass or 0.0,
         link_stiffness=stiffness,
         link_damping=dampers + (train.damping.stiffness or 0.0) * stiffness,
@@ -203,11 +225,17 @@ def _full_model(train: Train, structure: Structure, T: Array, S: Array, mass: Ar
     )
 
 
-def _housing_dampers(structure: Structure) -> Array:
-    """Stiffness-like terms (p, p) [N/m] between link rows of dampers to the housing in a turning frame.
+def _padded(matrix: Array, size: int) -> Array:
+    """A matrix of the rigid coordinates in those of all, (size, size)."""
+    return np.pad(matrix, (0, size - len(matrix)))
 
-    They act on the absolute velocity: with c on x' and y' of one support K[x,y] = -c Omega, K[y,x] = +c Omega; likewise
-    rx, ry (docs/conventions.md, Inertia in a turning frame).
+
+def _turning_dampers(structure: Structure, lag: float) -> Array:
+    """Stiffness-like terms (p, p) [N/m] between link rows of dampers whose body turns in its frame.
+
+    Dampers to the housing in a turning frame act on the absolute velocity: with c on x' and y' of one support
+    K[x,y] = -c Omega, K[y,x] = +c Omega; likewise rx, ry (docs/conventions.md, Inertia in a turning frame).  Those of
+    the material of a body that bends, `lag` [s] per stiffness, act on the velocity in the material, C q' + nu C D q.
     """
     turning = np.zeros((len(structure.links), len(structure.links)))
     # across a row stands the other one of its link, or else that of another bearing at its place
@@ -225,6 +253,11 @@ def _housing_dampers(structure: Structure) -> Array:
                     allowed=f"{DIRECTIONS[direction]} too",
                 )
             turning[i, across] = -sense * row.damping * structure.frame_speed[row.first]
+    for part in structure.elastic if lag else ():
+        rows = [i for i, row in enumerate(structure.links) if row.spring and row.first == part.body == row.second]
+        L, nu = part.elastic.rows, structure.spin[part.body] - structure.frame_speed[part.body]
+        turned = np.linalg.lstsq(L.T, (L @ part.elastic.turn).T, rcond=None)[0].T
+        turning[np.ix_(rows, rows)] = nu * lag * part.elastic.stiffness[:, None] * turned
     return turning
 
 
@@ -233,10 +266,11 @@ def _direction_at(link: Link, direction: int) -> tuple[object, ...]:
     return link.first, direction, link.centre, link.station, link.angle
 
 
-def _dofs(train: Train, T: Array, kept: NDArray[np.int64]) -> Dofs:
-    """Names of the reduced coordinates, `kept` (n,) of the 6 nb, and their expansion T (6 nb, n)."""
-    body = [train.bodies[k // 6] for k in kept]
-    direction = tuple(DIRECTIONS[k % 6] for k in kept)
+def _dofs(train: Train, structure: Structure, T: Array, kept: NDArray[np.int64]) -> Dofs:
+    """Names of the reduced coordinates, `kept` (n,) of the N, and their expansion T (N, n)."""
+    places: list[tuple[Body, str]] = [(body, direction) for body in train.bodies for direction in DIRECTIONS]
+    places += [(train.bodies[part.body], name) for part in structure.elastic for name in part.elastic.names]
+    body, direction = [places[k][0] for k in kept], tuple(places[k][1] for k in kept)
     return Dofs(
         names=tuple(f"{b.name}/{d}" for b, d in zip(body, direction, strict=True)),
         body=tuple(b.name for b in body),
@@ -244,6 +278,7 @@ def _dofs(train: Train, T: Array, kept: NDArray[np.int64]) -> Dofs:
         radius=np.array([b.reference_radius if d == "rz" else 1.0 for b, d in zip(body, direction, strict=True)]),
         bodies=tuple(b.name for b in train.bodies),
         expand=T,
+        elastic=tuple((part.body, part.elastic.names) for part in structure.elastic),
     )
 
 
@@ -251,7 +286,7 @@ def _dofs(train: Train, T: Array, kept: NDArray[np.int64]) -> Dofs:
 
 
 def _meshes(train: Train, structure: Structure, T: Array, M: Array | None, tones: tuple[Fraction, ...]) -> MeshRows:
-    """Mesh rows on the reduced coordinates; T : (6 nb, n), M : (n, n), None where an inertia is missing.
+    """Mesh rows on the reduced coordinates; T : (N, n), M : (n, n), None where an inertia is missing.
 
     A damping ratio has no damper then; what needs dampers needs the inertia too.
     """
@@ -285,7 +320,7 @@ def _meshes(train: Train, structure: Structure, T: Array, M: Array | None, tones
 
 
 def _far_flanks(structure: Structure, T: Array, meshes: MeshRows) -> FarFlanks:
-    """Far flanks, those without mean load; T : (6 nb, n).
+    """Far flanks, those without mean load; T : (N, n).
 
     Mirrored about the tooth, the contact of gear a is at 1/2 + 2 c_a - sigma, c_a of `teeth.geometry`: the contact of
     the far flank moves in the opposite sense, with a lead less by sense (1/2 + 2 c_a).  Its table is that of the pair
@@ -336,7 +371,7 @@ def _links(structure: Structure, L: Array, damping: Array, turning: Array) -> Li
     skew = turning[np.ix_(linear, linear)]
     turn = tuple(structure.frame_turn[row.first] if row.to_housing else Fraction(0) for row in rows)
     return LinkRows(
-        name=tuple(f"{row.link.name}/{DIRECTIONS[row.direction]}" for row in rows),
+        name=tuple(row.name for row in rows),
         link=tuple(row.link.name for row in rows),
         B=L[linear].T,
         stiffness=np.array([row.stiffness for row in rows]),
@@ -346,8 +381,8 @@ def _links(structure: Structure, L: Array, damping: Array, turning: Array) -> Li
     )
 
 
-def _symmetries(train: Train, T: Array, M: Array, K: Array) -> tuple[Symmetry, ...]:
-    """Cyclic symmetry of every stage, checked on M and K (n, n), K with the mean meshes; T : (6 nb, n)."""
+def _symmetries(train: Train, structure: Structure, T: Array, M: Array, K: Array) -> tuple[Symmetry, ...]:
+    """Cyclic symmetry of every stage, checked on M and K (n, n), K with the mean meshes; T : (N, n)."""
     symmetries = []
     for stage, branches in train.planets.items():
         members: dict[tuple[str, str | None, str], dict[int, int]] = {}
@@ -360,7 +395,13 @@ def _symmetries(train: Train, T: Array, M: Array, K: Array) -> tuple[Symmetry, .
                 place = body.name.removeprefix(body.shaft_of or body.name)
                 members.setdefault((body.member, body.side, place), {})[body.branch] = i
         moves = [(where[b], where[b % branches + 1]) for where in members.values() for b in where]
-        full = turn_operator(len(train.bodies), moves=moves, turned=central, angle=2 * math.pi / branches)
+        angle = 2 * math.pi / branches
+        full = np.eye(len(T))
+        rigid = turn_operator(len(train.bodies), moves=moves, turned=central, angle=angle)
+        full[: len(rigid), : len(rigid)] = rigid
+        for part in structure.elastic:
+            if part.body in central and (turned := part.elastic.turned(angle)) is not None:
+                full[part.columns, part.columns] = turned
         R = reduced_operator(full, T) if branches > 1 else None
         holds = R is not None and commutes(R, M) and commutes(R, K)
         operator = np.eye(T.shape[1]) if R is None else R

@@ -20,9 +20,11 @@ from .system import Array, ComplexArray, Line, eliminate
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FullModel:
-    """Unreduced matrices that the excitation needs.
+    """Unreduced matrices of bodies and links.
 
-    T : (6 nb, n).  S : (6 nb, c).  mass : (nb, 6) [kg, kg m^2].  G, Kg, euler : (6 nb, 6 nb).
+    T : (N, n).  S : (N, c).  mass : (nb, 6) of rigid bodies [kg, kg m^2].  G, Kg, euler, and bent_mass, what bodies
+    that bend have beside that : (N, N); bent_damping, bent_skew : their material damping at rest and at s = 1.
+    spin_load : (N,) of their spin at s = 1 [N].
     mass_damping : [1/s].  link_stiffness : (p,) [N/m], 0 in rows with a law, whose force is not on the right side.
     link_damping : (p,) [N s/m].  turning : (p, p) of dampers to the housing, as of `LinkRows.skew` [N/m].
     """
@@ -30,6 +32,10 @@ class FullModel:
     T: Array
     S: Array
     mass: Array
+    bent_mass: Array
+    bent_damping: Array
+    bent_skew: Array
+    spin_load: Array
     G: Array
     Kg: Array
     euler: Array
@@ -38,13 +44,18 @@ class FullModel:
     link_damping: Array
     turning: Array
 
+    @property
+    def diagonal(self) -> Array:
+        """Mass and inertia of every rigid coordinate, 0 of others, (N,)."""
+        return np.pad(self.mass.ravel(), (0, len(self.T) - self.mass.size))
+
 
 @dataclass(slots=True)
 class _FullLine:
     """Amplitudes at one frequency, in unreduced rows.  An error of a mesh itself is on one of its flanks.
 
-    mesh (m,), far (c,), link (p,), rigid (r,) : errors of the rows [m].  force : (3, 6 nb) by power of s and
-    ramp : (6 nb,) per s' [N, N m].  ripple : (6 nb,) torques beside them [N m].
+    mesh (m,), far (c,), link (p,), rigid (r,) : errors of the rows [m].  force : (3, N) by power of s and
+    ramp : (N,) per s' [N, N m].  ripple : (N,) torques beside them [N m].
     """
 
     mesh: ComplexArray
@@ -186,6 +197,11 @@ def excitation_lines(train: Train, structure: Structure, model: FullModel) -> tu
         outward = masses[i] * structure.frame_speed[i] ** 2 * np.append(centre, 0.0)
         at_rest = Fraction(0), 1, 0.0
         lines.push(i, (outward, np.zeros(3)), at_rest, 2, f"stages.{body.member}.mass")
+    for part in structure.elastic:
+        if model.spin_load[part.columns].any():
+            path = f"stages.{train.bodies[part.body].member}.elastic"
+            full, spun = lines.at(Fraction(0), model.spin_load.astype(complex), path)
+            full.force[2][part.columns] += spun[part.columns]
     return tuple(_line(frequency, full, structure, model) for frequency, full in sorted(lines.by_frequency.items()))
 
 
@@ -200,12 +216,16 @@ def unit_lines(train: Train, deviations: Sequence[Displacement | MeshError]) -> 
     """
     structure = structure_of(train)
     T, S, _ = eliminate(structure.rigid, structure.pivots)
-    size = 6 * len(train.bodies)
+    size = structure.size
     zero = np.zeros((size, size))
     model = FullModel(
         T=T,
         S=S,
         mass=np.zeros((len(train.bodies), 6)),
+        bent_mass=zero,
+        bent_damping=zero,
+        bent_skew=zero,
+        spin_load=np.zeros(size),
         G=zero,
         Kg=zero,
         euler=zero,
@@ -261,11 +281,11 @@ def _line(frequency: Fraction, full: _FullLine, structure: Structure, model: Ful
     force[0] += full.ripple
     force[0] += structure.link.T @ (model.link_stiffness * link)
     force[1] += structure.link.T @ (1j * omega * model.link_damping * link + model.turning @ link)
-    inertia = model.mass.ravel()
-    force[1] -= 1j * omega * model.mass_damping * inertia * shift
-    force[2] += omega**2 * inertia * shift - 1j * omega * (model.G @ shift) - model.Kg @ shift
+    momentum = model.diagonal * shift + model.bent_mass @ shift
+    force[1] -= 1j * omega * (model.mass_damping * momentum + model.bent_damping @ shift) + model.bent_skew @ shift
+    force[2] += omega**2 * momentum - 1j * omega * (model.G @ shift) - model.Kg @ shift
     # the acceleration of a displaced body has a part in s' too, and so has the frame that accelerates with it
-    ramp = full.ramp - 1j * omega * inertia * shift - model.euler @ shift
+    ramp = full.ramp - 1j * omega * momentum - model.euler @ shift
     law = structure.lawful
     return Line(
         frequency=frequency,

@@ -21,6 +21,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..bodies.elastic_body import ElasticBody
+from ..bodies.thin_ring import elastic_ring
 from ..errors import ModelError
 from ..teeth.form import PLAIN
 from ..train.train import DIRECTIONS, ContactSet, Link, Mesh, Train, bodies_named
@@ -36,19 +38,43 @@ _ROUND = 1e-9
 _SAME = 1e-9
 
 
+class ElasticPart(NamedTuple):
+    """A body that bends.  body : its index.  columns : its coordinates beside the six, in those of all bodies."""
+
+    body: int
+    columns: slice
+    elastic: ElasticBody
+
+    @property
+    def all_columns(self) -> NDArray[np.int64]:
+        """Its six coordinates, then the others (6 + e,)."""
+        six = np.arange(6 * self.body, 6 * self.body + 6)
+        return np.concatenate([six, np.arange(self.columns.start, self.columns.stop)])
+
+
 class LinkRow(NamedTuple):
-    """One direction of one link.  first, second : body indices, -1 = the frame.  law : it has one, see `law_groups`."""
+    """One direction of one link, or a spring of a body that bends.
+
+    first, second : body indices, -1 = the frame.  law : it has one, see `law_groups`.  spring : name and stiffness
+    [N/m] of a spring by which a body bends or a foundation holds it.
+    """
 
     link: Link
     direction: int
     first: int
     second: int
     law: bool
+    spring: tuple[str, float] | None = None
+
+    @property
+    def name(self) -> str:
+        """``main/sun/support/x``."""
+        return f"{self.link.name}/{DIRECTIONS[self.direction] if self.spring is None else self.spring[0]}"
 
     @property
     def stiffness(self) -> float:
         """Of this direction, inf = rigid [N/m, N m/rad]."""
-        return self.link.stiffness[self.direction]
+        return self.link.stiffness[self.direction] if self.spring is None else self.spring[1]
 
     @property
     def damping(self) -> float:
@@ -71,14 +97,17 @@ class MeshRow(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Structure:
-    """Rows of every mesh and link, (.., 6 nb), and speeds of the bodies.
+    """Rows of every mesh and link, (.., N), and speeds of the bodies.
+
+    Of the N coordinates the first 6 nb are those of all bodies as rigid ones, in order; then come those by which bodies
+    bend, `elastic`.
 
     index : body name -> number.  frame_speed, spin : (nb,) of frame and body [rad/s].  frame_turn, spin_turn : (nb,)
     the same, exact [rev/s].
-    mesh : (m, 6 nb), of the rows `meshes`, slices counted one by one.
-    far : (c, 6 nb), of the far flanks of the mesh rows far_of (c,), those with a finite backlash.
-    link, links : (p, 6 nb) elastic rows and their data, those with a law among them.  rigid, rigids, pivots : rows
-        (r, 6 nb) of rigid directions, their data, and the coordinate (r,) to eliminate.
+    mesh : (m, N), of the rows `meshes`, slices counted one by one.
+    far : (c, N), of the far flanks of the mesh rows far_of (c,), those with a finite backlash.
+    link, links : (p, N) elastic rows and their data, those with a law among them, and the springs of bodies that bend.
+    rigid, rigids, pivots : rows (r, N) of rigid directions, their data, and the coordinate (r,) to eliminate.
     """
 
     index: dict[str, int]
@@ -95,6 +124,12 @@ class Structure:
     rigid: Array
     rigids: tuple[LinkRow, ...]
     pivots: NDArray[np.int64]
+    elastic: tuple[ElasticPart, ...] = ()
+
+    @property
+    def size(self) -> int:
+        """N, the number of all coordinates."""
+        return int(self.link.shape[1])
 
     @property
     def lawful(self) -> NDArray[np.bool_]:
@@ -123,8 +158,9 @@ def structure_of(train: Train) -> Structure:
     origins = np.array([(*body.centre, body.station) for body in train.bodies])
     axes = np.array([body.angle for body in train.bodies])
 
+    elastic = _elastic_parts(train)
     rows = _link_rows(train, index, frame_turn)
-    link = _link_matrix(rows, origins, axes)
+    link = _link_matrix(rows, origins, axes, elastic)
     _check_isotropy(rows, link, frame_turn, spin_turn)
     rigid = np.array([math.isinf(row.stiffness) for row in rows], bool)
     rigids = tuple(row for row in rows if math.isinf(row.stiffness))
@@ -133,7 +169,9 @@ def structure_of(train: Train) -> Structure:
     ends = np.array([(index[row.mesh.a], index[row.mesh.b]) for row in meshes], np.int64).reshape(-1, 2)
     far_of = np.flatnonzero([math.isfinite(row.mesh.backlash) for row in meshes])
     flanks = [row.mesh for row in meshes] + [replace(meshes[i].mesh, flank=-meshes[i].mesh.flank) for i in far_of]
-    mesh, far = np.split(_mesh_matrix(flanks, np.concatenate([ends, ends[far_of]]), origins, axes), [len(meshes)])
+    mesh_matrix = _mesh_matrix(flanks, np.concatenate([ends, ends[far_of]]), origins, axes, elastic)
+    mesh, far = np.split(mesh_matrix, [len(meshes)])
+    springs, bent = _springs(train, elastic, link.shape[1])
     return Structure(
         index=index,
         frame_speed=np.array([2 * math.pi * float(turn) for turn in frame_turn]),
@@ -144,12 +182,52 @@ def structure_of(train: Train) -> Structure:
         mesh=mesh,
         far=far,
         far_of=far_of,
-        link=link[~rigid],
-        links=tuple(row for row in rows if not math.isinf(row.stiffness)),
+        link=np.concatenate([link[~rigid], bent]),
+        links=(*(row for row in rows if not math.isinf(row.stiffness)), *springs),
         rigid=link[rigid],
         rigids=rigids,
         pivots=np.array([6 * (r.first if r.second < 0 else r.second) + r.direction for r in rigids], np.int64),
+        elastic=elastic,
     )
+
+
+def _elastic_parts(train: Train) -> tuple[ElasticPart, ...]:
+    """Bodies that bend, with their coordinates behind those of all bodies as rigid ones."""
+    parts, first = [], 6 * len(train.bodies)
+    for i, body in enumerate(train.bodies):
+        elastic = body.reduced if body.elastic is None else elastic_ring(body.elastic)
+        if elastic is not None:
+            parts.append(ElasticPart(i, slice(first, first + len(elastic.names)), elastic))
+            first += len(elastic.names)
+    return tuple(parts)
+
+
+def _springs(train: Train, parts: Sequence[ElasticPart], size: int) -> tuple[list[LinkRow], Array]:
+    """Springs of bodies that bend, and of the foundations that hold them, with their rows (p, size)."""
+    springs, rows = [], [np.zeros((0, size))]
+    for part in parts:
+        body, one = train.bodies[part.body], part.elastic
+        of = Link(
+            name=f"{body.name}/elastic",
+            path=f"{'stages' if '.' in body.member else 'bodies'}.{body.member}.elastic",
+            kind="elastic",
+            first=body.name,
+            second=None,
+            stiffness=(0.0,) * 6,
+        )
+        held = replace(of, name=f"{body.name}/foundation")
+        springs += [
+            LinkRow(of, 0, part.body, part.body, False, s)
+            for s in zip(one.row_names, one.stiffness.tolist(), strict=True)
+        ]
+        springs += [
+            LinkRow(held, 0, part.body, -1, False, s)
+            for s in zip(one.support_names, one.support_stiffness.tolist(), strict=True)
+        ]
+        for matrix in (one.rows, one.supports):
+            rows.append(np.zeros((len(matrix), size)))
+            rows[-1][:, part.all_columns] = matrix
+    return springs, np.concatenate(rows)
 
 
 def own_centres(train: Train) -> Array:
@@ -297,8 +375,8 @@ def _round(matrix: Array) -> bool:
     return bool(np.all(np.abs(matrix @ turn - turn @ matrix) <= _ROUND * np.outer(diagonal, diagonal)))
 
 
-def _link_matrix(rows: list[LinkRow], origins: Array, axes: Array) -> Array:
-    """Rows (p, 6 nb) of links; origins : (nb, 3) [m] and axes : (nb,) [rad] of the bodies."""
+def _link_matrix(rows: list[LinkRow], origins: Array, axes: Array, elastic: Sequence[ElasticPart]) -> Array:
+    """Rows (p, N) of links; origins : (nb, 3) [m] and axes : (nb,) [rad] of the bodies."""
     angle = np.array([row.link.angle for row in rows])
     direction = np.array([row.direction for row in rows], np.int64)
     axis, rotation = direction % 3, direction >= 3
@@ -308,14 +386,48 @@ def _link_matrix(rows: list[LinkRow], origins: Array, axes: Array) -> Array:
     normal[:, 1] = np.where(axis == 0, s, np.where(axis == 1, c, 0.0))
     normal[:, 2] = axis == 2
     point = np.array([(*row.link.centre, row.link.station) for row in rows]).reshape(-1, 3)
-    matrix = np.zeros((len(rows), axes.size, 6))
     first = np.array([row.first for row in rows], np.int64)
-    matrix[np.arange(len(rows)), first] = gap_rows(normal, point - origins[first], axes[first], rotation=rotation)
+    own = _columns(first, normal, point - origins[first], axes, elastic, rotation)
     joins = np.flatnonzero([row.second >= 0 for row in rows])
     second = np.array([rows[i].second for i in joins], np.int64)
     lever = point[joins] - origins[second]
-    matrix[joins, second] = -gap_rows(normal[joins], lever, axes[second], rotation=rotation[joins])
-    return matrix.reshape(len(rows), -1)
+    own[joins] -= _columns(second, normal[joins], lever, axes, elastic, rotation[joins])
+    return own
+
+
+def _columns(
+    body: NDArray[np.int64],
+    normal: Array,
+    point: Array,
+    axes: Array,
+    elastic: Sequence[ElasticPart],
+    rotation: NDArray[np.bool_],
+) -> Array:
+    """Coefficients (R, N) of gap rows on one body each, those by which it bends among them; axes : (nb,).
+
+    Other arguments as of `gap_rows`.
+    """
+    count = np.arange(len(body))
+    rigid = np.zeros((len(body), axes.size, 6))
+    rigid[count, body] = gap_rows(normal, point, axes[body], rotation=rotation)
+    matrix = np.concatenate(
+        [rigid.reshape(len(body), 6 * axes.size), *(np.zeros((len(body), len(p.elastic.names))) for p in elastic)],
+        axis=1,
+    )
+    for part in elastic:
+        rows = np.flatnonzero(body == part.body)
+        n, P = (turned(vectors[rows], axes[part.body]) for vectors in (normal, point))
+        moved = part.elastic.shape(P)
+        moved = np.where(rotation[rows, None, None], moved[:, 3:], moved[:, :3])
+        matrix[rows, part.columns] = np.einsum("ra,rae->re", n, moved)
+    return matrix
+
+
+def turned(vectors: Array, angle: Array) -> Array:
+    """Vectors (R, 3) in axes whose x axis has the polar angle [rad]."""
+    c, s = np.cos(angle), np.sin(angle)
+    x, y, z = vectors.T
+    return np.stack([c * x + s * y, c * y - s * x, z], axis=1)
 
 
 # meshes ---------------------------------------------------------------------------------------------------------------
@@ -342,8 +454,10 @@ def mesh_rows(meshes: Sequence[Mesh]) -> tuple[MeshRow, ...]:
     return tuple(rows)
 
 
-def _mesh_matrix(meshes: Sequence[Mesh], ends: NDArray[np.int64], origins: Array, axes: Array) -> Array:
-    """Rows (m, 6 nb) of meshes; ends : (m, 2) indices of the bodies a and b; origins, axes as of `_link_matrix`."""
+def _mesh_matrix(
+    meshes: Sequence[Mesh], ends: NDArray[np.int64], origins: Array, axes: Array, elastic: Sequence[ElasticPart]
+) -> Array:
+    """Rows (m, N) of meshes; ends : (m, 2) indices of the bodies a and b; origins, axes as of `_link_matrix`."""
 
     def values(name: str) -> Array:
         return np.array([getattr(mesh, name) for mesh in meshes], dtype=float)
@@ -360,13 +474,12 @@ def _mesh_matrix(meshes: Sequence[Mesh], ends: NDArray[np.int64], origins: Array
     # meaning of given radii that fit no single centre distance.
     radius_b = values("radius_b")
     levers = values("radius_a"), np.where(values("internal") > 0, radius_b, -radius_b)
-    matrix = np.zeros((len(meshes), axes.size, 6))
-    for body, lever, sign in zip(ends.T, levers, (1.0, -1.0), strict=True):
+    sides = []
+    for body, lever in zip(ends.T, levers, strict=True):
         place = lever[:, None] * e + along[:, None] * across
         point = np.concatenate([place, (values("station") - origins[body, 2])[:, None]], axis=1)
-        straight = np.zeros(len(meshes), bool)
-        matrix[np.arange(len(meshes)), body] = sign * gap_rows(normal, point, axes[body], rotation=straight)
-    return matrix.reshape(len(meshes), -1)
+        sides.append(_columns(body, normal, point, axes, elastic, np.zeros(len(meshes), bool)))
+    return sides[0] - sides[1]
 
 
 def gap_rows(normal: Array, point: Array, axes: Array, *, rotation: NDArray[np.bool_]) -> Array:
@@ -434,7 +547,7 @@ def law_groups(
         group = LawGroup(
             name=f"{name}/{sense}" if count[name] > 1 else name,
             kind=link.kind,
-            rows=tuple(f"{name}/{DIRECTIONS[rows[i].direction]}" for i in index),
+            rows=tuple(rows[i].name for i in index),
             B=L[index].T,
             law=law,
             damping=np.array([rows[i].damping for i in index]),

@@ -44,12 +44,13 @@ _AT_SPEED = 1e-9
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Dofs:
-    """The reduced coordinates and how they expand to all six coordinates of every body.
+    """The reduced coordinates and how they expand to all coordinates of every body.
 
     names : (n,) ``main/sun/x``; body, direction : the two parts.
     radius : (n,) reference radius R of an rz coordinate (u = R rz) [m], 1 for the others.
     bodies : (nb,) every body of the train, in order.
-    expand : (6 nb, n) full displacement = expand @ q, in each body's own axes, order x y z rx ry rz.
+    expand : (N, n) full displacement = expand @ q: of all bodies, in order, x y z rx ry rz in the body's own axes, then
+    the coordinates by which bodies bend.  elastic : index of each body that bends, and the names of these, in order.
     """
 
     names: tuple[str, ...]
@@ -58,6 +59,12 @@ class Dofs:
     radius: Array
     bodies: tuple[str, ...]
     expand: Array
+    elastic: tuple[tuple[int, tuple[str, ...]], ...] = ()
+
+    @property
+    def rigid(self) -> Array:
+        """Expansion to x y z rx ry rz of every body, (6 nb, n)."""
+        return self.expand[: 6 * len(self.bodies)]
 
     def __repr__(self) -> str:
         """One line: number of coordinates and of bodies."""
@@ -211,6 +218,40 @@ class ErrorRows:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SensorRows:
+    """Sensors as rows that turn with the material of their body against its frame.
+
+    With phi = 2 pi turn tau, tau = integral of s dt, and x_j = Re sum_k rows[j, k] exp(i k phi) . q the signal is
+
+        x_0 of strain and rotation        s^2 x_0 + s x_1' + s' x_1 / 2 + x_2'' of an acceleration
+        mesh . F + link . L of a torque, of the forces of mesh rows and linear link rows
+
+    name, kind, bodies : (s,) texts.  direction : (s,) of accelerations.  angle : (s,) in the frame at t = 0 [rad].
+    turn : (s,) exact [rev/s at s = 1].  rows : (s, 3, K + 1, n) complex.  mesh : (s, m).  link : (s, p) [m, 1].
+    """
+
+    name: tuple[str, ...] = ()
+    kind: tuple[str, ...] = ()
+    bodies: tuple[tuple[str, ...], ...] = ()
+    direction: tuple[str, ...] = ()
+    angle: Array = field(default_factory=lambda: np.zeros(0))
+    turn: tuple[Fraction, ...] = ()
+    rows: ComplexArray = field(default_factory=lambda: np.zeros((0, 3, 1, 0), complex))
+    mesh: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    link: Array = field(default_factory=lambda: np.zeros((0, 0)))
+
+    @property
+    def unit(self) -> tuple[str, ...]:
+        """Unit of each signal."""
+        units = {"strain": "1", "acceleration": "m/s2", "angle": "rad", "torque": "N m"}
+        return tuple(units[kind] for kind in self.kind)
+
+    def link_weights(self, rows: int) -> Array:
+        """`link` of so many link rows (s, rows): those of linearised laws stand behind."""
+        return np.pad(self.link, ((0, 0), (0, rows - self.link.shape[1])))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Symmetry:
     """Turning one stage by one branch: R on q, R^N = 1, commutes with M and K where the stage is cyclic.
 
@@ -239,7 +280,8 @@ class System:
     force : (n,) steady external force, torques included, without gap contributions.
     tones : mesh frequencies, exact [Hz at s = 1]; empty where no speed is given.
     lines : excitation lines, distinct frequencies, rising; the line of frequency 0 has the constant errors.
-    body_mass : (nb, 6) mass and inertia of every body's six coordinates, for kinetic-energy shares.
+    body_mass : (nb, 6) mass and inertia of every body's six coordinates, for kinetic-energy shares.  bent_mass : (N, N)
+    what bodies that bend have beside it; empty where none does.
     warnings : physical warnings of the train and its assembly.  provenance : attributes for every result.
     missing_inertia : paths of masses and inertias that a free coordinate needs but the file does not give (zero in M);
         an analysis that needs M calls `require_inertia`.
@@ -250,7 +292,7 @@ class System:
     far : the far flanks, for analyses of contact loss; None without finite backlash.
     euler : (n, n) terms s' E q on the left side while the speed changes; empty: none are known.
     spin_up : (n,) inertial load of the nominal motion per s', on the right side [N s]; empty: none is known.
-    errors : rows of the transmission errors.
+    errors : rows of the transmission errors.  sensors : of the file.
     unscaled : paths of ripple at frequencies that do not follow the speed: see `require_scaling`.
     scaled : the lines without these, where there are any.
     locked : of a train that what is held locks the torque on every body that carries one [N m]; None: the train turns.
@@ -271,6 +313,7 @@ class System:
     lines: tuple[Line, ...] = ()
     zeta: float | None = None
     body_mass: Array = field(default_factory=lambda: np.zeros((0, 6)))
+    bent_mass: Array = field(default_factory=lambda: np.zeros((0, 0)))
     symmetries: tuple[Symmetry, ...] = ()
     warnings: tuple[CodedText, ...] = ()
     provenance: dict[str, str] = field(default_factory=dict)
@@ -286,10 +329,11 @@ class System:
     locked: Mapping[str, float] | None = None
     bearings: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     errors: ErrorRows = field(default_factory=ErrorRows)
+    sensors: SensorRows = field(default_factory=SensorRows)
 
     def __post_init__(self) -> None:
         """Make the arrays read-only: what follows from a System is kept by its identity."""
-        parts = (self, self.dofs, self.meshes, self.links, self.far, self.errors, *self.groups)
+        parts = (self, self.dofs, self.meshes, self.links, self.far, self.errors, self.sensors, *self.groups)
         for part in (one for one in (*parts, *self.lines, *self.scaled) if one is not None):
             for name in part.__dataclass_fields__:
                 values = getattr(part, name)
@@ -609,9 +653,9 @@ def turn_operator(count: int, *, moves: Sequence[tuple[int, int]], turned: Seque
 
 
 def reduced_operator(R: Array, expand: Array) -> Array | None:
-    """Operator R (6 nb, 6 nb) on the reduced coordinates, (n, n) [1]; None where rigid connections break the symmetry.
+    """Operator R (N, N) on the reduced coordinates, (n, n) [1]; None where rigid connections break the symmetry.
 
-    expand : (6 nb, n), q_full = expand @ q.
+    expand : (N, n), q_full = expand @ q.
     """
     moved = R @ expand
     # every column has a unit entry of its own, so the normal equations are well conditioned; the residual is checked

@@ -171,13 +171,15 @@ class ToothRoot:
     """Root of a tooth on the gear body; lengths [m].
 
     circle : radius of the loaded circle through the roots.  held : radius at which the body is held, inside or outside
-    that circle.  thickness : of the tooth at its root.  pitch : angle between neighbouring teeth [rad].
+    that circle.  thickness : of the tooth at its root.  pitch : angle between neighbouring teeth [rad].  bends : orders
+    2 .. of a ring with a free rim that are left out, as of `GearForm`.
     """
 
     circle: float
     held: float
     thickness: float
     pitch: float
+    bends: int = 0
 
     @property
     def theta(self) -> float:
@@ -208,7 +210,7 @@ def root_compliance(root: ToothRoot, neighbours: int, *, youngs_modulus: float, 
     first = np.stack([even @ cos.T, odd @ sin.T], axis=-1)
     second = np.stack([-even @ sin.T, odd @ cos.T], axis=-1)
     norm = np.where(orders == 0, 0.5, 1.0) / (np.pi * R) * outward
-    C = _harmonics(orders[-1], root.held / R, youngs_modulus, poisson) * (R * norm)[:, None, None]
+    C = _harmonics(orders[-1], root.held / R, youngs_modulus, poisson, bends=root.bends) * (R * norm)[:, None, None]
     # work of the first family on itself and of one on the other: a load turned by s is cos(ns) of its own family and
     # sin(ns) of the other
     same_family = np.einsum("ina,nab,jnb->nij", first, C, first) + np.einsum("ina,nab,jnb->nij", second, C, second)
@@ -233,21 +235,24 @@ def _components(angle: Array, length: Array, radius: float) -> tuple[Array, Arra
     return tx * radial[0] + ty * radial[1], tx * tangent[0] + ty * tangent[1]
 
 
-def _harmonics(highest: int, held: float, E: float, nu: float) -> Array:
+def _harmonics(highest: int, held: float, E: float, nu: float, *, bends: int = 0) -> Array:
     """Motion (U, V) per stress (radial, shear) on a circle of radius 1, orders 0 .. highest, (orders, 2, 2) [1/Pa].
 
-    u_r = U cos n t, u_t = V sin n t; the circle of radius `held` is fixed.
+    u_r = U cos n t, u_t = V sin n t; the circle of radius `held` is fixed.  bends : where not 0 it is free for orders
+    from 2, and those up to this one are left out.
     """
     kappa, mu = 3 - 4 * nu, E / (2 * (1 + nu))
     n = np.arange(1.0, highest + 1)
     loaded, fixed = (_fields(n, r, kappa, (min(1.0, held), max(1.0, held))) for r in (1.0, held))
     # order 1 carries a resultant force: a logarithm takes the place of one of its two rigid motions
     loaded[0, :, 1], fixed[0, :, 1] = _source(1.0, kappa), _source(held, kappa)
-    system = np.concatenate([loaded[:, 2:], fixed[:, :2]], axis=1)
+    far = np.where((bends > 0) & (n > 1), 1, 0)[:, None, None]
+    system = np.concatenate([loaded[:, 2:], np.where(far, fixed[:, 2:], fixed[:, :2])], axis=1)
     right = np.zeros((len(n), 4, 2))
     right[:, 0, 0] = right[:, 1, 1] = 1.0
     motion = np.zeros((highest + 1, 2, 2))
     motion[1:] = loaded[:, :2] @ np.linalg.solve(system, right)
+    motion[2 : bends + 1] = 0.0
     lame = np.linalg.solve([[2.0, 1.0], [held * (kappa - 1), -1 / held]], [1.0, 0.0])
     motion[0] = np.diag([(kappa - 1) * lame[0] - lame[1], held**-2 - 1])  # breathing, and winding: a ring in torsion
     return motion / (2 * mu)
@@ -409,6 +414,7 @@ def tooth_compliance(gear: GearForm, *, path: str = "") -> ToothCompliance:
         held=gear.bore * shape.root / gear.root,
         thickness=2 * float(shape.x[section]),
         pitch=2 * shape.half_pitch,
+        bends=gear.bends,
     )
     elastic = {"youngs_modulus": gear.youngs_modulus, "poisson": gear.poisson}
     load = np.stack([-np.cos(gamma), np.sin(gamma) * (1 if shape.internal else -1)], axis=1)

@@ -41,7 +41,8 @@ class GearForm:
     module, pressure_angle : normal.  profile_shift : positive lengthens the addendum, of a ring too.
     tip_rounding : radius of the rack's tip (ring: of the fillet); None: 0.38 [iso53], or a full round if that does not
     fit.  tip_radius : None: from the addendum.  bore : radius at which the body is held, of a ring the outer radius of
-    its rim.  youngs_modulus : [Pa].
+    its rim.  youngs_modulus : [Pa].  bends : highest order of waves of a ring that its own coordinates have; its body
+    under the teeth has the others, with a free rim.  0: the rim is held.
     """
 
     teeth: int
@@ -57,6 +58,7 @@ class GearForm:
     bore: float
     youngs_modulus: float = 206e9
     poisson: float = 0.3
+    bends: int = 0
 
     @property
     def virtual_teeth(self) -> float:

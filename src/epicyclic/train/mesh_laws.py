@@ -42,6 +42,7 @@ from .kinematics import Kinematics
 from .stages import GearPair, Levels, Plan, Stated, elastic_constants, member_material, stated, stated_value, subtables
 from .train import Mesh, MeshError, ResolutionLog, per_branch
 
+RING_ORDERS = 12  # of a ring that bends
 # Where the file states no thickness of the body: a hub of half the root diameter; a rim of 3.5 modules, which the
 # standard holds for as good as solid.
 _HUB, _RIM = 0.5, 3.5
@@ -138,6 +139,7 @@ def tooth_form(shape: StageShape, gear: str, model: ModelFile, log: ResolutionLo
         tip_radius=data.tip_radius,
         internal=data.internal,
         bore=_held(shape, gear, log),
+        bends=0 if (elastic := shape.plan.gears[gear].elastic) is None else elastic.modes or RING_ORDERS,
         youngs_modulus=E,
         poisson=nu,
     )
@@ -350,6 +352,14 @@ def mesh_law(at: MeshSide, *, teeth: ToothPair | None, lean: int) -> MeshLaw:
     """
     shape, p, side, log = at.shape, at.pair, at.side, at.log
     statement = at.stated("stiffness")
+    stated_as = "iso6336" if statement is None else statement.value
+    if shape.plan.gears[p.b].elastic is not None and stated_as not in ("energy", "contact"):
+        text = f"{p.path}.stiffness: {shape.plan.member_path(p.b)} bends by coordinates of its own"
+        log.coded("rim-in-stiffness", f"{text}; what the stiffness has of its rim counts twice")
+    for gear in (p.a, p.b):
+        if shape.plan.gears[gear].reduced is not None:
+            text = f"{p.path}.stiffness: {shape.plan.member_path(gear)} bends by matrices of its own"
+            log.coded("rim-in-stiffness", f"{text}; what the stiffness has of its body counts twice")
     if statement is not None and isinstance(statement.value, MeshForceTable):
         return _given_law(at, statement)
     value = "iso6336" if statement is None else statement.value

@@ -48,8 +48,11 @@ from .links import couplings, links_of_bodies, links_of_stage
 from .mesh_laws import contact_errors
 from .phasing import disc_gaps
 from .power import planet_arms, power_flow
+from .reduced import with_reduced
+from .rings import log_rings, standing_bolts
 from .ripple import resolve_ripples
-from .shafts import bent_shafts, moved_loads, warn_of_spans
+from .sensors import resolve_sensors
+from .shafts import Shafts, bent_shafts, moved_loads, warn_of_spans
 from .stage_bodies import bodies_of_stage, coaxial, frames_of, free_bodies, member_centre, meshes_of_stage, tilt_groups
 from .stages import GearPair, Plan, gear_below, plan_stages
 from .train import DIRECTIONS, Body, Damping, Derived, Load, Mesh, ResolutionLog, Train, bodies_named, stage_axis
@@ -112,7 +115,7 @@ def _check_rims(shape: StageShape, log: ResolutionLog) -> None:
         gear = shape.gear(name)
         height = gear.root_radius - gear.tip_radius
         rim = member.rim if member.outer_diameter is None else member.outer_diameter / 2 - gear.root_radius
-        if rim is not None and rim < THIN_RIM * height:
+        if rim is not None and rim < THIN_RIM * height and member.elastic is None:
             key = "rim" if member.outer_diameter is None else "outer_diameter"
             log.coded(
                 "thin-rim",
@@ -659,6 +662,12 @@ def resolve(document: Document) -> Train:
         log.coded("torque-undetermined", f"{text} that follow from the stiffnesses")
     tilting = tilt_groups(shafts.bodies, shafts.links, misaligned_bodies(model, bodies))
     meshes = [mesh for shape in shapes for mesh in meshes_of_stage(shape, model, kinematics, tilting, log)]
+    bent = with_reduced(shafts.bodies, shafts.links, meshes, model, kinematics, log)
+    shafts = Shafts(bodies=bent, links=shafts.links, spans=shafts.spans)
+    if any(body.elastic is not None for body in bodies):
+        log_rings(bodies, meshes, kinematics, log)
+        links, standing = (standing_bolts(some, bodies, kinematics, log) for some in (links, shafts.links))
+        shafts = Shafts(bodies=shafts.bodies, links=standing, spans=shafts.spans)
     check_sizes(document, bodies, meshes, log)
     check_tolerances(document, bodies, meshes)
     others = [path for path in _table(document.data) if path not in TOLERANCE_TABLES]
@@ -671,6 +680,7 @@ def resolve(document: Document) -> Train:
     )
     resolve_deviations(model, deviated)
     ripples, prescribed = resolve_ripples(model, bodies, kinematics, log)
+    sensors = resolve_sensors(model, shafts.bodies, shafts.links, log)
     gravity = model.operation.gravity or (0.0, 0.0, 0.0)
     if model.operation.gravity is not None:
         log.note(f"{model.operation_path('gravity')}.gravity", list(gravity), "m/s^2")
@@ -691,6 +701,7 @@ def resolve(document: Document) -> Train:
         displacements=tuple(deviated.displacements),
         mesh_errors=(*deviated.mesh_errors, *contact_errors(meshes, kinematics)),
         loads=(*moved_loads(external_loads(model, bodies), shafts.bodies), *deviated.loads),
+        sensors=tuple(sensors),
         spans=tuple(shafts.spans),
         ripples=tuple(ripples),
         gravity=gravity,

@@ -26,6 +26,7 @@ from .gears import half_station
 from .kinematics import Kinematics, tones
 from .mesh_laws import MeshLaw, MeshSide, mesh_law, tooth_pair
 from .phasing import StagePhases, ToothedGear, ToothMesh, chain_signs, flank_of_torque, shift_of, stage_leads, staggered
+from .rings import ring_of
 from .stages import GearPair, Plan, density_of, gear_below, member_material, sides_of, stated, stated_value
 from .train import (
     HOUSING,
@@ -194,6 +195,11 @@ def _member(shape: StageShape, name: str, branch: int | None, model: ModelFile, 
         gear = shape.gears[name][side] if name in plan.gears else None
         rim = _radii(member, gear)[0] if gear is not None and gear.internal else NAN
         masses = _masses(plan, name, side, gear, radius, model)
+        ring = None
+        if member.elastic is not None and gear is not None:
+            of_rim, material = (rim, _width(gear, side)), member_material(plan, name, model)
+            path = f"{plan.member_path(name)}.elastic"
+            ring = ring_of(member.elastic, path, gear, of_rim, masses["mass"], material, log)
         if not branch:
             _log_masses(plan, name, side, masses, log)
         bodies.append(
@@ -214,6 +220,7 @@ def _member(shape: StageShape, name: str, branch: int | None, model: ModelFile, 
                 reference_radius=radius if math.isfinite(radius) else 1.0,
                 outer_radius=rim if math.isfinite(rim) else None,
                 gear=gear,
+                elastic=ring,
             )
         )
     return bodies
@@ -243,12 +250,7 @@ def _masses(
     member = plan.stage.members[name]
     mass, inertia, tilt = (_stated_inertia(plan, name, side, key, radius) for key in _MASS_UNITS)
     outer, inner = _radii(member, gear)
-    if gear is None or gear.face_width is None:
-        width = NAN
-    elif side is not None:  # the gap counts, to one half its half
-        width = gear.face_width + gear.gap / 2
-    else:
-        width = 2 * gear.face_width + gear.gap if gear.herringbone else gear.face_width
+    width = _width(gear, side)
     if inner >= outer:
         key = "outer_diameter" if gear is not None and gear.internal else "bore"
         limit = f"{'above' if key != 'bore' else 'below'} {(gear.reference_radius if gear else NAN) * 2e3:.6g} mm"
@@ -270,6 +272,15 @@ def _masses(
     if tilt is None:
         tilt = inertia / 2 + mass * width**2 / 12
     return {"mass": mass, "inertia": inertia, "tilt_inertia": tilt}
+
+
+def _width(gear: GearData | None, side: str | None) -> float:
+    """Width of the solid of a gear or of one half of it [m], nan where it is not known."""
+    if gear is None or gear.face_width is None:
+        return NAN
+    if side is not None:  # the gap counts, to one half its half
+        return gear.face_width + gear.gap / 2
+    return 2 * gear.face_width + gear.gap if gear.herringbone else gear.face_width
 
 
 def _in_mm(length: float | None) -> str:

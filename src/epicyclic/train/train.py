@@ -18,6 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..bearings.rolling_bearing import RollingBearing
+from ..bodies.elastic_body import ElasticBody
+from ..bodies.thin_ring import ThinRing
 from ..teeth import geometry
 from ..teeth.mesh_stiffness import ContactTable, ForceCurve, ToothPair
 from ..warning_codes import CodedText, coded
@@ -99,7 +101,7 @@ class GearData(Teeth):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Body:
-    """One rigid body with up to six degrees of freedom.
+    """One body with up to six degrees of freedom, and those by which it bends.
 
     name : ``stage/member[/branch][/side]``, e.g. ``main/planet/2``, ``main/ring/left``; ``[bodies]`` by their own name.
     member : name in the model file, ``main.planet``; all bodies of one member turn at one mean speed.
@@ -114,6 +116,8 @@ class Body:
     outer_radius : of a ring whose rim or outer diameter is given [m], else None.
     shaft_of : of a place on a shaft that bends (`ShaftSpan`) the body whose shaft it is, with member, kind and branch
         of that; ``main/sun/shaft/front`` by name.  None of all others.
+    elastic : the ring that it is, None of another body.  reduced : how it bends by the matrices of a finite-element
+        program.
     """
 
     name: str
@@ -133,6 +137,8 @@ class Body:
     outer_radius: float | None = None
     gear: GearData | None = None
     shaft_of: str | None = None
+    elastic: ThinRing | None = None
+    reduced: ElasticBody | None = None
 
     def __repr__(self) -> str:
         """One line: name, kind, teeth and mass."""
@@ -562,6 +568,26 @@ class Ripple:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Sensor:
+    """A sensor on the material of one body, or in a link.
+
+    name : as of the file, with the branch or side behind it where the member has several bodies.
+    kind : strain, acceleration, angle, torque.  direction : of an acceleration, radial, tangential or axial.
+    bodies : names; of a torque all of the member and branch, of others one.  link : name of the link of a torque.
+    angle : from the own x axis of the body at t = 0 [rad].  radius, z : from the centre of the body [m].
+    """
+
+    name: str
+    kind: str
+    direction: str = "radial"
+    bodies: tuple[str, ...] = ()
+    link: str = ""
+    angle: float = 0.0
+    radius: float = 0.0
+    z: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Damping:
     """Damping of the whole train.  modal : ratio of every elastic mode [1].  mass [1/s], stiffness [s] : proportional.
     mesh : ratio of every mesh [1].  None = not given."""
@@ -609,6 +635,7 @@ class Train:
     displacements: tuple[Displacement, ...] = ()
     mesh_errors: tuple[MeshError, ...] = ()
     loads: tuple[Load, ...] = ()
+    sensors: tuple[Sensor, ...] = ()
     ripples: tuple[Ripple, ...] = ()
     gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)
     damping: Damping = Damping()

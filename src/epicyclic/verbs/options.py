@@ -354,6 +354,18 @@ def _bins_of(kind: str) -> Reader:
     return read
 
 
+def _sensor(value: float | str, path: str, drive: Drive, option: Option) -> float | str:
+    """Reader of a place: the name of a sensor of the model, or an angle [rad]."""
+    names = drive.system.sensors.name
+    if isinstance(value, str) and value in names:
+        return value
+    try:
+        return stated(value, "angle", path)
+    except ModelError as error:
+        allowed = f"{error.allowed}; or a sensor of the model: {', '.join(names) or 'it has none'}"
+        raise ModelError(error.problem, path=path, given=value, allowed=allowed) from None
+
+
 Reader = Callable[[Any, str, "Drive", Option], Any]
 """(what was given, keyword, drive, option) -> value of the field. Raises ModelError."""
 
@@ -364,6 +376,7 @@ READERS: Mapping[str, Reader] = {
     "torque step": lambda value, *_: torque_step(value),
     "torque bins": _bins_of("torque"),
     "speed bins": _bins_of("speed"),
+    "sensor": _sensor,
     "settings": lambda value, path, *_: settings(value, path),
     "references": lambda value, path, *_: references(value, path),
     **{kind: _quantity_of(kind) for kind in ("angle", "length", "load_per_length", "time", "torque", "viscosity")},

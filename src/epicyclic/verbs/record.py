@@ -510,7 +510,9 @@ def _steps(train: Train, folder: Path | None) -> dict[str, Callable[[], xr.Datas
     from ..system.tooth_pairs import first_mesh
 
     system = cache(lambda: system_of(train))
-    names = (*report_verbs(), *["static"] * train.kinematics.locked)  # in place of all that needs speeds
+    bends = any(body.elastic for body in train.bodies)
+    # of a locked train in place of all that needs speeds
+    names = (*report_verbs(), *["static"] * (train.kinematics.locked or bends))
     steps: dict[str, Callable[[], xr.Dataset]] = {
         name: partial(_run, verbs()[name], train, system, folder) for name in names
     }

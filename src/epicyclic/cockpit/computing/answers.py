@@ -510,7 +510,7 @@ def resonance_shift(
         return f"No resonance within {band}{' then' if now else ''}{goes}."
     last = strongest(then)
     place = marked(last, to_rpm)
-    before, after = (mode_shapes([], m["rows"], m["shape"], m["mass"]) for _, m in trains)
+    before, after = (mode_shapes([], m["rows"], m) for _, m in trains)
     like, frequency = like_modes(before, after), dict(zip(after.number, after.frequency, strict=True))
 
     def is_last(meeting: NearResonance) -> bool:

@@ -287,7 +287,7 @@ def _mode_rows(model: _Model, view: ModeView) -> list[dict[str, Any]]:
 
 def _told_modes(view: ModeView, rows: Any) -> dict[str, Any]:
     """Modes as the answers take them: with the mesh orders that meet them."""
-    names = ("frequency", "shape", "mass", "crossings", "force_ratio", "at_rest")
+    names = ("frequency", "shape", "mass", "bends", "bent", "bent_mass", "crossings", "force_ratio", "at_rest")
     return {"rows": rows, **{name: getattr(view, name) for name in names}}
 
 
@@ -316,7 +316,8 @@ def _shown(model: _Model, parts: _Parts) -> dict[str, Shown]:
     """Parts of a frame by their names; those that there are."""
     shown: dict[str, Shown] = {}
     if parts.modes is not None:
-        values = {name: getattr(parts.modes, name) for name in ("frequency", "shape", "mass")}
+        names = ("frequency", "shape", "mass", *(("bent", "bent_mass") if parts.modes.bent_mass.size else ()))
+        values = {name: getattr(parts.modes, name) for name in names}
         shown["modes"] = _mode_rows(model, parts.modes), values
     if parts.sharing is not None:
         shown["sharing"] = sharing_head(parts.sharing, parts.twin, model.train, model.meshes)

@@ -4,6 +4,7 @@ sun that begins to float changes the number and the order of the modes."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,6 +23,7 @@ class ModeShapes(NamedTuple):
 
     of : names of the train and its bodies.  number : (m,) of the modes.  frequency : (m,) [Hz], rising.
     shape : (m, nb, 6) with rotations as lengths.  mass : (nb, 6) of these motions [kg].
+    bends : name of every coordinate by which a body bends -> shape (m,) and mass [kg].
     """
 
     of: Sequence[str]
@@ -29,6 +31,15 @@ class ModeShapes(NamedTuple):
     frequency: Sequence[float]
     shape: NDArray[Any]
     mass: NDArray[Any]
+    bends: Mapping[str, tuple[NDArray[Any], float]] = MappingProxyType({})
+
+    def over(self, bends: Sequence[str]) -> tuple[NDArray[Any], NDArray[Any]]:
+        """Shapes (c, m) and masses (c,) over the coordinates of all bodies and these of what bends, 0 of none."""
+        count = len(self.shape)
+        bent = [self.bends.get(name, (np.zeros(count), 0.0)) for name in bends]
+        rigid = self.shape.reshape(count, -1).T.astype(float)
+        shapes = np.vstack([rigid, *(shape[None] for shape, _ in bent)])
+        return shapes, np.concatenate([self.mass.ravel(), [mass for _, mass in bent]])
 
     @property
     def groups(self) -> list[slice]:
@@ -45,9 +56,9 @@ def like_modes(before: ModeShapes, after: ModeShapes) -> dict[int, tuple[int | N
     """
     from ...questions.modes.campbell import modal_assurance  # 50 ms, which only a page waits for that swings a mode
 
-    a, b = (modes.shape.reshape(len(modes.shape), -1).T.astype(float) for modes in (before, after))
-    mass = np.diag((before.mass + after.mass).ravel() / 2.0)
-    alone, of_groups = modal_assurance(a, b, mass, (before.groups, after.groups))
+    bends = list({**before.bends, **after.bends})
+    (a, mass), (b, later) = before.over(bends), after.over(bends)
+    alone, of_groups = modal_assurance(a, b, np.diag((mass + later) / 2.0), (before.groups, after.groups))
     best = np.argmax(np.where(of_groups >= SAME_SHAPE, alone, -1.0), axis=1)
     most = of_groups.max(axis=1).tolist()
     like = [after.number[i] if most[place] >= SAME_SHAPE else None for place, i in enumerate(best)]
@@ -91,15 +102,18 @@ class FollowedMode:
 def shapes_of(frame: PageFrame) -> ModeShapes | None:
     """Modes of a live frame; None where it has none."""
     rows = frame.head.get("modes")
-    shape, mass = (frame.arrays.get(f"modes/{name}") for name in ("shape", "mass"))
-    if not rows or shape is None or mass is None:
+    if not rows or not {"modes/shape", "modes/mass"} <= frame.arrays.keys():
         return None
-    train = frame.head["train"]
-    return mode_shapes([train["title"], *(body["name"] for body in train["bodies"])], rows, shape, mass)
+    train, arrays = frame.head["train"], {name.removeprefix("modes/"): array for name, array in frame.arrays.items()}
+    names = [f"{body['name']}/{name}" for body in train["bodies"] for name in body.get("bends", ())]
+    of = [train["title"], *(body["name"] for body in train["bodies"])]
+    return mode_shapes(of, rows, {**arrays, "bends": names})
 
 
-def mode_shapes(
-    names: Sequence[str], rows: Sequence[Mapping[str, Any]], shape: NDArray[Any], mass: NDArray[Any]
-) -> ModeShapes:
-    """Modes of the rows of a list; the others as of `ModeShapes`."""
-    return ModeShapes(names, [row["index"] for row in rows], [row["frequency"] for row in rows], shape, mass)
+def mode_shapes(names: Sequence[str], rows: Sequence[Mapping[str, Any]], view: Mapping[str, Any]) -> ModeShapes:
+    """Modes of the rows of a list, with the values of a `ModeView`; names as of `ModeShapes`."""
+    bends = {}
+    if view.get("bends"):
+        bends = dict(zip(view["bends"], zip(view["bent"].T, view["bent_mass"], strict=True), strict=True))
+    number, frequency = ([row[key] for row in rows] for key in ("index", "frequency"))
+    return ModeShapes(names, number, frequency, view["shape"], view["mass"], bends)

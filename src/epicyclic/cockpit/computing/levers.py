@@ -42,7 +42,7 @@ _SOFT = 0.03
 class Lever:
     """A number of the model file, and its slider once that is made.
 
-    kind : pin, run_out, sun, support, clearance, rating, load, speed or design.  path : of the override.
+    kind : pin, run_out, sun, support, clearance, rating, load, speed, rim or design.  path : of the override.
     label : in words.
     value : in `unit`, "" of a plain number; of a candidate 0 where the model has none, inf where it is rigid.
     log : whether the slider is logarithmic.  usual : a usual value in `unit`, of a support.
@@ -109,7 +109,7 @@ class _Model:
         """Candidates in the order of the page; errors of a train without load part nothing."""
         loaded = any((self.train.kinematics.torque or {}).values())
         errors = [*self.pins(), *self.run_outs()] if loaded else []
-        return [*errors, *self.supports(), *self.bearings(), *self.operation(), *self.design()]
+        return [*errors, *self.supports(), *self.bearings(), *self.operation(), *self.rims(), *self.design()]
 
     def lever(
         self,
@@ -209,6 +209,15 @@ class _Model:
                 label = f"{table} of the {(member if self.several else short).replace('.', ' ')}"
                 yield self.lever(kind, full, label, number)
 
+    def rims(self) -> Iterator[Lever]:
+        """Rim, or outer diameter, of every ring that bends, where its section follows from it."""
+        for member, body in self.members.items():
+            for key, words in (("rim", "rim"), ("outer_diameter", "outer diameter")) if body.elastic else ():
+                number = self.number(f"stages.{member}.{key}")
+                if number is not None and f"stages.{member}.elastic.bending" not in self.document:
+                    label = f"{words} of the {member_name(self.train, member)}"
+                    yield self.lever("rim", f"stages.{member}.{key}", label, number)
+
     def design(self) -> Iterator[Lever]:
         """Helix angle, module, face width, masses, damping and mesh stiffnesses that the file states."""
         words = {"helix_angle": "helix angle", "module": "module", "face_width": "face width"}
@@ -301,8 +310,8 @@ def effect_of(now: Figures, then: Figures, where: str) -> Effect:
 
 # Levers that one screen shows beside their number boxes.
 _MOST = 7
-# Beside them those of rolling bearings that are stated by their parts.
-_OF_BEARINGS = ("clearance", "rating")
+# Beside them those of rolling bearings that are stated by their parts, and the rim of a ring that bends.
+_BESIDE = ("clearance", "rating", "rim")
 _FROM_NONE = ("pin", "run_out", "clearance")
 # Candidates that are tried, 20 ms each of a small train: a model opens meanwhile.  Those that are left move nothing
 # known.  A number and no time, so that a model has the same levers whatever else the machine does.
@@ -329,7 +338,7 @@ _HELIX, _DAMPING = 40.0, 0.2
 
 
 def levers_of(source: PlainTable | Path, overrides: Mapping[str, object]) -> tuple[Lever, ...]:
-    """Levers of a model, at most seven and two of bearings, in the order of the page: errors, supports, load, design.
+    """Levers of a model in the order of the page, at most seven, and beside them two of bearings and a rim that bends.
 
     Raises
     ------
@@ -342,8 +351,8 @@ def levers_of(source: PlainTable | Path, overrides: Mapping[str, object]) -> tup
     ranked = sorted(range(len(candidates)), key=lambda i: (-effects[i].size, i))
     chosen = list({candidates[i].kind: i for i in reversed(ranked)}.values())  # the first of each kind
     # the places that are left go to those that move most
-    beside = sum(candidates[i].kind in _OF_BEARINGS for i in chosen)
-    moving = [i for i in ranked if candidates[i].kind not in _OF_BEARINGS and i not in chosen and effects[i].size > 0]
+    beside = sum(candidates[i].kind in _BESIDE for i in chosen)
+    moving = [i for i in ranked if candidates[i].kind not in _BESIDE and i not in chosen and effects[i].size > 0]
     chosen += moving[: _MOST + beside - len(chosen)]
     levers = []
     for i in sorted(chosen):
@@ -417,7 +426,7 @@ def _tried(candidate: Lever) -> float:
         return 2 * candidate.value if candidate.value else candidate.scaled(_ERROR / 3)
     if candidate.kind == "sun" and not 0 < candidate.value < math.inf:
         return candidate.usual
-    return candidate.value * (1.1 if candidate.kind == "design" else 2.0)
+    return candidate.value * (1.1 if candidate.kind in ("design", "rim") else 2.0)
 
 
 def _lever(candidate: Lever, effect: Effect) -> Lever:
@@ -448,7 +457,7 @@ def _range(candidate: Lever) -> tuple[float, float]:
         return _LEAST * value, min(_MOST_TIMES * value, candidate.scaled(math.radians(_HELIX)))
     if candidate.path.startswith("damping"):
         return _LEAST * value, min(_MOST_TIMES * value, max(_DAMPING, value))
-    if candidate.kind in ("design", "rating"):
+    if candidate.kind in ("design", "rating", "rim"):
         return 0.5 * value, 2 * value
     return _LEAST * value, _MOST_TIMES * value
 

@@ -15,12 +15,14 @@ from scipy.signal import find_peaks
 from ...limits import RESONANCE_BAND, peak_matters
 from ...questions.modes.campbell import OPERATION, MeshCrossings, mesh_crossings, tones_of_meshes
 from ...questions.modes.eigen import classify_modes, mean_modes, normalisation
+from ...questions.modes.modal import bending_energy
 from ...questions.response import SweepOptions
 from ...questions.response.measures import force_extremes, mean
 from ...questions.response.response import Response, respond_part, response, response_parts, unstable_speeds
 from ...questions.response.spectra import force_signal, whole_mesh_signal
 from ...questions.response.sweep_table import of_one_tone, resonance_forces, speeds_of
 from ...results.dataset import largest, ranked
+from ...show.series import ring_deflection
 from ...statics.tangent import linear
 from ...system.system import Array, System, faces
 from ...train.train import Train
@@ -31,8 +33,9 @@ _MOST = 60
 # Share of the kinetic energy from which a member is named beside the one that moves most, and share of the largest
 # motion of a branch from which a branch takes part.
 _NAMED, _TAKES_PART = 0.25, 0.3
-# Motions in words, of one body and of several: x, y, z, tilt, rotation.
-_ALL = (("slides along the axis", "slide along the axis"), ("tilts", "tilt"), ("rotates", "rotate"))
+# Motions in words, of one body and of several: x, y, z, tilt, rotation, bending.
+_ALL = (("slides along the axis", "slide along the axis"), ("tilts", "tilt"), ("rotates", "rotate"), ("bends", "bend"))
+_ROUND = np.linspace(0.0, 2 * np.pi, 96, endpoint=False)  # places of a ring that bends
 _CENTRAL = (("moves sideways", "move sideways"),) * 2 + _ALL
 _CARRIED = (("moves radially", "move radially"), ("moves tangentially", "move tangentially"), *_ALL)
 _ROTATES = 4
@@ -45,7 +48,9 @@ class ModeView:
     number : (m,) of each among all modes of the verb `modes`, from 1.  frequency : (m,) [Hz].
     shape : (m, nb, 6) x, y, z and rx, ry, rz times the pitch radius, in the axes of the stage, largest component 1.
     mass : (nb, 6) of these motions [kg], by which shapes of one train are orthogonal; 1 where not given.
-    label : what moves.  kind : rotational, translational, planet or mixed.  body : the one that moves most.
+    bends : names of the coordinates by which bodies bend, in the order of the bodies; bent : (m, e) of these, in the
+    unit of the shape; bent_mass : (e,) [kg], without what couples them where a ring stretches.
+    label : what moves.  kind : rotational, translational, planet, ring or mixed.  body : the one that moves most.
     damping : (m,) damping ratio [1], nan where not given.  crossings : speeds at which mesh orders meet them, of all
     modes; within 20 % of the speed that is shown those of orders that excite the mode, or where that is not known.
     force_ratio : (c,) largest force of the mode per mean mesh force there [1], nan where not known, and farther away.
@@ -56,6 +61,9 @@ class ModeView:
     frequency: Array
     shape: Array
     mass: Array
+    bends: tuple[str, ...]
+    bent: Array
+    bent_mass: Array
     label: tuple[str, ...]
     kind: tuple[str, ...]
     body: tuple[str, ...]
@@ -124,14 +132,19 @@ def mode_view(
     elastic = np.flatnonzero(squared > 0)[:_MOST]
     shapes = kinds.vectors[:, elastic]
     shapes = shapes * normalisation(shapes, system.dofs.radius)
-    full = (system.dofs.expand @ shapes).reshape(len(system.dofs.bodies), 6, -1).transpose(2, 0, 1)
-    label, body = _labels(train, system, full, labels)
+    full = (system.dofs.rigid @ shapes).reshape(len(system.dofs.bodies), 6, -1).transpose(2, 0, 1)
+    first = 6 * len(system.dofs.bodies)
+    bent, bent_mass = (system.dofs.expand[first:] @ shapes).T, np.diag(system.bent_mass)[first:]
+    label, body = _labels(train, system, full, bending_energy(system, shapes), labels)
     radius = _radii(train)
     frequency = np.sqrt(squared) / (2 * np.pi)
-    shape, kind = _drawn(train, full, radius), tuple(kinds.kind[i] for i in elastic)
+    shape, bent = _drawn(train, system, full, bent, radius)
+    kind = tuple(kinds.kind[i] for i in elastic)
     mass = _masses(system, full) / np.repeat([np.ones_like(radius), radius**2], 3, axis=0).T
     met = _crossings(system, frequency, np.real(kinds.vectors), relative_speed)
-    return ModeView(elastic + 1, frequency[elastic], shape, mass, label, kind, body, *met, tones_of_meshes(system))
+    bends = tuple(f"{system.dofs.bodies[body]}/{name}" for body, names in system.dofs.elastic for name in names)
+    shown = elastic + 1, frequency[elastic], shape, mass, bends, bent, bent_mass
+    return ModeView(*shown, label, kind, body, *met, tones_of_meshes(system))
 
 
 def _crossings(
@@ -165,10 +178,10 @@ def _masses(system: System, full: Array) -> Array:
     return system.body_mass if system.body_mass.shape == full.shape[1:] else np.ones(full.shape[1:])
 
 
-def _drawn(train: Train, full: Array, radius: Array) -> Array:
-    """Shapes (m, nb, 6) in the axes of the stage, rotations as lengths, largest component 1.
+def _drawn(train: Train, system: System, full: Array, bent: Array, radius: Array) -> tuple[Array, Array]:
+    """Shapes (m, nb, 6) in the axes of the stage, rotations as lengths, and (m, e) of what bends; largest motion 1.
 
-    full : (m, nb, 6) in each body's own axes [m, rad].  radius : (nb,) of the rotations [m].
+    full : (m, nb, 6) in each body's own axes [m, rad].  bent : (m, e) [m].  radius : (nb,) of the rotations [m].
     """
     angle = np.array([body.angle for body in train.bodies])
     cosine, sine = np.cos(angle), np.sin(angle)
@@ -177,16 +190,26 @@ def _drawn(train: Train, full: Array, radius: Array) -> Array:
         shape[..., x] = cosine * full[..., x] - sine * full[..., y]
         shape[..., y] = sine * full[..., x] + cosine * full[..., y]
     shape[..., 3:] *= radius[:, None]
-    most = np.abs(shape).max(axis=(1, 2), initial=0.0)
-    result: Array = shape / np.where(most > 0, most, 1.0)[:, None, None]
-    return result
+    most, last = np.abs(shape).max(axis=(1, 2), initial=0.0), 0
+    for body, names in system.dofs.elastic:
+        if train.bodies[body].elastic is not None:
+            moved = ring_deflection(names, _ROUND) @ bent[:, last : last + len(names)].T
+            most = np.maximum(most, np.hypot(*moved).max(axis=0))
+        last += len(names)
+    scale = 1 / np.where(most > 0, most, 1.0)
+    return shape * scale[:, None, None], bent * scale[:, None]
 
 
 def _labels(
-    train: Train, system: System, full: Array, labels: Mapping[str, str]
+    train: Train, system: System, full: Array, bending: Mapping[int, Array], labels: Mapping[str, str]
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """What moves in each mode, and the body that moves most, by kinetic energy; of shapes (m, nb, 6)."""
-    energy = full**2 * _masses(system, full)
+    """What moves in each mode, and the body that moves most, by kinetic energy; of shapes (m, nb, 6).
+
+    bending : (m,) that of the bending of each body that bends, by its index.
+    """
+    energy = np.pad(full**2 * _masses(system, full), ((0, 0), (0, 0), (0, 1)))
+    for place, bent in bending.items():
+        energy[:, place, 6] = bent
     total = energy.sum(axis=(1, 2), keepdims=True)
     energy = energy / np.where(total > 0, total, 1.0)
     members = list(dict.fromkeys(body.member for body in train.bodies))

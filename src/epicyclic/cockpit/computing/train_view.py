@@ -217,6 +217,7 @@ def _body(train: Train, body: Body, drawn: _Drawing, label: str, relative_speed:
     pins = [other for other in drawn.part.values() if other.carried_by == body.name]
     beside = [other for other in drawn.part.values() if other.stage == part.stage and other.branch]
     plane = next((math.atan2(one.y, one.x) for one in (part, *beside) if one.branch), math.pi / 2)
+    bends = body.elastic or body.reduced
     return {
         "name": body.name,
         "label": label,
@@ -231,6 +232,8 @@ def _body(train: Train, body: Body, drawn: _Drawing, label: str, relative_speed:
         # of a mode shape: radius that turns its arcs into angles, angle of the plane that the section shows
         "arc": _mm(pitch_radius(part, mesh) if part.form else pins[0].radius if pins else part.outer) or 1.0,
         "plane": round(plane + (math.pi if body.name in drawn.below else 0.0), 6),
+        # names of the coordinates by which it bends
+        **({} if bends is None else {"bends": list(bends.names)}),
     }
 
 

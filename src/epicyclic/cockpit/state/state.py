@@ -274,7 +274,8 @@ def _placed(tables: PlainTable, folder: Path | None) -> PlainTable:
     def whole(table: PlainTable, path: str) -> PlainTable:
         return {**table, "file": _file(table["file"], f"{path}.file", folder)}
 
-    return at_files(tables, forces=whole, torques=whole, pitches=partial(_file, folder=folder))
+    named = partial(_file, folder=folder)
+    return at_files(tables, forces=whole, torques=whole, pitches=named, bodies=named)
 
 
 def _file(name: str, path: str, folder: Path | None) -> str:

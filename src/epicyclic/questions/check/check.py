@@ -162,6 +162,7 @@ def check(train: Train) -> xr.Dataset:
         {
             **variables,
             **_link_columns(train),
+            **_ring_columns(train),
             **_fields("choice", chosen, _texts, choice_value="value", choice_origin="origin", choice_effect="effect"),
             "verb_needs": ("verb_name", _texts("\n".join(texts) for texts in lacking.values())),
         },
@@ -308,6 +309,26 @@ def _link_columns(train: Train) -> dict[str, tuple[str | tuple[str, str], NDArra
         **_fields("link", links, _numbers, link_station="station"),
         "link_stiffness": (("link", "direction"), np.array([link.stiffness for link in links]).reshape(-1, 6)),
         **_fields("link", links, _numbers, link_clearance="clearance"),
+    }
+
+
+def _ring_columns(train: Train) -> dict[str, tuple[str | tuple[str, str], NDArray[np.generic]]]:
+    """Section, orders and free natural frequencies of rings that bend; nothing without one."""
+    bent = {body.name: (body.member, body.elastic) for body in train.bodies if body.elastic is not None}
+    if not bent:
+        return {}
+    rings, stated = [ring for _, ring in bent.values()], {value.path: str(value.value) for value in train.values}
+    orders = range(2, max(ring.orders for ring in rings) + 1)
+    frequency = np.array([[ring.frequency(n) if n <= ring.orders else _NAN for n in orders] for ring in rings])
+    left_out = [float(stated[f"stages.{member}.elastic.left_out"]) for member, _ in bent.values()]
+    section = {"ring_radius": "radius", "ring_bending": "bending", "ring_line_mass": "line_mass", "ring_axial": "axial"}
+    return {
+        "elastic_ring": ("elastic_ring", _texts(bent)),
+        "ring_order": ("ring_order", np.array(orders)),
+        **_fields("elastic_ring", rings, _numbers, **section),
+        **_fields("elastic_ring", rings, _whole, ring_orders="orders"),
+        "ring_left_out": ("elastic_ring", _numbers(left_out)),
+        "ring_frequency": (("elastic_ring", "ring_order"), frequency),
     }
 
 
@@ -488,15 +509,15 @@ def nominal_forces(train: Train) -> dict[str, Array]:
     """
     made, whole = structure_of(train), {mesh.name: mesh for mesh in train.meshes}
     each = np.array([mean_force(train, whole[row.whole]) / max(1, len(whole[row.whole].slices)) for row in made.meshes])
-    load = -(each @ made.mesh).reshape(-1, 6)[:, :5].ravel()
-    rows = (*made.links, *made.rigids)
-    matrix = np.vstack([made.link, made.rigid]).reshape(len(rows), -1, 6)[..., :5].reshape(len(rows), -1)
+    rigid, rows = 6 * len(train.bodies), (*made.links, *made.rigids)
+    load = -(each @ made.mesh)[:rigid].reshape(-1, 6)[:, :5].ravel()
+    matrix = np.vstack([made.link, made.rigid])[:, :rigid].reshape(len(rows), -1, 6)[..., :5].reshape(len(rows), -1)
     radius = np.array([row.link.rolling.pitch_diameter / 2 if row.link.rolling else 1.0 for row in rows])
     size = np.where([row.direction < 3 for row in rows], 1.0, radius) * [row.stiffness > 0 for row in rows]
     size[[row.link.kind in ("neck", "shaft") for row in rows]] *= _STIFFER
     known = np.isfinite(load).all()
     force = size * np.linalg.lstsq(matrix.T * size, load, rcond=None)[0] if known else np.full(len(rows), _NAN)
-    return {f"{row.link.name}/{DIRECTIONS[row.direction]}": force[i : i + 1] for i, row in enumerate(rows)}
+    return {row.name: force[i : i + 1] for i, row in enumerate(rows)}
 
 
 _TILTS = ("rx", "ry")

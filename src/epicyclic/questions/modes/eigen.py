@@ -6,7 +6,8 @@ linearisation to a state matrix [tisseur2001].
 
 Kinds, multiplicities and one fixed basis in every repeated eigenspace come from cyclic symmetry alone: a symmetry R
 (R^N = 1, commuting with M and K) splits every eigenspace.  Eigenvalue 1 of R is a rotational mode, exp(+-2 pi i/N) a
-translational one, any other a planet mode [lin1999].
+translational one, any other a planet mode [lin1999].  A mode in which nothing but the bending of rings has kinetic
+energy and no mesh is strained is a ring mode, whatever the symmetry.
 
 Rounding of a symmetric eigenproblem is n eps of the largest omega^2: a mode 1e6 times slower than the fastest is lost
 in it.  With the rows weighted by the roots of stiffness, W = [sqrt(k) b], the mean stiffness
@@ -220,7 +221,9 @@ _SAME, _ROUNDING = 1e-7, 1e-11
 # Components equal by symmetry differ by rounding; the first of those this close to the largest is taken.
 _TIE = 1e-6
 
-_KINDS = ("rotational", "translational", "planet")
+_KINDS, _RING = ("rotational", "translational", "planet", "ring"), 3
+# Part of its energies that a mode of rings alone has elsewhere: rounding.
+_ELSEWHERE = 1e-9
 # An eigenvalue of the state matrix, or its imaginary part, is rounding below this part of the largest; 20 Hz beside
 # 20 kHz is 1e-3.
 _ZERO = 1e-9
@@ -260,7 +263,7 @@ class ClassifiedModes:
     """Modes with their kinds.
 
     vectors : (n, modes) real or complex, M-orthonormal within each repeated root, canonical basis.
-    kind : (modes,) rotational, translational, planet or mixed.
+    kind : (modes,) rotational, translational, planet, ring or mixed.
     multiplicity : (modes,) modes of this kind at this frequency.
     """
 
@@ -426,7 +429,7 @@ def classify_modes(system: System, values: Shapes, vectors: Shapes) -> Classifie
     kinds: list[str] = []
     counts: list[int] = []
     for cluster in _without_defective(system.M, repeated_roots(values), result):
-        spaces = _split_by_kind(system.M, projectors, result[:, cluster])
+        spaces = _rings_apart(system, _split_by_kind(system.M, projectors, result[:, cluster]))
         result[:, cluster] = np.hstack([canonical_basis(space, system.M) for _, space in spaces])
         for kind, space in spaces:
             # invariance under all symmetries is rotational only where every stage has one
@@ -559,3 +562,28 @@ def _split_by_kind(M: Array, projectors: list[Array], vectors: Shapes) -> list[t
         spaces.append((kind, vectors @ basis[:, -count:]))
         done = np.hstack([done, basis[:, -count:]])
     return spaces
+
+
+def _rings_apart(system: System, spaces: list[tuple[int, Shapes]]) -> list[tuple[int, Shapes]]:
+    """Spaces by kind, as of `_split_by_kind`, with the modes of rings alone parted from them as the kind `_RING`."""
+    dofs, meshes = system.dofs, system.meshes
+    rings = {b for (_, b), internal in zip(meshes.ends, meshes.internal, strict=True) if internal}
+    bends = np.concatenate([np.full(len(names), dofs.bodies[i] in rings) for i, names in dofs.elastic] or [np.zeros(0)])
+    if not bends.any():
+        return spaces
+    at = dofs.rigid.shape[0] + np.flatnonzero(bends)
+    bent, mass = dofs.expand[at], system.bent_mass[np.ix_(at, at)]
+    strained = np.sqrt(meshes.stiffness)[:, None] * meshes.B.T
+    parted = []
+    for kind, space in spaces:
+        total = float(np.einsum("ik,ij,jk->", space.conj(), system.mean_stiffness, space).real) / space.shape[1]
+        if not total > 0:  # a rigid motion
+            parted.append((kind, space))
+            continue
+        own, teeth = bent @ space, strained @ space / math.sqrt(total)
+        energy, basis = np.linalg.eigh(np.eye(space.shape[1]) - own.conj().T @ mass @ own + teeth.conj().T @ teeth)
+        alone = energy < _ELSEWHERE
+        for name, chosen in ((_RING, alone), (kind, ~alone)):
+            if chosen.any():
+                parted.append((name, space @ basis[:, chosen]))
+    return parted

@@ -103,7 +103,7 @@ def _dataset(
     turning = {b: R for b, d, R in zip(dofs.body, dofs.direction, dofs.radius, strict=True) if d == "rz"}
     # R of each body's u = R rz; 1 where rz is not a coordinate of its own
     radius = np.array([turning.get(body, 1.0) for body in dofs.bodies])
-    full = (dofs.expand @ vectors).reshape(len(dofs.bodies), 6, -1)
+    full = (dofs.rigid @ vectors).reshape(len(dofs.bodies), 6, -1)
     full[:, 5] *= radius[:, None]
     result = dataset(
         {
@@ -164,9 +164,22 @@ def _kinetic_energy_share(system: System, vectors: NDArray[np.inexact]) -> Array
     nb = len(system.dofs.bodies)
     if system.body_mass.shape != (nb, 6):
         return np.full((nb, vectors.shape[1]), np.nan)
-    full = np.abs(system.dofs.expand @ vectors).reshape(nb, 6, -1)
+    full = np.abs(system.dofs.rigid @ vectors).reshape(nb, 6, -1)
     energy = np.einsum("bd,bdm->bm", system.body_mass, full**2)
+    for body, bent in bending_energy(system, vectors).items():
+        energy[body] += bent
     return _normalised_energy(energy, np.zeros(vectors.shape[1], dtype=bool))
+
+
+def bending_energy(system: System, vectors: NDArray[np.inexact]) -> dict[int, Array]:
+    """Twice the kinetic energy that a body has beside that of a rigid one, by its index, (modes,), per squared rate."""
+    full, first = system.dofs.expand @ vectors, system.dofs.rigid.shape[0]
+    energies = {}
+    for body, names in system.dofs.elastic:
+        at = np.r_[6 * body : 6 * body + 6, first : first + len(names)]
+        first += len(names)
+        energies[body] = np.einsum("im,ij,jm->m", full[at].conj(), system.bent_mass[np.ix_(at, at)], full[at]).real
+    return energies
 
 
 def _normalised_energy(energy: Array, empty: NDArray[np.bool_]) -> Array:
@@ -208,7 +221,7 @@ def mean_matrices(system: System, *, relative_speed: float = 1.0) -> xr.Dataset:
     turning = [i for i, direction in enumerate(system.dofs.direction) if direction == "rz"]
     ports = [i for i in turning if system.force[i] or not carried[i]]
     error, load = _excitation(system, relative_speed)
-    lengths = [direction in _LENGTHS for direction in system.dofs.direction]
+    lengths = [direction not in _DIRECTIONS[3:] for direction in system.dofs.direction]
     square = ("equation", "dof")
     variables: dict[str, Any] = {
         "M": (square, system.M),
@@ -245,7 +258,8 @@ def mean_matrices(system: System, *, relative_speed: float = 1.0) -> xr.Dataset:
             "link_row": list(links.name),
             "port": [names[port] for port in ports],
             "body": list(system.dofs.bodies),
-            "full_coordinate": [f"{body}/{direction}" for body in system.dofs.bodies for direction in _DIRECTIONS],
+            "full_coordinate": [f"{body}/{direction}" for body in system.dofs.bodies for direction in _DIRECTIONS]
+            + [f"{system.dofs.bodies[body]}/{name}" for body, names in system.dofs.elastic for name in names],
             "line": ["; ".join(line.causes) for line in system.lines],
         },
         verb="matrices",

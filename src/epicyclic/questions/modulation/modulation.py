@@ -40,6 +40,7 @@ from .spectrum import (
     merged_lines,
     mesh_stages,
     named_window,
+    own_signal,
     sensor_motion,
     sensor_position,
     stage_spectrum,
@@ -213,11 +214,12 @@ class _Sensor(NamedTuple):
     options: ModulationOptions
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class _SensorSignal:
     """Signal at the sensor by lines.
 
-    frequency : (L,) at this speed [Hz].  signal : (L,) [N or m/s2].  acceleration : (L,) of the body under it [m/s2].
+    frequency : (L,) at this speed [Hz].  signal : (L,) in `unit`.  acceleration : (L,) of the body under it [m/s2].
+    window : (L,) the signal through the window, where that of a sensor of the model stands beside it; else none.
     """
 
     spectrum: StageSpectrum
@@ -225,6 +227,8 @@ class _SensorSignal:
     frequency: Array
     signal: ComplexArray
     acceleration: ComplexArray
+    unit: str
+    window: ComplexArray | None = None
 
 
 def modulation(system: System, options: ModulationOptions) -> xr.Dataset:
@@ -235,6 +239,9 @@ def modulation(system: System, options: ModulationOptions) -> xr.Dataset:
     force [N], and the acceleration of the ring as a rigid body stands beside it; a path in m/s2/N makes it an
     acceleration and adds that of the ring.  The steady state of means is left out: the signal has no mean.
 
+    The signal of a sensor of the model is its own: the strain or acceleration of the ring there.  What the window makes
+    of the mesh forces stands beside it, and `window_difference` says how much they differ.
+
     Raises
     ------
     ModelError : as of `sensor_position`, `named_window` and `steady`; numbers out of range.
@@ -243,9 +250,7 @@ def modulation(system: System, options: ModulationOptions) -> xr.Dataset:
     window, transfer, relative_speed = options.window, options.transfer, options.relative_speed
     assert not isinstance(window, Path)
     assert not isinstance(transfer, str | Path)
-    position = sensor_position(
-        system, stage=options.stage, body=options.body, angle=options.sensor, through_planet=options.through_planet
-    )
+    position = _position(system, options)
     if isinstance(window, str):
         window = named_window(window, planets=len(position.branches), width=options.width)
     sensor = _Sensor(position, window, transfer, options)
@@ -263,6 +268,35 @@ def modulation(system: System, options: ModulationOptions) -> xr.Dataset:
     return _labelled(ready, block, sensor, at_sensor, listed=listed, healthy=healthy, signal=(duration, signal))
 
 
+def _position(system: System, options: ModulationOptions) -> SensorPosition:
+    """Position of the sensor: of an angle, or of a sensor of the model on what stands in the housing.
+
+    Raises
+    ------
+    ModelError : as of `sensor_position`; a sensor of rotation or torque, or one beside a stage, body or radius.
+    """
+    asked: dict[str, Any] = {"stage": options.stage, "body": options.body}
+    if not isinstance(options.sensor, str):
+        return sensor_position(system, angle=options.sensor, through_planet=options.through_planet, **asked)
+    sensors, beside = system.sensors, {**asked, "radius": options.radius}
+    known = [name for name, kind in zip(sensors.name, sensors.kind, strict=True) if kind in ("strain", "acceleration")]
+    if options.sensor not in known:
+        allowed = ", ".join(known) or "an angle, or a sensor of strain or acceleration in the model"
+        raise ModelError(
+            "no such sensor of strain or acceleration", path="sensor", given=options.sensor, allowed=allowed
+        )
+    for path, value in beside.items():
+        if value is not None:
+            raise ModelError(f"is that of the sensor {options.sensor}", path=path, given=value, allowed="nothing")
+    i = sensors.name.index(options.sensor)
+    of: dict[str, Any] = {
+        "stage": sensors.bodies[i][0].split("/")[0],
+        "body": sensors.bodies[i][0],
+        "angle": float(sensors.angle[i]),
+    }
+    return replace(sensor_position(system, through_planet=options.through_planet, **of), sensor=i)
+
+
 def _recorded(system: System, sensor: _Sensor) -> dict[str, Any]:
     """Options as the result has them, what they stand for in place of names and of what was not given."""
     names = "relative_speed stage body sensor direction window width transfer through_planet mean_load floor turns"
@@ -278,17 +312,42 @@ def _sensor_signal(ready: Response, block: Block, sensor: _Sensor) -> _SensorSig
     """Lines at the sensor of a solved block (P = 1)."""
     (position, window, transfer, options), speed = sensor, float(block.speed[0])
     spectrum = stage_spectrum(ready, block, position)
-    if not options.mean_load:
+    sensors, own = ready.system.sensors, position.sensor
+    # of strain the mean load that passes is the most
+    if not (options.mean_load or (own >= 0 and sensors.kind[own] == "strain")):
         spectrum = replace(spectrum, force=np.where(spectrum.step == 0, 0.0, spectrum.force))
-    radius = _radius(ready.system, position) if options.radius is None else options.radius
-    motion = sensor_motion(spectrum, position, options.direction, radius)
-    lines = merged_lines(spectrum, windowed_forces(spectrum, position, window), motion)
+        if own >= 0:
+            spectrum = replace(spectrum, motion=np.where(spectrum.step == 0, 0.0, spectrum.motion))
+    through_window = windowed_forces(spectrum, position, window)
+    if own >= 0:
+        lines = merged_lines(spectrum, own_signal(spectrum, sensors.rows[own]), through_window)
+    else:
+        radius = _radius(ready.system, position) if options.radius is None else options.radius
+        motion = sensor_motion(spectrum, position, options.direction, radius)
+        lines = merged_lines(spectrum, through_window, motion)
     frequency = speed * np.array([float(exact) for exact in lines.frequency])
+    path = 1.0 if transfer is None else transfer.at(frequency)
+    if own >= 0:
+        signal = lines.force * (speed**2 if sensors.kind[own] == "acceleration" else 1.0)
+        acceleration = np.where(sensors.kind[own] == "acceleration", signal, np.nan)
+        return _SensorSignal(spectrum, lines, frequency, signal, acceleration, sensors.unit[own], lines.motion * path)
     acceleration = -((2 * np.pi * frequency) ** 2) * lines.motion
-    signal = lines.force if transfer is None else lines.force * transfer.at(frequency)
-    if transfer is not None and transfer.unit == ACCELERATION:
-        signal = signal + acceleration
-    return _SensorSignal(spectrum=spectrum, lines=lines, frequency=frequency, signal=signal, acceleration=acceleration)
+    accelerates = transfer is not None and transfer.unit == ACCELERATION
+    signal = lines.force * path + (acceleration if accelerates else 0.0)
+    return _SensorSignal(spectrum, lines, frequency, signal, acceleration, "m/s2" if accelerates else "N")
+
+
+def _window_fit(at_sensor: _SensorSignal) -> tuple[float, float]:
+    """Factor by which the sizes of the window's lines come nearest to those of the sensor, and the RMS left [1].
+
+    Least squares over all lines: with a, b the sizes, the factor is a.b / b.b and what is left sqrt(1 - (a.b)^2/(a.a
+    b.b)) of the sensor's: 0 of equal proportions, 1 where no line is in both.
+    """
+    a, b = np.abs(at_sensor.signal), np.abs(at_sensor.window) if at_sensor.window is not None else np.zeros(0)
+    if not (a.any() and b.any()):
+        return 0.0, 1.0
+    factor = float(a @ b / (b @ b))
+    return factor, float(np.linalg.norm(a - factor * b) / np.linalg.norm(a))
 
 
 def _radius(system: System, position: SensorPosition) -> float:
@@ -381,12 +440,17 @@ def _labelled(
     without = np.array([healthy.get(exact, 0j) for exact in frequency])
     faulty = np.abs(at_sensor.signal[listed] - without) > _REPORTED * np.abs(at_sensor.signal[listed])
     duration, values = signal
-    unit = "N" if sensor.transfer is None or sensor.transfer.unit != ACCELERATION else "m/s2"
+    unit = at_sensor.unit
     angle = np.linspace(-np.pi, np.pi, 721)
     causes = [labels.causes(sources, faulty=bad) for sources, bad in zip(origins, faulty, strict=True)]
     family = [labels.family(sources[0], faulty=bad) for sources, bad in zip(origins, faulty, strict=True)]
+    beside: dict[str, Any] = {}
+    if at_sensor.window is not None:
+        factor, left = _window_fit(at_sensor)
+        beside = {"window_amplitude": ("line", factor * at_sensor.window[listed]), "window_difference": ((), left)}
     result = dataset(
         {
+            **beside,
             "line_frequency": ("line", at_sensor.frequency[listed]),
             "exact_frequency": ("line", _texts([str(exact) for exact in frequency])),
             "mesh_order": ("line", np.array([float(exact / ready.lines.tones[labels.own]) for exact in frequency])),
@@ -410,7 +474,7 @@ def _labelled(
         options={**_recorded(system, sensor), "samples": values.size, "harmonics": block.harmonics},
         provenance=system.provenance,
         warnings=[*system.warnings, *_warnings(ready, block, sensor, at_sensor)],
-        units={name: unit for name in ("signal", "signal_amplitude", "fault_free_amplitude")},
+        units={name: unit for name in ("signal", "signal_amplitude", "fault_free_amplitude", "window_amplitude")},
     )
     result.attrs.update(
         stage=position.stage,
@@ -465,7 +529,8 @@ def _warnings(ready: Response, block: Block, sensor: _Sensor, at_sensor: _Sensor
         notes.append(coded("window-cut", text))
     if transfer is not None:
         outside = ~transfer.covers(at_sensor.frequency)
-        lost, whole = _power(at_sensor.lines.force[outside]), _power(at_sensor.lines.force)
+        through = at_sensor.lines.force if at_sensor.window is None else at_sensor.lines.motion
+        lost, whole = _power(through[outside]), _power(through)
         if lost > 1e-6 * whole:
             text = (
                 f"the transfer path is given from {transfer.frequency[0]:g} to {transfer.frequency[-1]:g} Hz: "

@@ -50,6 +50,7 @@ class SensorPosition:
     branches : (N,) of these meshes.  spacing : (N,) angles of the branches [rad].
     teeth : of the ring, with the sign of the direction in which they pass the planets; None where they do not, or are
         no whole number.  others : the same of all central gears at the same mesh frequency, where they are.
+    sensor : number of that of the model whose rows count in place of the motion of the bodies; -1: none.
     """
 
     stage: str
@@ -63,6 +64,7 @@ class SensorPosition:
     spacing: Array
     teeth: int | None
     others: tuple[int, ...] = ()
+    sensor: int = -1
 
     @cached_property
     def even(self) -> bool:
@@ -403,7 +405,8 @@ class StageSpectrum:
 
     step : (R,) whole numbers, frequency = step / unit [Hz].  carrier : the speed of the stage's axes in the same steps.
     shaft : (R,) index of the shaft line, -1 of mesh orders.  point : (R, D) multiples of the tones beside it.
-    force : (p, R) of the meshes in the window [N].  motion : (6, R) of the bodies under the sensor [m, rad].
+    force : (p, R) of the meshes in the window [N].  motion : (6, R) of the bodies under the sensor [m, rad], or (r, R)
+        of the rows of a sensor of the model, real and imaginary parts.
     """
 
     unit: int
@@ -449,22 +452,26 @@ def _part(ready: Response, block: Block, position: SensorPosition, *, shifted: b
     total = faces(ready.system.meshes).total(force.amplitude)
     motion = motion_spectrum(ready, block, shifted=shifted)
     lines, points = steps.shape[0], force.points
-    moved = np.zeros((6, lines, len(points)), complex)
-    moved[:, :, : len(motion.points)] = _body_motion(ready.system, motion, position)
+    own = _body_motion(ready.system, motion, position)
+    moved = np.zeros((len(own), lines, len(points)), complex)
+    moved[:, :, : len(motion.points)] = own
     return {
         "step": steps.ravel(),
         "shaft": np.repeat(np.arange(lines) if shifted else np.full(1, -1), len(points)),
         "point": np.tile(points, (lines, 1)).T,
         "force": total[position.meshes, 0].reshape(len(position.meshes), -1),
-        "motion": moved.reshape(6, -1),
+        "motion": moved.reshape(len(own), -1),
     }
 
 
 def _body_motion(system: System, motion: Spectrum, position: SensorPosition) -> ComplexArray:
-    """Mean motion of the bodies under the sensor, (6, S, K) [m, rad]."""
+    """Mean motion of the bodies under the sensor, (6, S, K) [m, rad], or the rows of one of the model, (r, S, K)."""
     expand = np.zeros((6, len(system.force)))
-    for body in position.bodies:
-        expand += system.dofs.expand[6 * body : 6 * body + 6] / len(position.bodies)
+    if position.sensor >= 0:
+        rows = system.sensors.rows[position.sensor].reshape(-1, len(system.force))
+        expand = np.stack([rows.real, rows.imag], axis=1).reshape(-1, rows.shape[1])
+    for body in position.bodies if position.sensor < 0 else ():
+        expand += system.dofs.rigid[6 * body : 6 * body + 6] / len(position.bodies)
     moved: ComplexArray = np.tensordot(expand, motion.amplitude[:, 0], axes=1)
     return moved
 
@@ -512,6 +519,23 @@ def sensor_motion(
     # c cos b + s sin b with b = beta - W t
     amplitude = np.stack([(c - 1j * s) / 2 * turn, still, (c + 1j * s) / 2 / turn], axis=1)
     return _contributions(amplitude, np.array([-1, 0, 1]))
+
+
+def own_signal(spectrum: StageSpectrum, rows: ComplexArray) -> SensorContributions:
+    """Signal of a sensor of the model on what stands in the housing, at the operating speed [1, m/s2].
+
+    rows : (3, K + 1, n) of `SensorRows`, whose real and imaginary parts are the motion of the spectrum.
+    """
+    count = rows.shape[1]
+    parts = spectrum.motion.reshape(3, count, 2, -1)
+    orders = np.arange(1 - count, count)
+    amplitude = np.zeros((spectrum.step.size, orders.size), complex)
+    for column, order in enumerate(orders.tolist()):  # the material turns backwards in the axes of the stage
+        k, sense = abs(order), -1 if order > 0 else 1
+        value = (parts[:, k, 0] + 1j * sense * parts[:, k, 1]) / (2 if k else 1)
+        omega = 2 * np.pi * ((spectrum.step + order * spectrum.carrier) / spectrum.unit).astype(float)
+        amplitude[:, column] = value[0] + 1j * omega * value[1] - omega**2 * value[2]
+    return _contributions(amplitude, orders)
 
 
 def _arm(radius: float, angle: ComplexArray) -> ComplexArray:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -26,14 +28,26 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
     passing = f"planets pass at {number(result.sizes['planet'] * carrier)} Hz" if carrier else "no planet passes"
     where = f"Signal beside {result.attrs['sensor_body']}, {passing}"
     title = f"{where}: {min(_SHOWN, len(size))} of {len(size)} lines"
-    return [_lines(result, size, rank[:_SHOWN], title, unit), _families(result, size, rank, unit)]
+    lines = _lines(result, size, rank[:_SHOWN], title, unit)
+    return [replace(lines, lead=_difference(result)), _families(result, size, rank, unit)]
+
+
+def _difference(result: xr.Dataset) -> str:
+    """How much the lines of a window differ from those of a sensor of the model; nothing without one."""
+    if "window_difference" not in result.variables:
+        return ""
+    left, window = 100 * float(result["window_difference"]), json.loads(result.attrs["options"])["window"]
+    return (
+        f"Motion of the ring at the sensor. The mesh forces through the window {window}, scaled to fit, leave "
+        f"{left:.3g} % of the RMS."
+    )
 
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """Signal over a turn of the carrier, and its lines."""
     from ...show.charts.over_time import modulation
 
-    parts = [Drawing(anchor="modulation", figure=modulation(result))]
+    parts = [Drawing(anchor="modulation", figure=modulation(result), caption=_difference(result))]
     return [Section(anchor="modulation", title="Vibration at the ring", parts=parts)]
 
 
@@ -49,6 +63,8 @@ def _lines(result: xr.Dataset, size: Any, chosen: Any, title: str, unit: str) ->
         "[dB]": [f"{20 * np.log10(value / largest):.1f}" for value in size[chosen]],
         f"without deviations [{unit}]": list(np.abs(result.fault_free_amplitude.values[chosen])),
     }
+    if "window_amplitude" in result.variables:
+        columns[f"by the window [{unit}]"] = list(np.abs(result.window_amplitude.values[chosen]))
     return Table(title=title, columns=columns)
 
 

@@ -141,7 +141,7 @@ def _shaft_turn(system: System) -> Array:
     ModelError : it cannot turn.
     """
     torque = np.array([(system.locked or {}).get(name, 0.0) for name in system.dofs.bodies])
-    turn: Array = torque / torque.sum() @ system.dofs.expand[5::6]
+    turn: Array = torque / torque.sum() @ system.dofs.rigid[5::6]
     if not np.abs(turn).max() > _STILL:
         raise ModelError(
             "cannot turn: it is rigid with what is held", path="shaft", given=", ".join(system.locked or ())

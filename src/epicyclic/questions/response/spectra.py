@@ -384,7 +384,13 @@ def motion_signal(ready: Response, block: Block) -> Signal:
 
 def error_signal(ready: Response, block: Block) -> Signal:
     """Every transmission error [m, rad], (2 w + s) rows, at the frequencies kept."""
-    return _signal(ready, block, partial(_row_spectrum, rows=strained(ready, ready.system.error_rows)))
+    return row_signal(ready, block, ready.system.error_rows, strains=True)
+
+
+def row_signal(ready: Response, block: Block, rows: Array, *, strains: bool) -> Signal:
+    """Rows (n, r) of the coordinates at the frequencies kept; strains : as of `strained`."""
+    modal = strained(ready, rows) if strains else rows.T @ ready.modal.shapes
+    return _signal(ready, block, partial(_row_spectrum, rows=modal))
 
 
 def link_signal(ready: Response, block: Block) -> Signal:

@@ -47,6 +47,7 @@ from .response import (
     response_parts,
     unstable_speeds,
 )
+from .sensors import sensor_columns, sensor_measures
 from .spectra import (
     Spectrum,
     alias_free_samples,
@@ -116,6 +117,7 @@ def steady(system: System, options: SteadyOptions) -> xr.Dataset:
     combined, labels = _combinations(ready, force, motion, relative_speed)
     links, link_labels = _link_variables(ready, block, theta, top)
     errors, error_labels = _error_variables(ready, block, theta)
+    sensors, sensor_names = sensor_columns(ready, block)
     result = dataset(
         {
             "mesh_force": (("mesh", "mesh_phase"), _by_mesh(ready, force, theta)[:, 0].real),
@@ -132,6 +134,7 @@ def steady(system: System, options: SteadyOptions) -> xr.Dataset:
             "dynamic_factor": ("mesh", factor[:, 0]),
             **links,
             **errors,
+            **sensors,
             **_line_variables(ready, block, shafts, theta),
             "residual": ((), block.residual[0]),
         },
@@ -140,6 +143,7 @@ def steady(system: System, options: SteadyOptions) -> xr.Dataset:
             "dof": list(system.dofs.names),
             **link_labels,
             **error_labels,
+            **sensor_names,
             "mesh_phase": theta,
             "harmonic": np.arange(top + 1),
             **labels,
@@ -441,6 +445,8 @@ def _block_measures(ready: Response, block: Block, layout: Layout, options: Swee
                 errors=error_signal(ready, block) if ready.system.errors.mesh and not forces_alone else None,
             )
         }
+        if ready.system.sensors.name and not forces_alone:
+            values |= sensor_measures(ready, block, layout.orders)
         if forces_alone:
             first = np.zeros(len(layout.radius), dtype=np.int64)
             harmonics = order_harmonics(motion, first, layout.orders)

@@ -19,6 +19,7 @@ from ...errors import ModelError
 from ...limits import RESONANCE_BAND
 from ...results.dataset import first_largest, largest
 from ...statics.record import parallel_meshes
+from ...statics.sensors import sensor_labels
 from ...statics.static import rounding_of
 from ...statics.tangent import linear
 from ...system.system import Array, ComplexArray, Index, System, faces
@@ -290,6 +291,9 @@ ROWS: dict[str, tuple[str, ...]] = {
         for kind, row in (("rotation", "mesh"), ("approach", "mesh"), ("shaft", "shaft"))
         for name, dims in (("peak_to_peak", ()), ("rms", ()), ("order", ("order",)))
     },
+    "sensor_mean": ("sensor",),
+    "sensor_rms": ("sensor",),
+    "sensor_order": ("sensor", "order"),
     "residual": (),
 }
 _COMPLEX, _ERRORS = ("displacement_harmonic",), tuple(name for name in ROWS if name.startswith("transmission_error"))
@@ -338,7 +342,7 @@ def empty_table(ready: Response, count: int, *, orders: int, shafts: bool, harmo
     layout = Layout(
         axis=lines.axis[face.first],
         radius=dofs.radius,
-        translation=dofs.expand.reshape(len(dofs.bodies), 6, -1)[:, :3],
+        translation=dofs.rigid.reshape(len(dofs.bodies), 6, -1)[:, :3],
         pairs=lateral_pairs(system),
         turn=system.links.turn,
         orders=orders,
@@ -354,6 +358,7 @@ def empty_table(ready: Response, count: int, *, orders: int, shafts: bool, harmo
         "dof": dofs.names,
         "body": dofs.bodies if layout.translation.any() else (),
         "shaft": system.errors.shaft,
+        "sensor": system.sensors.name,
         "link_row": system.links.name,
         "bearing": [system.links.link[x] for x in layout.pairs[:, 0]],
     }
@@ -391,9 +396,11 @@ def sweep_dataset(
     if "line" in used:
         coords["line_order"] = ("line", np.array([float(f) for f in table.layout.frequencies]) / tone)
     further = {"cross_order": ("speed", table.cross_order)} if len(table.tones) > 1 else {}
+    described = sensor_labels(ready.system.sensors, list(range(len(ready.system.sensors.name))))[0]
     result = dataset(
         {
             **variables,
+            **(described if "sensor" in used else {}),
             "status": ("speed", table.status),
             "harmonics": ("speed", table.harmonics),
             **further,

@@ -9,6 +9,7 @@ import numpy as np
 
 from ...limits import carries_load
 from ...results.dataset import first_largest, largest
+from ...show.bent_rings import deflection_tables
 from ...show.elements import (
     Company,
     Drawing,
@@ -25,6 +26,7 @@ from ...show.elements import (
     loaded,
     named_columns,
     relative_speed,
+    sensor_tables,
     speed_range_of,
     status_table,
     torque_tables,
@@ -41,7 +43,7 @@ if TYPE_CHECKING:
 
 def steady_tables(result: xr.Dataset) -> Sequence[Table]:
     """Mesh forces, radial forces in bearings [N], shaft frequencies [Hz] with their largest amplitude [N]."""
-    found = [force_table(result), *error_tables(result)]
+    found = [force_table(result), *error_tables(result), *sensor_tables(result)]
     if "bearing_force_peak" in result:
         heading = largest_heading(result)
         bearings: dict[str, Any] = {
@@ -52,7 +54,7 @@ def steady_tables(result: xr.Dataset) -> Sequence[Table]:
         }
         title = "Radial forces in bearings, supports and couplings"
         found.append(Table(title=title, columns=loaded(bearings, heading)))
-    found += torque_tables(result)
+    found += [*torque_tables(result), *deflection_tables(result)]
     if result.sizes.get("line"):
         columns: dict[str, Any] = {
             "cause": list(map(str, result.line.values)),
@@ -65,7 +67,7 @@ def steady_tables(result: xr.Dataset) -> Sequence[Table]:
 
 def steady_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """Mesh forces over the mesh cycle; with contact loss also their range over all shaft phases."""
-    from ...show.charts.over_time import force_envelopes, mesh_forces, transmission_errors
+    from ...show.charts.over_time import force_envelopes, mesh_forces, sensors, transmission_errors
 
     parts = []
     if "mesh_force" in result.variables:
@@ -74,6 +76,8 @@ def steady_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
             parts.append(Drawing(anchor="steady-range", figure=force_envelopes(result)))
     if "transmission_error_rotation" in result.variables:
         parts.append(Drawing(anchor="steady-errors", figure=transmission_errors(result)))
+    if "sensor" in result.dims:
+        parts.append(Drawing(anchor="sensors", figure=sensors(result)))
     return [Section(anchor="steady", title="Steady response", parts=parts)]
 
 
@@ -103,7 +107,7 @@ def sweep_tables(result: xr.Dataset) -> Sequence[Table]:
         bodies = largest_over_speed(result, "body", "body_acceleration_rms", "largest rms [m/s2]")
         title = "Accelerations of the bodies' centres"
         found.append(Table(title=title, columns=loaded(bodies, "largest rms [m/s2]")))
-    return [*found, *error_tables(result), *torque_tables(result), status_table(result)]
+    return [*found, *error_tables(result), *sensor_tables(result), *torque_tables(result), status_table(result)]
 
 
 def sweep_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
@@ -112,6 +116,7 @@ def sweep_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     Of a sweep to the modes beside one about operation the mesh forces alone.
     """
     from ...show.charts.over_speed import bearing_forces, error_sweep, speed_sweep
+    from ...show.charts.over_time import sensors
     from ...show.charts.speed_maps import waterfall
 
     modes = company.get("modes")
@@ -133,6 +138,8 @@ def sweep_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     if "transmission_error_rotation_peak_to_peak" in result.variables and not to_modes:
         words = "Largest less smallest over all phases of the shaft lines."
         parts.append(Drawing(anchor="error-sweep", figure=error_sweep(result, modes), caption=words))
+    if "sensor" in result.dims and not to_modes:
+        parts.append(Drawing(anchor="sensors", figure=sensors(result)))
     return [Section(anchor="sweep", title=_TITLES.get(speed_range_of(result), "Speed sweep"), parts=parts)]
 
 

@@ -32,7 +32,7 @@ from ...train.resolution import load
 from ...train.train import Train
 from .adjoint import SystemNumbers, combined, numbers, with_lines
 
-_COUNTS = ("teeth", "planets", "slices", "count", "order", "seed")
+_COUNTS = ("teeth", "planets", "slices", "count", "order", "seed", "modes")
 _TEXTS = ("format", "title", "doi", "notes", "assumed", "tolerance", "limits")
 # Long lists, whose entries are parameters only where a path names them
 _TABLES = ("pitch", "values", "deflection")

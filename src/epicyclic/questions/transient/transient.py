@@ -13,6 +13,7 @@ from ...engine.plan import MOST_NUMBERS, require_memory, require_time
 from ...errors import ModelError
 from ...machine_code import numba_available
 from ...statics.record import link_factor, reference_tone
+from ...statics.sensors import motion_signals, sensor_labels
 from ...statics.transmission_error import run_errors
 from ...system.gaps import groups_past_the_end, net_force, past_the_end
 from ...system.system import Array, ComplexArray, System, faces
@@ -38,8 +39,10 @@ from .integrators import (
     LEAST_AT,
     MOST,
     MOST_AT,
+    acceleration,
     at_equilibrium,
     at_rest,
+    instant_terms,
     starting_slider,
     steps_for,
 )
@@ -146,6 +149,26 @@ def group_force(moving: Motion, times: Array, states: Array, sliders: Array) -> 
     force = moving.laws.force(group_stretch(moving, times, states), sliders if sliders.size else None)
     size: Array = moving.laws.rows.size(force).T
     return size
+
+
+def sensor_signal(moving: Motion, times: Array, modal: Array, sliders: Array, mesh: Array, link: Array) -> Array:
+    """Signals of the sensors (s, T); their accelerations are those of the equation of motion at each instant.
+
+    Parameters
+    ----------
+    modal : (T, 2, n).  sliders : (T, R) [m].  mesh : (m, T) of mesh rows [N].  link : (p, T) of link rows [N, N m].
+    """
+    sensors, program = moving.system.sensors, moving.program
+    states, rate = from_modal(moving, modal), np.zeros(len(times))
+    if "acceleration" in sensors.kind:
+        second = np.empty_like(modal[:, 0])
+        for i, (t, (y, v), slider) in enumerate(zip(times.tolist(), modal, sliders, strict=True)):
+            at = instant_terms(moving, t, t)
+            second[i], rate[i] = acceleration(moving, at, y, v, slider if slider.size else None), at.rise
+        states = np.concatenate([states, from_modal(moving, second[:, None])], axis=1)
+    phase = np.outer([float(turn) for turn in sensors.turn], phase_at(program, times))
+    own = sensors.mesh @ mesh + sensors.link_weights(len(link)) @ link
+    return own + motion_signals(sensors, phase, states, speed_at(program, times), rate)
 
 
 # --- the run ---------------------------------------------------------------------------------------------------------
@@ -363,6 +386,7 @@ def _labelled(record: RunRecord, tone: float, options: dict[str, Any]) -> xr.Dat
     moving, plan = record.moving, record.plan
     system, face, times = moving.system, faces(moving.system.meshes), plan.times(0, plan.count)
     mesh, displacement, link, group = list[Array](), list[Array](), list[Array](), list[Array]()
+    sensed = list[Array]()
     lost = record.tally.flank[: len(system.meshes.name), 1] > 0
     largest = record.tally.flank[:, 0].copy()
     for first in range(0, len(times), _BLOCK):
@@ -370,10 +394,14 @@ def _labelled(record: RunRecord, tone: float, options: dict[str, Any]) -> xr.Dat
         at, states = times[block], from_modal(moving, record.states[block])
         with np.errstate(over="ignore", invalid="ignore"):
             flanks = _pressed(moving, at, states).T
-            mesh.append(face.total(mesh_total(moving, flanks)))
+            by_row = mesh_total(moving, flanks)
+            mesh.append(face.total(by_row))
             lost |= (flanks[: lost.size] <= 0).any(axis=1)
             largest = np.fmax(largest, np.fmax.reduce(flanks, axis=1, initial=0.0))
             link.append(link_force(moving, at, states))
+            if system.sensors.name:
+                sliders = record.sliders[block]
+                sensed.append(sensor_signal(moving, at, record.states[block], sliders, by_row, link[-1]))
             if system.groups:
                 group.append(group_force(moving, at, states, record.sliders[block]))
         displacement.append((states[:, 0] * system.dofs.radius).T)
@@ -392,6 +420,10 @@ def _labelled(record: RunRecord, tone: float, options: dict[str, Any]) -> xr.Dat
         notes += groups_past_the_end(system, np.fmax.reduce(forces, axis=1, initial=0.0)) if unilateral else []
         variables["group_force"] = (("group", "time"), forces)
         coords["group"] = [group.name for group in system.groups]
+    if sensed:
+        described, labels = sensor_labels(system.sensors, list(range(len(system.sensors.name))))
+        variables |= {**described, "sensor_signal": (("sensor", "time"), np.concatenate(sensed, axis=1))}
+        coords |= labels
     if record.sliders.shape[1]:
         variables["end_slider"] = ("group_row", record.sliders[end])
         coords["group_row"] = [row for group in system.groups for row in group.rows]

@@ -8,7 +8,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...results.dataset import largest
-from ...show.elements import Company, Drawing, Finding, Part, Section, Table, error_tables, number, torque_tables
+from ...show.elements import (
+    Company,
+    Drawing,
+    Finding,
+    Part,
+    Section,
+    Table,
+    error_tables,
+    number,
+    sensor_tables,
+    torque_tables,
+)
 from ...show.series import engineering, of_first_stage, own_tones, short_names, texts
 from ...show.views import ResultView
 
@@ -56,12 +67,13 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
         Table(title=f"Mesh forces along the tooth normal, {title}", columns=columns, lead=words),
         *torque_tables(result),
         *error_tables(result),
+        *sensor_tables(result),
     ]
 
 
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """Mesh forces over time, and over a speed ramp the spectrum of the one that swings most."""
-    from ...show.charts.over_time import spectrogram, transient_forces
+    from ...show.charts.over_time import sensors, spectrogram, transient_forces
     from ...show.series import ramps
 
     words = "Samples kept; the table has what lies between them. Left and right drawn once where they coincide."
@@ -69,6 +81,8 @@ def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     if ramps(result):
         words = "Dotted: multiples of the mesh frequency; where one is dark it passes a natural frequency."
         parts.append(Drawing(anchor="spectrogram", figure=spectrogram(result), caption=words))
+    if "sensor" in result.dims:
+        parts.append(Drawing(anchor="sensors", figure=sensors(result)))
     return [Section(anchor="transient", title="Motion over time", parts=[*parts, *tables(result)])]
 
 

@@ -15,6 +15,7 @@ import plotly.graph_objects as go
 import xarray as xr
 
 from ...results.dataset import ranked
+from ..elements import SENSOR_UNITS
 from ..series import (
     ARCSEC,
     Array,
@@ -40,6 +41,9 @@ _MOST_SAMPLES = 3000
 # Windows of the spectrogram along the run, how they overlap, and what is shown below the largest amplitude [dB].
 _WINDOWS, _OVERLAP, _RANGE = 100, 0.75, 60.0
 _ORDERS = 5
+# Lines of a sensor drawn: from this part of its largest on.
+_SEEN = 1e-3
+_QUANTITIES = {"1": "strain", "m/s2": "acceleration", "rad": "rotation", "N m": "torque"}
 
 
 def over_time(
@@ -317,3 +321,39 @@ def transmission_errors(result: xr.Dataset) -> go.Figure:
     title = "Transmission error" + (", multiples of the mesh frequency" if "mesh_phase" in result.dims else "")
     words = "lag of the driven gear [µm]"
     return over_time(result, "transmission_error_rotation", title, words, 1e6, below=below)
+
+
+def sensors(result: xr.Dataset) -> go.Figure:
+    """Signals of the sensors, a panel a unit: over time, as lines over frequency [Hz], or their RMS over speed.
+
+    Parameters
+    ----------
+    result : Dataset of `static`, `steady`, `sweep` or `transient`: sensor_unit (sensor), and sensor_signal (sensor,
+        time), sensor_amplitude (sensor, sensor_line) with sensor_line_frequency, or sensor_rms (sensor, speed) with
+        mesh_frequency.
+    """
+    names, units = texts(result, "sensor"), texts(result, "sensor_unit", "sensor")
+    if "sensor_signal" in result.variables:
+        values, x = result["sensor_signal"].transpose("sensor", "time").values, numbers(result, "time", "time")
+        title, axis = "Sensors over time", f"time [{result['time'].attrs.get('units', 's')}]"
+    elif "sensor_amplitude" in result.variables:
+        values = np.abs(result["sensor_amplitude"].transpose("sensor", "sensor_line").values)
+        x, title, axis = numbers(result, "sensor_line_frequency"), "Lines of the sensors", "frequency [Hz]"
+    else:
+        values, x = result["sensor_rms"].transpose("sensor", "speed").values, numbers(result, "mesh_frequency")
+        title, axis = "RMS of the sensors over speed", "mesh frequency [Hz]"
+    rank, shown = np.argsort(x, kind="stable"), []
+    for unit, (as_shown, scale) in SENSOR_UNITS.items():
+        layers: list[Layer] = []
+        for i in (i for i, own in enumerate(units) if own == unit):
+            look: Trace = {"name": names[i], "colour": PALETTE[i % len(PALETTE)]}
+            at, own = x[rank], scale * values[i][rank]
+            if "sensor_amplitude" in result.variables:
+                there = np.flatnonzero((own > _SEEN * own.max(initial=0.0)) & (at > 0))
+                said = [f"{names[i]}: {own[k]:.4g} {as_shown} at {engineering(float(at[k]))} Hz" for k in there]
+                layers.append(Stems(at[there], own[there], width=1.5, points=4, text=said, **look))
+            else:
+                layers.append(Curve(*thinned(at, own, most=_MOST_SAMPLES), width=1.5, **look))
+        if layers:
+            shown.append(Panel(layers, y=f"{_QUANTITIES[unit]} [{as_shown}]"))
+    return chart(title, *shown, x=axis, height=140 + 230 * len(shown), gap=0.2 / max(2, len(shown)))

@@ -32,9 +32,17 @@ MODE_COLOURS = {
     "rotational": "#D55E00",
     "translational": "#0072B2",
     "planet": "#009E73",
+    "ring": "#B07A00",
     "mixed": "#5B3F8C",
 }
-MODE_SYMBOLS = {"rigid": "x", "rotational": "circle", "translational": "diamond", "planet": "square", "mixed": "star"}
+MODE_SYMBOLS = {
+    "rigid": "x",
+    "rotational": "circle",
+    "translational": "diamond",
+    "planet": "square",
+    "ring": "hexagon",
+    "mixed": "star",
+}
 
 SPEED_TITLE = f"speed (shaded: operation ± {100 * RESONANCE_BAND:.0f} %) [% of the operating speed]"
 # A name to the right of the plot.

@@ -86,7 +86,7 @@ def shapes(drive: str, changes: Mapping[str, object]) -> ModeShapes:
     train = load(drive, dict(changes))
     view = mode_view(train, assemble(train), body_labels(train))
     rows = [{"index": int(n), "frequency": float(f)} for n, f in zip(view.number, view.frequency, strict=True)]
-    return mode_shapes([], rows, view.shape, view.mass)
+    return mode_shapes([], rows, {"shape": view.shape, "mass": view.mass})
 
 
 def test_the_pairs_of_equal_planets_rotate_and_are_followed_by_their_span() -> None:

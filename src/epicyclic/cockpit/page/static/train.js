@@ -1,7 +1,7 @@
 // The drawing of the train: front view and axial section, turning, or a mode shape in the same drawing.
 import { calm, font, loadColour, look, px, roundUp, written } from "./look.js";
 import { make, Pane, Sheet } from "./pane.js";
-import { drawLoadKey, fitted, paint, paintMode, placeAt, prepared, slowing, under } from "./train_paint.js";
+import { deflected, drawLoadKey, fitted, paint, paintMode, placeAt, prepared, slowing, under } from "./train_paint.js";
 
 const FRONT_SHARE = 0.75; // of the height: front view 330 of 440 px, the section the rest
 const KEY = 22; // [px] strip between them: colours of the loads, how much the turning is slowed
@@ -149,7 +149,7 @@ export class TrainPane extends Pane {
     super.hear(changed);
   }
 
-  /** Motion of every body in the chosen mode, (body, 6), or null; a shape of another set of bodies is none. */
+  /** Motion of every body in the chosen mode, six numbers and `bent`, or null; a shape of another set of bodies is none. */
   shape() {
     const modes = this.hub.parts.modes;
     if (this.hub.mode === null || !modes?.arrays.shape) return null;
@@ -158,7 +158,14 @@ export class TrainPane extends Pane {
     if (row < 0 || bodies !== this.part_.head.bodies.length) return null;
     this.mode = modes.head[row];
     const of = (body) => Array.from(data.subarray(6 * (row * bodies + body), 6 * (row * bodies + body) + 6));
-    return this.part_.head.bodies.map((_, body) => of(body));
+    const { bent } = modes.arrays;
+    let next = bent ? row * bent.shape[1] : 0;
+    return this.part_.head.bodies.map(({ bends }, body) => {
+      if (!bends || !bent) return Object.assign(of(body), { bending: null });
+      const values = bent.data.subarray(next, (next += bends.length));
+      // coordinates of matrices, e1, e2, .., say nothing of places between interfaces
+      return Object.assign(of(body), { bending: bends[0].startsWith("e") ? null : { names: bends, values } });
+    });
   }
 
   /** Where a shape of the front view is now; the section stands still. */
@@ -180,6 +187,20 @@ export class TrainPane extends Pane {
     if (this.slow > 1 && this.wide > 330) context.fillText(`turning 1 : ${written(this.slow, 1)}`, this.wide - 8, key + 0.5);
   }
 
+  /** How points of a shape of the front view move, by which its body bends; null of a body that does not. */
+  bentBy(motion, swing) {
+    const wide = (NUDGE / this.fit.front.scale) * swing;
+    return ({ at: [, , turn], body }) => {
+      const { bending } = motion[body];
+      if (!bending) return null;
+      return (x, y) => {
+        const [out, along] = deflected(bending.names, bending.values, Math.atan2(y, x) + turn);
+        const [c, s] = [x / Math.hypot(x, y), y / Math.hypot(x, y)];
+        return [x + wide * (c * out - s * along), y + wide * (s * out + c * along)];
+      };
+    };
+  }
+
   /** Where shapes of both views are in a mode, `swing` -1..1: displaced and turned; moved in the plane, and tilted. */
   movedBy(motion, swing) {
     const { front, section } = this.fit;
@@ -193,7 +214,8 @@ export class TrainPane extends Pane {
     const tilted = ({ at: [z, r, turn], body }) => {
       const [[dx, dy, dz, rx, ry], { plane, arc }] = [motion[body], bodies[body]];
       const [c, s] = [Math.cos(plane), Math.sin(plane)];
-      return [z + narrow * dz, r + narrow * (dx * c + dy * s), turn + (narrow * (ry * c - rx * s)) / arc];
+      const out = motion[body].bending ? deflected(motion[body].bending.names, motion[body].bending.values, plane)[0] : 0;
+      return [z + narrow * dz, r + narrow * (dx * c + dy * s + out), turn + (narrow * (ry * c - rx * s)) / arc];
     };
     return [turned, tilted];
   }
@@ -201,9 +223,9 @@ export class TrainPane extends Pane {
   drawMode(context, motion) {
     const { front, section, key } = this.fit;
     const swing = calm() ? 1 : Math.sin((2 * Math.PI * this.seconds) / SWING);
-    const amount = (index) => Math.min(1, Math.hypot(...motion[index]));
+    const amount = (index) => Math.min(1, Math.hypot(...motion[index], ...(motion[index].bending?.values ?? [])));
     const [turned, tilted] = this.movedBy(motion, swing);
-    paintMode(context, this.front, front, turned, amount);
+    paintMode(context, this.front, front, turned, amount, this.bentBy(motion, swing));
     paintMode(context, this.section, section, tilted, amount);
     context.globalAlpha = 1;
     context.font = font(12, 600);

@@ -39,13 +39,19 @@ export function prepared({ contours, shapes, bounds }) {
     if (!known.has(key)) known.set(key, outlineOf(shape.contours.map((index) => contours[index]), shape.type === "area"));
     return { ...shape, outline: known.get(key) };
   });
-  return { shapes: outlined, bounds };
+  return { shapes: outlined, bounds, contours };
 }
 
-/** Contours [times, radius, x, y, ...] about the origin of their shape [mm]; of an area all times are one closed line. */
-function outlineOf(contours, isClosed) {
+const BENT = 144; // corners of a circle that bends
+
+/**
+ * Contours [times, radius, x, y, ...] about the origin of their shape [mm]; of an area all times are one closed line.
+ * `bent(x, y)` is where a point of a ring that bends goes.
+ */
+function outlineOf(contours, isClosed, bent = null) {
   const outline = new Path2D();
-  for (const [times, radius, ...points] of contours) {
+  for (let [times, radius, ...points] of contours) {
+    if (!points.length && bent) [times, points] = [BENT, [radius, 0]];
     if (!points.length) {
       outline.moveTo(radius, 0);
       outline.arc(0, 0, radius, 0, TURN);
@@ -53,7 +59,8 @@ function outlineOf(contours, isClosed) {
     for (let time = 0; time < times; time++) {
       const [c, s] = [Math.cos((TURN * time) / times), Math.sin((TURN * time) / times)];
       for (let i = 0; i < points.length; i += 2) {
-        const [x, y] = [c * points[i] - s * points[i + 1], s * points[i] + c * points[i + 1]];
+        const at = [c * points[i] - s * points[i + 1], s * points[i] + c * points[i + 1]];
+        const [x, y] = bent ? bent(...at) : at;
         if (i === 0 && (time === 0 || !isClosed)) outline.moveTo(x, y);
         else outline.lineTo(x, y);
       }
@@ -61,6 +68,23 @@ function outlineOf(contours, isClosed) {
     if (isClosed) outline.closePath();
   }
   return outline;
+}
+
+/**
+ * Motion [outward, along] of the centre line of a ring at a polar angle, of its coordinates by name: a2, b2, .. of
+ * w = a cos n psi + b sin n psi, v = (b cos n psi - a sin n psi)/n, and of a ring that stretches a0, c1, d1, ..
+ */
+export function deflected(names, values, angle) {
+  let [out, along] = [0, 0];
+  names.forEach((name, i) => {
+    const [part, n] = [name[0], Number(name.slice(1))];
+    const [c, s] = [Math.cos(n * angle) * values[i], Math.sin(n * angle) * values[i]];
+    const [w, v] = part === "a" || part === "c" ? [c, -s] : [s, c];
+    if (part === "a" || part === "b") [out, along] = [out + w, along + v / Math.max(n, 1)];
+    else if (n === 1) [out, along] = [out + w, along - v];
+    else along += v;
+  });
+  return [out, along];
 }
 
 /** Scale [px/mm] and middle of a view of the bounds [x0, x1, y0, y1] within a box of pixels. */
@@ -98,8 +122,11 @@ export function paint(context, list, view, scene) {
   for (const shape of list.shapes) PAINTERS[shape.type](context, shape, view, whole);
 }
 
-/** A mode shape: bodies at rest in grey, then displaced by `moved(shape)`; `amount(body)` 0..1 of what moves most. */
-export function paintMode(context, list, view, moved, amount) {
+/**
+ * A mode shape: bodies at rest in grey, then displaced by `moved(shape)`; `amount(body)` 0..1 of what moves most.
+ * `bent(shape)` moves the points of its outline, null of a body that does not bend.
+ */
+export function paintMode(context, list, view, moved, amount, bent = () => null) {
   const moving = list.shapes.filter((shape) => shape.body !== undefined && MOVING.includes(shape.role));
   const atRest = (shape) => shape.at;
   const grey = { fill: null, stroke: look().other, width: 0.8 };
@@ -107,7 +134,10 @@ export function paintMode(context, list, view, moved, amount) {
   for (const shape of moving) {
     const [moves, colour] = [amount(shape.body), kindColour(shape)];
     const tone = moves < 0.03 ? { fill: null, stroke: look().edge } : { fill: translucent(colour, 0.1 + 0.3 * moves), stroke: colour };
-    PAINTERS[shape.type](context, shape, view, { place: moved, tone });
+    const by = shape.contours && bent(shape);
+    const contours = by && shape.contours.map((index) => list.contours[index]);
+    const seenAs = by ? { ...shape, outline: outlineOf(contours, shape.type === "area", by) } : shape;
+    PAINTERS[shape.type](context, seenAs, view, { place: moved, tone });
   }
   for (const shape of list.shapes) if (STANDING.includes(shape.role)) PAINTERS[shape.type](context, shape, view, { place: atRest });
 }

@@ -1,0 +1,228 @@
+"""The thin ring: a curved beam that bends in its plane, by Fourier orders about its axis.
+
+Mean radius R, mass per length rho A, stiffness of bending E I, of stretch E A, of shear k G A.  Radial motion w
+(outward) and tangential v at the polar angle psi:
+
+    stretch  (v' + w)/R      turn of the section  phi = (v - w')/R      curvature  phi'/R
+
+Without E A the ring is inextensible, v' = -w.  A thicker ring also shears: the turn of the section in an order n is
+1/(1 + E I n^2/(k G A R^2)) of that above, and the section has a moment of inertia.  The spin w_r of the ring
+pre-stresses it by N_0 = rho A R^2 w_r^2,
+
+    U_g = N_0/(2 R) int [(v' + w)^2 + (w' - v)^2] dpsi
+
+Of an order n >= 2 of an inextensible ring without shear, with J = [[0, 1], [-1, 0]] on the cos and sin part of w,
+M = pi rho A R (1 + 1/n^2), K = pi E I (n^2 - 1)^2/R^3 and D = n J.  All is derived here by the energies of a wave.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import lru_cache, partial
+
+import numpy as np
+
+from .elastic_body import Array, ElasticBody
+
+_QUARTER = np.array([[0.0, 1.0], [-1.0, 0.0]])  # J: of (cos, sin) parts the derivative of order 1
+# A point nearer to the axis than this part of the radius is none of the ring: what acts there acts on the mean motion.
+_AXIS = 1e-6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ThinRing:
+    """A ring as drawn.
+
+    radius : R of the centre line [m].  line_mass : rho A [kg/m].  bending : E I [N m^2].
+    axial : E A [N], inf: inextensible.  shear : k G A [N], inf: sections stay square to the centre line.
+    line_inertia : rho I of the section against turning [kg m].  orders : N, the highest.
+    foundation : uniform radial and tangential stiffness k_r, k_t to the housing per length [N/m^2].
+    """
+
+    radius: float
+    line_mass: float
+    bending: float
+    axial: float = math.inf
+    shear: float = math.inf
+    line_inertia: float = 0.0
+    orders: int = 12
+    foundation: tuple[float, float] = (0.0, 0.0)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the coordinates by which it bends."""
+        names = [f"{part}{n}" for n in range(2, self.orders + 1) for part in "ab"]
+        if math.isfinite(self.axial):
+            names = ["a0", *names, *(f"{part}{n}" for n in range(1, self.orders + 1) for part in "cd")]
+        return tuple(names)
+
+    def frequency(self, n: int) -> float:
+        """Natural frequency of order n >= 2 of the free inextensible ring, with shear and rotary inertia [Hz]."""
+        turn = self.section_turn(n) * (n**2 - 1) / (n * self.radius)
+        mass = self.line_mass * (1 + 1 / n**2) + self.line_inertia * turn**2
+        bent = self.bending * ((n**2 - 1) / self.radius**2) ** 2 * self.section_turn(n)
+        return math.sqrt(bent / mass) / (2 * math.pi)
+
+    def section_turn(self, n: int) -> float:
+        """Turn of the section in order n per that of a ring without shear [1]."""
+        return 1 / (1 + self.bending * n**2 / (self.shear * self.radius**2))
+
+    def compliance(self, n: int) -> float:
+        """Radial deflection of order n >= 2 at a radial point load per load, inextensible [m/N]."""
+        bent = math.pi * self.bending * (n**2 - 1) ** 2 / self.radius**3 * self.section_turn(n)
+        return 1 / (bent + math.pi * self.radius * (self.foundation[0] + self.foundation[1] / n**2))
+
+
+@dataclass(frozen=True, slots=True)
+class _Wave:
+    """Coordinates of one order: their names, indices among the rigid six and e, and field (4, k): w and v, cos, sin."""
+
+    n: int
+    index: list[int]
+    field: Array
+
+    @property
+    def norm(self) -> float:
+        """Integral of the square of cos n psi over the circle."""
+        return math.tau if self.n == 0 else math.pi
+
+
+@lru_cache(maxsize=8)
+def elastic_ring(ring: ThinRing) -> ElasticBody:
+    """Coordinates and matrices of a ring; a2, b2, .. are the cos and sin part of w, of order 2, .., [m].
+
+    With a finite `axial` stiffness also a0, the breathing, and c1, d1, c2, .. of what stretches beside it.
+    """
+    names = ring.names
+    waves = list(_waves(ring, names))
+    size = 6 + len(names)
+    M, D, S, K = (np.zeros((size, size)) for _ in range(4))
+    load = np.zeros(size)
+    rows: list[_Row] = []
+    held: list[_Row] = []
+    for wave in waves:
+        n, at, F = wave.n, np.ix_(wave.index, wave.index), wave.field
+        J = n * _QUARTER
+        w, v, scale = F[:2], F[2:], wave.norm * ring.radius
+        turn = ring.section_turn(n) * (v - J @ w) / ring.radius
+        M[at] = scale * (ring.line_mass * F.T @ F + ring.line_inertia * turn.T @ turn)
+        # velocities w. - w_r v and v. + w_r w of the material: A = w_r [-v, w]
+        across = np.vstack([-v, w])
+        S[at] = 2 * scale * ring.line_mass * F.T @ across
+        stretch, slope = J @ v + w, J @ w - v
+        tension = ring.line_mass * ring.radius * wave.norm * (stretch.T @ stretch + slope.T @ slope)
+        K[at] = tension - scale * ring.line_mass * across.T @ across
+        D[at] = np.linalg.lstsq(F, np.vstack([J @ w, J @ v]), rcond=None)[0]
+        if n == 0:
+            load[wave.index] = scale * ring.line_mass * ring.radius * F[0]
+        rows += _springs(ring, wave, turn, stretch)
+        held += _held(ring, wave)
+    for block in (M, S, K):  # mean motions have the mass of the file, and the terms of a rigid body
+        block[:6, :6] = 0.0
+    load[:6] = 0.0
+    elastic = _stacked([row for row in rows if row[0][6:].any()], size)
+    support = _stacked(held, size)
+    return ElasticBody(
+        names=names,
+        mass=M,
+        rows=elastic[0],
+        stiffness=elastic[1],
+        row_names=elastic[2],
+        supports=support[0],
+        support_stiffness=support[1],
+        support_names=support[2],
+        damping=np.zeros((size, size)),
+        turn=D,
+        axisymmetric=True,
+        spin=S,
+        spin_stiffness=K,
+        spin_load=load,
+        shape=partial(_shape, ring, waves, len(names)),
+    )
+
+
+def order_compliances(ring: ThinRing, normal: tuple[float, float], radius: float) -> Array:
+    """Compliance of each order 0 .. N of a free ring along a normal at a radius, (N + 1,) [m/N]; 0 of orders 0 and 1.
+
+    normal : parts (radial, tangential) [1].  radius : of the loaded point [m].
+    """
+    body, found = elastic_ring(replace(ring, axial=math.inf)), np.zeros(ring.orders + 1)
+    row = np.array(normal) @ body.shape(np.array([[radius, 0.0, 0.0]]))[0, :2]
+    stiffness = np.einsum("pe,p,pe->e", body.rows[:, 6:], body.stiffness, body.rows[:, 6:])
+    np.add.at(found, np.repeat(np.arange(2, ring.orders + 1), 2), row**2 / stiffness)
+    return found
+
+
+def _waves(ring: ThinRing, names: tuple[str, ...]) -> Iterator[_Wave]:
+    """Fields of all orders; of the rigid coordinates x, y (0, 1) are order 1 and rz (5) is order 0."""
+    place = {name: 6 + i for i, name in enumerate(names)}
+    zero = np.zeros((2, 2))
+    for n in range(ring.orders + 1):
+        if n == 0:
+            parts = {5: [[0.0], [0.0], [ring.radius], [0.0]]}
+            parts |= {place["a0"]: [[1.0], [0.0], [0.0], [0.0]]} if "a0" in place else {}
+            yield _Wave(0, list(parts), np.hstack([np.array(part) for part in parts.values()]))
+            continue
+        # w = a cos + b sin and v = (b cos - a sin)/n: (a, b) -> cos and sin part of v is J/n
+        index, fields = [0, 1] if n == 1 else [place[f"a{n}"], place[f"b{n}"]], [np.vstack([np.eye(2), _QUARTER / n])]
+        if f"c{n}" in place:
+            index += [place[f"c{n}"], place[f"d{n}"]]
+            # of order 1 orthogonal to the mean motion
+            fields.append(np.vstack([np.eye(2), -_QUARTER]) if n == 1 else np.vstack([zero, _QUARTER]))
+        yield _Wave(n, index, np.hstack(fields))
+
+
+_Row = tuple[Array, float, str]
+
+
+def _springs(ring: ThinRing, wave: _Wave, turn: Array, stretch: Array) -> Iterator[_Row]:
+    """Springs of bending (with shear, in series) and of stretch of one order: rows, stiffnesses, names."""
+    size = 6 + len(ring.names)
+    n, R = wave.n, ring.radius
+    bending = math.pi * ring.bending * n**2 / (R * ring.section_turn(n))  # of the turn, bent and sheared
+    for what, motion, k in (("bending", turn, bending * bool(n)), ("stretch", stretch, wave.norm * ring.axial / R)):
+        if k and math.isfinite(k):
+            for part, name in zip(motion, "ab", strict=True):
+                row = np.zeros(size)
+                row[wave.index] = part
+                if row.any():
+                    yield row, k, f"{what} {name}{n}"
+
+
+def _held(ring: ThinRing, wave: _Wave) -> Iterator[_Row]:
+    """Springs of the foundation of one order: rows, stiffnesses, names."""
+    for what, motion, k in zip(
+        ("radial", "tangential"), (wave.field[:2], wave.field[2:]), ring.foundation, strict=True
+    ):
+        for part, name in zip(motion, "ab", strict=True):
+            row = np.zeros(6 + len(ring.names))
+            row[wave.index] = part
+            if k and row.any():
+                yield row, wave.norm * ring.radius * k, f"{what} {name}{wave.n}"
+
+
+def _stacked(rows: list[_Row], size: int) -> tuple[Array, Array, tuple[str, ...]]:
+    """Rows (p, size), stiffnesses (p,) and names."""
+    matrix = np.array([row for row, _, _ in rows]).reshape(-1, size)
+    return matrix, np.array([k for _, k, _ in rows]), tuple(name for _, _, name in rows)
+
+
+def _shape(ring: ThinRing, waves: list[_Wave], count: int, points: Array) -> Array:
+    """Displacements of points (R, 3) per coordinate, (R, 6, count), rotations 0: the section at a point stays plane."""
+    x, y = points[:, 0], points[:, 1]
+    radius, psi = np.hypot(x, y), np.arctan2(y, x)
+    moved = np.zeros((len(points), 2, 6 + count))
+    for wave in waves:
+        w, v = wave.field[:2], wave.field[2:]
+        turn = ring.section_turn(wave.n) * (v - wave.n * _QUARTER @ w) / ring.radius
+        basis = np.stack([np.cos(wave.n * psi), np.sin(wave.n * psi)], axis=1)
+        moved[:, 0, wave.index] = basis @ w
+        moved[:, 1, wave.index] = basis @ v + (radius - ring.radius)[:, None] * (basis @ turn)
+    c, s = np.cos(psi)[:, None], np.sin(psi)[:, None]
+    out, along = moved[:, 0, 6:], moved[:, 1, 6:]
+    result = np.zeros((len(points), 6, count))
+    result[:, 0], result[:, 1] = c * out - s * along, s * out + c * along
+    result[radius < _AXIS * ring.radius] = 0.0
+    return result

@@ -1,0 +1,132 @@
+"""Sensors of a train as rows of its coordinates, Fourier series in the angle of their material.
+
+The displacement of a point of a body at the polar angle psi, along the radial, tangential and axial directions there,
+is a periodic function of psi; at psi = angle + phi it is that of a point of the material which turns against the frame.
+
+strain : (d_t' + d_r) / r along psi, of what bends; of a curved beam whose sections stay plane that is
+    (v' + w + (r - R) phi') / r, curvature and stretch.
+acceleration : of d seen from axes that turn with the material at w: d_r'' - 2 w d_t' - w^2 d_r,
+    d_t'' + 2 w d_r' - w^2 d_t, d_z'', and a_0 . (theta x e): the sensor turns by theta in the acceleration a_0 of the
+    nominal motion, -w^2 r outward and -Omega^2 r_c at the centre.  a_0 itself is left out, and what it changes by while
+    the speed changes.
+
+Derived here; no published source.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+
+from ..train.train import Body, Sensor, Train
+from .structure import Structure, gap_rows, own_centres
+from .system import NEGLIGIBLE, Array, ComplexArray, SensorRows
+
+
+def sensor_rows(train: Train, structure: Structure, T: Array) -> SensorRows:
+    """Rows of all sensors; T : (N, n) expansion of the coordinates."""
+    sensors = train.sensors
+    if not sensors:
+        return SensorRows()
+    index, links = structure.index, [row for row in structure.links if not row.law]
+    first = [index[sensor.bodies[0]] if sensor.bodies else -1 for sensor in sensors]
+    turn = tuple(
+        structure.spin_turn[i] - structure.frame_turn[i] if sensor.kind != "torque" else Fraction(0)
+        for sensor, i in zip(sensors, first, strict=True)
+    )
+    series = [_series(train, structure, sensor) @ T for sensor in sensors]
+    rows = np.zeros((len(sensors), 3, max(one.shape[1] for one in series), T.shape[1]), complex)
+    mesh, link = np.zeros((len(sensors), len(structure.meshes))), np.zeros((len(sensors), len(links)))
+    for i, (sensor, own) in enumerate(zip(sensors, series, strict=True)):
+        if not turn[i]:  # the series has one value
+            own = own.sum(axis=1, keepdims=True).real.astype(complex)
+        rows[i, :, : own.shape[1]] = own
+        if sensor.link:
+            link[i] = [row.link.name == sensor.link and row.direction == 5 for row in links]
+        elif sensor.kind == "torque":
+            mesh[i] = structure.mesh @ _turned_member(train, structure, sensor)
+    return SensorRows(
+        name=tuple(sensor.name for sensor in sensors),
+        kind=tuple(sensor.kind for sensor in sensors),
+        bodies=tuple(sensor.bodies for sensor in sensors),
+        direction=tuple(sensor.direction if sensor.kind == "acceleration" else "" for sensor in sensors),
+        angle=np.array(
+            [s.angle + (train.bodies[i].angle if s.bodies else 0.0) for s, i in zip(sensors, first, strict=True)]
+        ),
+        turn=turn,
+        rows=rows[:, :, : int(np.flatnonzero(rows.any(axis=(0, 1, 3)))[-1]) + 1 if rows.any() else 1],
+        mesh=mesh,
+        link=link,
+    )
+
+
+def _turned_member(train: Train, structure: Structure, sensor: Sensor) -> Array:
+    """Motion (N,) by which a member, and what it carries, turns about its axis by 1 rad."""
+    motion = np.zeros(structure.size)
+    for i, (body, centre) in enumerate(zip(train.bodies, own_centres(train), strict=True)):
+        if body.name in sensor.bodies or body.carried_by in sensor.bodies:
+            motion[6 * i + 5] = 1.0
+        if body.carried_by in sensor.bodies:
+            motion[[6 * i, 6 * i + 1]] = -centre[1], centre[0]
+    return motion
+
+
+def _series(train: Train, structure: Structure, sensor: Sensor) -> ComplexArray:
+    """Coefficients (3, K + 1, N) of exp(i k phi) in the rows of a sensor, real parts of their sum counting."""
+    if sensor.kind == "torque":
+        return np.zeros((3, 1, structure.size), complex)
+    i = structure.index[sensor.bodies[0]]
+    if sensor.kind == "angle":
+        own = np.zeros((3, 1, structure.size), complex)
+        own[0, 0, 6 * i + 5] = 1.0
+        return own
+    body = train.bodies[i]
+    top = 1 + (0 if body.elastic is None else body.elastic.orders)  # 1 of a vector fixed in the frame
+    psi = 2 * np.pi * np.arange(2 * top + 1) / (2 * top + 1)
+    moved, turned = _point_rows(structure, i, body, sensor, psi)
+    if sensor.kind == "strain":
+        moved[:, :, : 6 * len(train.bodies)] = 0.0  # a rigid motion has none
+        wave = _one_sided(moved, top)
+        order = 1j * np.arange(top + 1)[:, None]
+        parts = np.stack([(order * wave[1] + wave[0]) / sensor.radius, *np.zeros((2, *wave[0].shape))])
+    else:
+        w, centre = structure.spin[i], structure.frame_speed[i] ** 2 * own_centres(train)[i]
+        c, s = np.cos(psi)[:, None], np.sin(psi)[:, None]
+        a_r = -(w**2) * sensor.radius - (c * centre[0] + s * centre[1])
+        a_t = s * centre[0] - c * centre[1]
+        (d_r, d_t, d_z), (t_r, t_t, t_z) = moved, turned
+        of_direction = {
+            "radial": (-(w**2) * d_r + a_t * t_z, -2 * w * d_t, d_r),
+            "tangential": (-(w**2) * d_t - a_r * t_z, 2 * w * d_r, d_t),
+            "axial": (a_r * t_t - a_t * t_r, 0 * d_z, d_z),
+        }
+        parts = _one_sided(np.stack(of_direction[sensor.direction]), top)
+    return np.asarray(parts * np.exp(1j * sensor.angle * np.arange(top + 1))[:, None])
+
+
+def _point_rows(structure: Structure, i: int, body: Body, sensor: Sensor, psi: Array) -> tuple[Array, Array]:
+    """Displacement and rotation (3, J, N) of points of a body at polar angles (J,), radial, tangential and axial."""
+    c, s, none = np.cos(psi), np.sin(psi), np.zeros_like(psi)
+    axes = np.array([[c, s, none], [-s, c, none], [none, none, none + 1.0]]).transpose(0, 2, 1)  # (3, J, 3)
+    points = np.stack([sensor.radius * c, sensor.radius * s, none + sensor.z], axis=1)
+    moved, turned = np.zeros((2, 3, len(psi), structure.size))
+    six, own_axes = slice(6 * i, 6 * i + 6), np.zeros(len(psi))
+    for of, rows, angle in ((moved, axes, False), (turned, axes, True)):
+        for direction, normal in enumerate(rows):
+            of[direction, :, six] = gap_rows(normal, points, own_axes, rotation=np.full(len(psi), angle))
+    for part in structure.elastic:
+        if part.body == i and sensor.radius > 0:
+            shape, beyond = (part.elastic.shape(at)[:, :3] for at in (points, points * [2.0, 2.0, 1.0]))
+            moved[:, :, part.columns] = np.einsum("dja,jae->dje", axes, shape)
+            # a section stays plane: its turn is the slope of the tangential motion over the radius
+            turned[2][:, part.columns] = np.einsum("ja,jae->je", axes[1], beyond - shape) / sensor.radius
+    return moved, turned
+
+
+def _one_sided(values: Array, top: int) -> ComplexArray:
+    """Coefficients (.., top + 1, N) of values (.., J, N) over a turn, J = 2 top + 1; those of rounding are 0."""
+    wave = np.fft.rfft(values, axis=-2)[..., : top + 1, :] / values.shape[-2]
+    wave[..., 1:, :] *= 2.0
+    wave[np.abs(wave) <= NEGLIGIBLE * np.abs(values).max(initial=0.0)] = 0.0
+    return np.asarray(wave)

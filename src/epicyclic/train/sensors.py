@@ -1,0 +1,129 @@
+"""Sensors of the file on the bodies and links of a train.
+
+Strain gauges and accelerometers are glued to material: their angle counts from the x axis of the body and turns with
+it.  On a held ring it stands still in the housing, whose planets pass by.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from ..document.schema import ModelFile, SensorTable
+from ..errors import ModelError
+from .stage_bodies import member_centre
+from .train import Body, Link, ResolutionLog, Sensor, bodies_named
+
+
+def resolve_sensors(
+    model: ModelFile, bodies: Sequence[Body], links: Sequence[Link], log: ResolutionLog
+) -> list[Sensor]:
+    """Sensors of a file, one on each body of a member; the torque of a member is that of all its halves.
+
+    Raises
+    ------
+    ModelError : strain of what does not bend, an unknown radius; torque of what drives no teeth; a link that is not
+        there, or without a torque of its own.
+    """
+    by_name = {body.name: body for body in bodies}
+    sensors = []
+    for name, table in model.sensors.items():
+        path = f"sensors.{name}"
+        if table.link is not None:
+            found = _links_named(table.link, links, f"{path}.link")
+            held = [by_name[link.second or link.first] for link in found]
+            sensors += [
+                Sensor(name=f"{name}{end}", kind=table.kind, link=link.name)
+                for link, end in zip(found, _endings(held), strict=True)
+            ]
+            continue
+        assert table.on is not None
+        of = bodies_named(table.on, bodies)
+        if table.kind == "torque":
+            carrying = {body.carried_by for body in bodies}
+            if not any(body.gear is not None or body.name in carrying for body in of):
+                problem, allowed = "no teeth on it, nor on what it carries", "a gear or carrier, or a link (link)"
+                raise ModelError(problem, path=f"{path}.on", given=table.on, allowed=allowed)
+            branches = {body.branch: [one.name for one in of if one.branch == body.branch] for body in of}
+            sensors += [
+                Sensor(name=name if branch is None else f"{name}/{branch}", kind=table.kind, bodies=tuple(names))
+                for branch, names in branches.items()
+            ]
+            continue
+        for body, end in zip(of, _endings(of), strict=True):
+            radius = 0.0 if table.kind == "angle" else _radius(table, body, path)
+            if table.kind != "angle":
+                log.note(f"{path}.radius", radius, "m", "geometry" if table.radius is None else "given")
+            sensors.append(
+                Sensor(
+                    name=f"{name}{end}",
+                    kind=table.kind,
+                    direction=table.direction,
+                    bodies=(body.name,),
+                    angle=table.angle,
+                    radius=radius,
+                    z=0.0 if table.z is None else member_centre(body, model) + table.z - body.station,
+                )
+            )
+            if table.kind == "strain" and body.elastic is not None and math.isinf(body.elastic.axial):
+                text = f"{path}: {body.name} does not stretch: its hoop strain is that of bending alone"
+                log.coded("strain-without-stretch", text)
+    return sensors
+
+
+def _radius(table: SensorTable, body: Body, path: str) -> float:
+    """Radius of a sensor [m]: as stated, the outer one of a ring, else the reference radius; 0 of what has none.
+
+    Raises
+    ------
+    ModelError : strain of a rigid body, or of a ring whose outer radius is not known; acceleration of a reduced body.
+    """
+    if table.kind == "strain" and body.elastic is None:
+        raise ModelError(
+            f"{body.name} is rigid: it has no strain", path=f"{path}.on", given=table.on, allowed="a ring with elastic"
+        )
+    if table.kind == "acceleration" and body.reduced is not None:
+        raise ModelError(
+            f"{body.name} is a body of matrices, whose motion is known at its interfaces alone",
+            path=f"{path}.on",
+            given=table.on,
+            allowed="a rigid body, or a ring with elastic",
+        )
+    if table.radius is not None:
+        return table.radius
+    if table.kind == "strain" and body.outer_radius is None:
+        allowed = "a radius, or rim or outer_diameter of the ring"
+        raise ModelError("the outer radius of the ring is not known", path=f"{path}.radius", allowed=allowed)
+    return body.outer_radius or (0.0 if body.kind == "body" else body.reference_radius)
+
+
+def _links_named(name: str, links: Sequence[Link], path: str) -> list[Link]:
+    """Links of a table of the file, ``damper`` of a coupling or ``main.sun.neck``, one a branch.
+
+    Raises
+    ------
+    ModelError : there is none, or none that twists: free or rigid about z, or by a table.
+    """
+    of_name = {link.path.partition(".")[2]: link for link in links}
+    found = [link for link in links if link.path.partition(".")[2] == name]
+    twisting = [key for key, link in of_name.items() if _twists(link)]
+    if not found:
+        raise ModelError("no such link", path=path, given=name, allowed=", ".join(twisting) or "a link with rz")
+    if not all(map(_twists, found)):
+        k = found[0].stiffness[5]
+        why = "rigid about z" if math.isinf(k) else "free about z" if k == 0 else "of a table about z"
+        allowed = ", ".join([*twisting, "a member (on), for the torque of its teeth"])
+        raise ModelError(f"the link is {why}: no spring tells its torque", path=path, given=name, allowed=allowed)
+    return found
+
+
+def _twists(link: Link) -> bool:
+    """Whether a link has a linear spring about z."""
+    return 0 < link.stiffness[5] < math.inf and all(direction != 5 for direction, _ in link.curves)
+
+
+def _endings(bodies: Sequence[Body]) -> list[str]:
+    """What follows the name of the sensor on each of several bodies: branch and side."""
+    if len(bodies) < 2:
+        return [""] * len(bodies)
+    return ["".join(f"/{part}" for part in (body.branch, body.side) if part is not None) for body in bodies]
