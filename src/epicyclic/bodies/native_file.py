@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import io
-import struct
+import math
 import zipfile
-import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from scipy import sparse
+from scipy.io import loadmat, whosmat
 
 from ..errors import ModelError
 from .reduced_body import MATRICES, MAX_BYTES, Matrix, ReducedBody, in_si, refused
@@ -69,7 +69,10 @@ def _content(raw: bytes, where: str) -> Mapping[str, Any]:
     """Arrays by name; what they would need in memory is asked first."""
     try:
         if raw[:2] != b"PK":
-            return dict(_matlab(raw))
+            dense = (shape for _, shape, kind in whosmat(io.BytesIO(raw)) if kind != "sparse")
+            if sum(8 * math.prod(shape) for shape in dense) > _MAX_ROOM:
+                raise ValueError(_TOO_LARGE)
+            return {name: one for name, one in loadmat(io.BytesIO(raw)).items() if not name.startswith("__")}
         with zipfile.ZipFile(io.BytesIO(raw)) as packed:
             if sum(entry.file_size for entry in packed.infolist()) > _MAX_ROOM:
                 raise ValueError(_TOO_LARGE)
@@ -127,65 +130,3 @@ def _matrix(values: Mapping[str, Any], name: str, count: int, where: str) -> Mat
     if not matrix.has_canonical_format:
         raise refused(where, name, "has an entry twice", "each entry once")
     return matrix
-
-
-# --- MATLAB ----------------------------------------------------------------------------------------------------------
-
-# types of data, by number
-_TYPES = dict(enumerate("i1 u1 i2 u2 i4 u4 f4".split(), 1)) | {9: "f8", 12: "i8", 13: "u8", 16: "u1", 17: "u2"}
-_MATRIX, _COMPRESSED = 14, 15  # types of elements
-_TEXT, _SPARSE, _COMPLEX = 4, 5, 0x800  # classes of arrays, and a flag
-
-
-def _matlab(raw: bytes) -> Iterator[tuple[str, Any]]:
-    """Names and arrays of a .mat of version 5: numbers, texts and sparse matrices.
-
-    The reader of scipy trusts types and lengths, and a damaged file may end the process; here each is asked.
-    """
-    order = {b"\0\1IM": "<", b"\1\0MI": ">"}.get(raw[124:128], "")
-    if not order:
-        raise ValueError("not version 5")
-    for kind, data in _elements(raw[128:], order):
-        if kind == _COMPRESSED:
-            inflater = zlib.decompressobj()
-            data = inflater.decompress(data, _MAX_ROOM)
-            if inflater.unconsumed_tail:
-                raise ValueError(_TOO_LARGE)
-            kind, data = next(_elements(data, order))
-        if kind == _MATRIX:
-            yield _matlab_array(data, order)
-
-
-def _elements(raw: bytes, order: str) -> Iterator[tuple[int, bytes]]:
-    """Types and bytes of the elements; one of up to four bytes has its length beside its type."""
-    at = 0
-    while at < len(raw):
-        kind, size = struct.unpack_from(f"{order}II", raw, at)
-        at += 8
-        if kind >> 16:
-            kind, size, at = kind & 0xFFFF, kind >> 16, at - 4
-        if at + size > len(raw):
-            raise ValueError("cut short")
-        yield kind, raw[at : at + size]
-        at += size if kind == _COMPRESSED else size + -(at + size) % 8
-
-
-def _matlab_array(raw: bytes, order: str) -> tuple[str, Any]:
-    """Name and array: dense, a text, or sparse by columns."""
-    (_, flags), (_, dims), (_, name), *data = _elements(raw, order)
-    (flag,), parts = (
-        struct.unpack_from(f"{order}I", flags),
-        [np.frombuffer(b, order + _TYPES[kind]) for kind, b in data],
-    )
-    shape = tuple(np.frombuffer(dims, f"{order}i4").tolist())
-    if min(shape) < 0:
-        raise ValueError("a negative size")
-    if flag & 0xFF == _TEXT:
-        return name.decode("ascii"), np.array("".join(map(chr, parts[0] if parts else ())))
-    index, real = (parts[:2], parts[2:]) if flag & 0xFF == _SPARSE else ([], parts)
-    values = real[0] + 1j * real[1] if flag & _COMPLEX else real[0]
-    if not index:
-        return name.decode("ascii"), values.reshape(shape, order="F")
-    rows, starts = (one.astype(np.int64) for one in index)
-    count = int(starts[-1])
-    return name.decode("ascii"), sparse.csc_array((values[:count], rows[:count], starts), shape=shape)

@@ -91,19 +91,13 @@ def test_matlab_has_the_same_names(tmp_path: Path, plain: Content, bricks: Check
     assert more.mass == pytest.approx(facts.mass, rel=1e-9)
 
 
-def test_a_damaged_matlab_file_does_no_harm(tmp_path: Path, plain: Content) -> None:
-    whole = written(tmp_path, {name: plain[name] for name in sorted(plain)}, ".mat").read_bytes()
+def test_a_damaged_matlab_file_is_refused(tmp_path: Path, plain: Content) -> None:
+    whole = written(tmp_path, plain, ".mat").read_bytes()
     file = tmp_path / "damaged.mat"
-    answers = []
-    for at in range(124, 700, 7):  # types, lengths and names of the first arrays
-        file.write_bytes(whole[:at] + b"\xfb" + whole[at + 1 :])
-        try:
+    for damaged in (whole[: len(whole) // 2], whole[:100], whole[:124] + b"\0\2IM" + whole[128:]):
+        file.write_bytes(damaged)
+        with pytest.raises(ModelError, match=r"damaged.mat: cannot be read"):
             read_body(file)
-            answers.append("")
-        except ModelError as error:
-            answers.append(str(error))
-    assert sum(bool(one) for one in answers) > 20
-    assert all(str(file) in one for one in answers if one)
 
 
 def test_a_compressed_matlab_file(tmp_path: Path, plain: Content) -> None:
