@@ -156,22 +156,25 @@ def standing_bolts(
                 problem, path=path, allowed="radial, tangential and z as finite stiffnesses, or a rigid ring"
             )
         varying = _varying_share(ring, bolts)
-        if varying < _EVEN:
+        turns = np.exp(1j * np.array([bolt.angle for bolt in bolts]))
+        uneven = len(bolts) < 3 or max(abs((turns**n).sum()) for n in (1, 2)) > _EVEN * len(bolts)
+        if varying < _EVEN or uneven:  # uneven ones are refused as beside a rigid ring
             found += bolts
             continue
         count = 2 * ring.orders + 1
-        share, radius = len(bolts) / count, math.hypot(*bolts[0].centre)
+        radius = math.hypot(*bolts[0].centre)
         text = f"{path}: {len(bolts)} bolts pass the axes of the stage and their mean over the turn is taken"
-        log.coded("bolts-averaged", f"{text}; what varies is {varying:.2g} of it")
+        text += f", forces are those of one bolt at {count} places that it passes"
+        log.coded("bolts-averaged", f"{text}; of the stiffness on the waves up to {varying:.2g} varies")
         found += [
             replace(
                 bolts[0],
-                name=f"{bolts[0].name.rpartition('/')[0]}/{number + 1}",
+                name=f"{bolts[0].name.rpartition('/')[0]}/{round(math.degrees(angle), 1):g} deg",
                 centre=(radius * math.cos(angle), radius * math.sin(angle)),
                 angle=angle,
-                stiffness=tuple(share * k for k in bolts[0].stiffness),
+                share=len(bolts) / count,
             )
-            for number, angle in enumerate((math.tau * np.arange(count) / count).tolist())
+            for angle in (math.tau * np.arange(count) / count).tolist()
         ]
     return found
 

@@ -11,7 +11,7 @@ import pytest
 from epicyclic import ModelError, assemble, load, static
 from epicyclic.bodies.elastic_body import Array
 from epicyclic.bodies.thin_ring import order_compliances
-from epicyclic.questions.modes.eigen import eigen, whirl
+from epicyclic.questions.modes.eigen import eigen, frequencies_of_bodies, whirl
 from epicyclic.questions.modes.modal import modal
 from epicyclic.system.system import System
 from epicyclic.train.train import Train
@@ -319,3 +319,11 @@ def test_compliance_at_a_tooth_does_not_depend_on_the_orders() -> None:
         total.append(1 / mesh.stiffness + order_compliances(ring, normal, mesh.radius_b).sum())
     assert 1 / mesh.stiffness < 0.1 * total[0]  # most of it is the ring
     np.testing.assert_allclose(total, total[-1], rtol=4e-3)
+
+
+def test_speeds_reach_the_modes_of_bodies_and_not_the_waves_of_a_ring() -> None:
+    system = assemble(train_of(axial="63474037.299656756 N"))
+    rigid = assemble(load("lin1999-n4"))
+    found, known = frequencies_of_bodies(system), frequencies_of_bodies(rigid)
+    assert found.max() < 1.2 * known.max() < 0.5 * modal(system).frequency.max()
+    np.testing.assert_allclose(known, modal(rigid).frequency[1:], rtol=1e-9)
