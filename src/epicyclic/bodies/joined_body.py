@@ -18,8 +18,8 @@ import scipy.linalg
 
 from ..errors import ModelError
 from .checks import BodyFacts
-from .elastic_body import Array, ElasticBody
-from .reduced_body import Matrix, ReducedBody, rigid_motion, rigid_rows
+from .elastic_body import Array, ElasticBody, Springs
+from .reduced_body import ReducedBody, dense, rigid_motion, rigid_rows
 from .reduction import Interface, interface_shape, node_rows
 
 _NEAR = 5e-2  # distance of a point from its interface, of the size of the body
@@ -109,12 +109,12 @@ def joined_body(body: ReducedBody, facts: BodyFacts, interfaces: Sequence[Interf
     ModelError : a coordinate without mass; a body that is not round about its axis.
     """
     _require_round(facts, where)
-    T, shapes = rigid_motion(body), [_dense(interface_shape(body, one, where)) for one in interfaces]
-    points = np.array([_place(body, one) for one in interfaces])
+    T, shapes = rigid_motion(body), [dense(interface_shape(body, one, where)) for one in interfaces]
+    points = np.array([one.place(body) for one in interfaces])
     squares, modes = _free_modes(body, where)
     seen = np.array([shape @ modes for shape in shapes])
     modes = modes / np.maximum(np.abs(seen[:, :3]).max(axis=(0, 1)), 1e-3 * np.abs(modes).max(axis=0))
-    M, C, G1, KG1 = (_dense(matrix, len(T)) for matrix in (body.M, body.C, body.G1, body.KG1))
+    M, C, G1, KG1 = (0.0 * dense(body.M) if one is None else dense(one) for one in (body.M, body.C, body.G1, body.KG1))
     # rigid motions about the origin: translations, by which those about the centre differ, couple with no mode
     basis = np.hstack([T, modes])
     inertia = np.einsum("ie,ij,je->e", modes, M, modes)
@@ -128,8 +128,6 @@ def joined_body(body: ReducedBody, facts: BodyFacts, interfaces: Sequence[Interf
     if body.D is not None:
         turn[6:, 6:] = (modes.T @ M @ body.D @ modes) / inertia[:, None]
         turn[0, 1], turn[1, 0], turn[3, 4], turn[4, 3] = 1.0, -1.0, 1.0, -1.0
-    rows = np.zeros((len(own), size))
-    rows[:, 6:] = np.eye(len(own))
     names = tuple(f"e{i}" for i in range(1, len(own) + 1))
     shape = InterfaceShape(
         names=tuple(one.name for one in interfaces),
@@ -144,12 +142,8 @@ def joined_body(body: ReducedBody, facts: BodyFacts, interfaces: Sequence[Interf
     return ElasticBody(
         names=names,
         mass=mass,
-        rows=rows,
-        stiffness=squares * inertia,
-        row_names=names,
-        supports=np.zeros((0, size)),
-        support_stiffness=np.zeros(0),
-        support_names=(),
+        springs=Springs(np.eye(size)[6:], squares * inertia, names),
+        foundation=Springs(np.zeros((0, size)), np.zeros(0), ()),
         damping=damp,
         turn=turn,
         axisymmetric=body.D is not None,
@@ -161,13 +155,6 @@ def joined_body(body: ReducedBody, facts: BodyFacts, interfaces: Sequence[Interf
     )
 
 
-def _dense(matrix: Matrix, size: int = 0) -> Array:
-    """A matrix as an array; zeros where there is none."""
-    if matrix is None:
-        return np.zeros((size, size))
-    return np.asarray(matrix.toarray() if hasattr(matrix, "toarray") else matrix, float)
-
-
 def _strain(body: ReducedBody, interface: Interface, shape: Array, where: str) -> Array:
     """Gradient of the displacements of nodes beside that of their mean rotation, d u_i/d x_j at (j, i, n) [1/m].
 
@@ -177,23 +164,17 @@ def _strain(body: ReducedBody, interface: Interface, shape: Array, where: str) -
     if interface.spider != "nodes":
         return found
     directions, places, rows = node_rows(body, interface, where)
-    point = _place(body, interface)
-    left = _dense(rows) - rigid_rows(places, directions, point) @ shape
+    point = interface.place(body)
+    left = dense(rows) - rigid_rows(places, directions, point) @ shape
     for i in range(3):
         own = directions == i + 1
         found[:, i] = np.linalg.pinv(places[own] - point, rcond=1e-9) @ left[own]
     return found
 
 
-def _place(body: ReducedBody, interface: Interface) -> Array:
-    if interface.point is not None:
-        return np.asarray(interface.point, float)
-    return np.asarray(body.places(np.array(interface.nodes)).mean(axis=0))
-
-
 def _free_modes(body: ReducedBody, where: str) -> tuple[Array, Array]:
     """Squared frequencies (e,) [1/s^2] and elastic modes (n, e) of a free body, all of them."""
-    M, K = _dense(body.M), _dense(body.K)
+    M, K = dense(body.M), dense(body.K)
     scale = 1 / np.sqrt(np.maximum(np.diag(M), np.finfo(float).tiny))
     if np.linalg.eigvalsh(M * np.outer(scale, scale))[0] < _MASSLESS:
         allowed = "mass on every coordinate, as a reduction with modes gives it"

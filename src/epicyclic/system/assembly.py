@@ -255,9 +255,9 @@ def _turning_dampers(structure: Structure, lag: float) -> Array:
             turning[i, across] = -sense * row.damping * structure.frame_speed[row.first]
     for part in structure.elastic if lag else ():
         rows = [i for i, row in enumerate(structure.links) if row.spring and row.first == part.body == row.second]
-        L, nu = part.elastic.rows, structure.spin[part.body] - structure.frame_speed[part.body]
+        L, nu = part.elastic.springs.rows, structure.spin[part.body] - structure.frame_speed[part.body]
         turned = np.linalg.lstsq(L.T, (L @ part.elastic.turn).T, rcond=None)[0].T
-        turning[np.ix_(rows, rows)] = nu * lag * part.elastic.stiffness[:, None] * turned
+        turning[np.ix_(rows, rows)] = nu * lag * part.elastic.springs.stiffness[:, None] * turned
     return turning
 
 

@@ -19,8 +19,8 @@ from fractions import Fraction
 
 import numpy as np
 
-from ..train.train import Body, Sensor, Train
-from .structure import Structure, gap_rows, own_centres
+from ..train.train import Sensor, Train
+from .structure import Structure, body_rows, own_centres
 from .system import NEGLIGIBLE, Array, ComplexArray, SensorRows
 
 
@@ -84,7 +84,7 @@ def _series(train: Train, structure: Structure, sensor: Sensor) -> ComplexArray:
     body = train.bodies[i]
     top = 1 + (0 if body.elastic is None else body.elastic.orders)  # 1 of a vector fixed in the frame
     psi = 2 * np.pi * np.arange(2 * top + 1) / (2 * top + 1)
-    moved, turned = _point_rows(structure, i, body, sensor, psi)
+    moved, turned = _point_rows(structure, len(train.bodies), i, sensor, psi)
     if sensor.kind == "strain":
         moved[:, :, : 6 * len(train.bodies)] = 0.0  # a rigid motion has none
         wave = _one_sided(moved, top)
@@ -105,23 +105,14 @@ def _series(train: Train, structure: Structure, sensor: Sensor) -> ComplexArray:
     return np.asarray(parts * np.exp(1j * sensor.angle * np.arange(top + 1))[:, None])
 
 
-def _point_rows(structure: Structure, i: int, body: Body, sensor: Sensor, psi: Array) -> tuple[Array, Array]:
-    """Displacement and rotation (3, J, N) of points of a body at polar angles (J,), radial, tangential and axial."""
+def _point_rows(structure: Structure, bodies: int, i: int, sensor: Sensor, psi: Array) -> Array:
+    """Displacement and rotation (2, 3, J, N) of points of a body at polar angles (J,), radial, tangential and axial."""
     c, s, none = np.cos(psi), np.sin(psi), np.zeros_like(psi)
     axes = np.array([[c, s, none], [-s, c, none], [none, none, none + 1.0]]).transpose(0, 2, 1)  # (3, J, 3)
-    points = np.stack([sensor.radius * c, sensor.radius * s, none + sensor.z], axis=1)
-    moved, turned = np.zeros((2, 3, len(psi), structure.size))
-    six, own_axes = slice(6 * i, 6 * i + 6), np.zeros(len(psi))
-    for of, rows, angle in ((moved, axes, False), (turned, axes, True)):
-        for direction, normal in enumerate(rows):
-            of[direction, :, six] = gap_rows(normal, points, own_axes, rotation=np.full(len(psi), angle))
-    for part in structure.elastic:
-        if part.body == i and sensor.radius > 0:
-            shape, beyond = (part.elastic.shape(at)[:, :3] for at in (points, points * [2.0, 2.0, 1.0]))
-            moved[:, :, part.columns] = np.einsum("dja,jae->dje", axes, shape)
-            # a section stays plane: its turn is the slope of the tangential motion over the radius
-            turned[2][:, part.columns] = np.einsum("ja,jae->je", axes[1], beyond - shape) / sensor.radius
-    return moved, turned
+    points = np.tile(np.stack([sensor.radius * c, sensor.radius * s, none + sensor.z], axis=1), (6, 1))
+    normals, rotation = np.tile(axes.reshape(-1, 3), (2, 1)), np.repeat([False, True], 3 * len(psi))
+    rows = body_rows(np.full(len(points), i), normals, points, np.zeros(bodies), structure.elastic, rotation)
+    return rows.reshape(2, 3, len(psi), -1)
 
 
 def _one_sided(values: Array, top: int) -> ComplexArray:

@@ -60,7 +60,9 @@ def with_reduced(
             ("tilt_inertia", tilt, "kg m^2"),
         ):
             log.note(f"{_path(body)}.{key}", value, unit, "reduced body")
-        lowest = math.sqrt(float((joined.stiffness / np.diag(joined.mass)[6:]).min(initial=math.inf))) / math.tau
+        lowest = (
+            math.sqrt(float((joined.springs.stiffness / np.diag(joined.mass)[6:]).min(initial=math.inf))) / math.tau
+        )
         log.note(f"{path}.lowest_frequency", lowest, "Hz", "reduced body")
         found.append(own)
     return found

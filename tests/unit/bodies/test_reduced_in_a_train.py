@@ -96,7 +96,7 @@ def test_axisymmetric_ring_is_seen_from_the_frame_shifted_by_its_waves(tmp_path:
         overrides = UNSTATED | {"stages.main.ring.base_radius": "136.4 mm"} | more
         train = load(f"lin1999-n{count}", overrides)
         joined = next(body.reduced for body in train.bodies if body.reduced is not None)
-        free = np.sqrt(joined.stiffness / np.diag(joined.mass)[6:]) / math.tau
+        free = np.sqrt(joined.springs.stiffness / np.diag(joined.mass)[6:]) / math.tau
         waves = np.abs(np.linalg.eigvals(joined.turn[6:, 6:]).imag)
         found = whirl(assemble(train), relative_speed=1.0).mu.imag / math.tau
         for f, n in {(round(f, 6), n) for f in free for n in np.round(waves) if _has(joined, f, n)}:
@@ -106,7 +106,7 @@ def test_axisymmetric_ring_is_seen_from_the_frame_shifted_by_its_waves(tmp_path:
 
 def _has(joined: ElasticBody, frequency: float, waves: float) -> bool:
     """Whether modes of a frequency [Hz] have so many waves."""
-    own = np.sqrt(joined.stiffness / np.diag(joined.mass)[6:]) / math.tau
+    own = np.sqrt(joined.springs.stiffness / np.diag(joined.mass)[6:]) / math.tau
     at = np.abs(own - frequency) < 1e-3
     block = joined.turn[6:, 6:][np.ix_(at, at)]
     return bool(np.any(np.abs(np.abs(np.linalg.eigvals(block).imag) - waves) < 1e-3))
@@ -149,8 +149,8 @@ def test_reduced_carrier_turns_with_its_frame(tmp_path: Path) -> None:
     system = assemble(train)
     joined = next(body.reduced for body in train.bodies if body.reduced is not None)
     # of a ring that turns with its frame, order 2 in its plane: coupling 2 n/(n^2 + 1) per speed, twice in G
-    pair = sorted(range(len(joined.names)), key=lambda i: joined.stiffness[i] / joined.mass[6 + i, 6 + i])
-    free = np.sqrt(joined.stiffness / np.diag(joined.mass)[6:]) / math.tau
+    pair = sorted(range(len(joined.names)), key=lambda i: joined.springs.stiffness[i] / joined.mass[6 + i, 6 + i])
+    free = np.sqrt(joined.springs.stiffness / np.diag(joined.mass)[6:]) / math.tau
     coupling = np.abs(joined.spin[6:, 6:]) / np.sqrt(np.outer(np.diag(joined.mass)[6:], np.diag(joined.mass)[6:]))
     assert any(
         abs(coupling[i, j] / 2 - 0.8) < 0.02 and abs(free[i] / free[j] - 1) < 1e-2 for i in pair[:8] for j in pair[:8]
@@ -281,7 +281,7 @@ def test_damping_of_the_file_turns_with_the_material(tmp_path: Path) -> None:
     )
     system, joined = assemble(train), next(body.reduced for body in train.bodies if body.reduced is not None)
     own = [i for i, d in enumerate(system.dofs.direction) if d.startswith("e")]
-    expected = lag * np.diag(joined.stiffness)
+    expected = lag * np.diag(joined.springs.stiffness)
     np.testing.assert_allclose(system.C[np.ix_(own, own)], expected, atol=1e-9 * expected.max())
     skew = -math.tau * 40 * expected @ joined.turn[6:, 6:]
     np.testing.assert_allclose(system.Cskew[np.ix_(own, own)], skew, atol=1e-9 * np.abs(skew).max())
