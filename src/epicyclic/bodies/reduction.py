@@ -121,7 +121,7 @@ def reduced(
     found["K"][:held, held:] = found["K"][held:, :held] = 0.0
     found["K"][held:, held:], found["M"][held:, held:] = np.diag(squares), np.eye(modes)
     dof_node, dof_dir = np.hstack([*dofs, [range(1, modes + 1), [0] * modes]]).astype(np.int64)
-    xyz = np.vstack([body.places(np.array(one.nodes)) if one.spider == "nodes" else one.point for one in there])
+    xyz = np.vstack([one.place(body) if one.spider != "nodes" else body.places(np.array(one.nodes)) for one in there])
     ids = np.hstack([one.nodes for one in there])
     return replace(body, **found, node_id=ids, node_xyz=xyz, dof_node=dof_node, dof_dir=dof_dir), there
 

@@ -178,6 +178,7 @@ def _filled(table: CsvTable, cells: Iterable[tuple[int, list[str]]]) -> CsvTable
 # files that a document names ------------------------------------------------------------------------------------------
 
 _COLUMNS = ("deflection", "force")
+_REDUCED = re.compile(r"(stages\.[^.]+\.[^.]+|bodies\.[^.]+)\.reduced")
 # a word of another spelling is no label: "forces [N]" is refused
 _FORCE_NAME = re.compile(r"(deflection|force)(?:[^A-Za-z].*)?")
 _LENGTH = re.compile(r"\s*[+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?\s*(?:[kcdmnuµμ]?m|in|inch)\s*$")
@@ -238,30 +239,17 @@ def _with_columns(value: Any, path: str, read: FileTable, body: Callable[[str, s
     """Return a table with the columns of the files that it, or a table in it, names, and files of bodies in place."""
     if isinstance(value, list):
         return [_with_columns(entry, f"{path}.{number}", read, body) for number, entry in enumerate(value, start=1)]
+    reduced = _REDUCED.fullmatch(path)
+    if reduced and isinstance(value, str):
+        return body(value, path)
     if not isinstance(value, dict):
         return value
+    if reduced:
+        names = {key: value[key] for key in MATRIX_FILES if isinstance(value.get(key), str)}
+        return {**value, **{key: body(name, f"{path}.{key}") for key, name in names.items()}}
     if isinstance(value.get("file"), str):
         return read(value, path)
-    return {
-        key: (
-            _with_matrices(entry, f"{path}.{key}", body)
-            if key == "reduced"
-            else _with_columns(entry, f"{path}.{key}", read, body)
-        )
-        for key, entry in value.items()
-    }
-
-
-def _with_matrices(value: Any, path: str, read: Callable[[str, str], str]) -> Any:
-    """Return what states a reduced body with the names of its files read."""
-    if isinstance(value, str):
-        return read(value, path)
-    if not isinstance(value, dict):
-        return value
-    return {
-        key: read(entry, f"{path}.{key}") if key in MATRIX_FILES and isinstance(entry, str) else entry
-        for key, entry in value.items()
-    }
+    return {key: _with_columns(entry, f"{path}.{key}", read, body) for key, entry in value.items()}
 
 
 def _with_ripple(operation: Any, path: str, read: FileTable) -> Any:

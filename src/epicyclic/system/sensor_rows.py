@@ -74,11 +74,11 @@ def _turned_member(train: Train, structure: Structure, sensor: Sensor) -> Array:
 
 def _series(train: Train, structure: Structure, sensor: Sensor) -> ComplexArray:
     """Coefficients (3, K + 1, N) of exp(i k phi) in the rows of a sensor, real parts of their sum counting."""
+    own = np.zeros((3, 1, structure.size), complex)
     if sensor.kind == "torque":
-        return np.zeros((3, 1, structure.size), complex)
+        return own
     i = structure.index[sensor.bodies[0]]
     if sensor.kind == "angle":
-        own = np.zeros((3, 1, structure.size), complex)
         own[0, 0, 6 * i + 5] = 1.0
         return own
     body = train.bodies[i]

@@ -13,9 +13,8 @@ from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..bodies.thin_ring import ThinRing, elastic_ring, order_compliances
+from ..bodies.thin_ring import ThinRing, order_compliances
 from ..document.schema_fields import ElasticTable
 from ..errors import ModelError
 from .kinematics import Kinematics
@@ -114,14 +113,13 @@ def log_rings(bodies: Sequence[Body], meshes: Sequence[Mesh], kinematics: Kinema
 def _left_out(body: Body, meshes: Sequence[Mesh]) -> float:
     """Compliance of the orders of a ring that are left out, along a mesh, per compliance of the stiffest mesh."""
     assert body.elastic is not None
-    left, more = 0.0, replace(body.elastic, orders=_ALL)
+    left, more = [0.0], replace(body.elastic, orders=_ALL)
     for mesh in meshes:
         if mesh.b == body.name:
             normal = (math.sin(mesh.pressure_angle), math.cos(mesh.pressure_angle))
-            share = mesh.stiffness * math.cos(mesh.base_helix) ** 2
-            compliances = order_compliances(more, normal, mesh.radius_b)
-            left = max(left, share * float(compliances[body.elastic.orders + 1 :].sum()))
-    return left
+            beyond = order_compliances(more, normal, mesh.radius_b)[body.elastic.orders + 1 :].sum()
+            left.append(mesh.stiffness * math.cos(mesh.base_helix) ** 2 * float(beyond))
+    return max(left)
 
 
 def standing_bolts(
@@ -155,14 +153,15 @@ def standing_bolts(
             raise ModelError(
                 problem, path=path, allowed="radial, tangential and z as finite stiffnesses, or a rigid ring"
             )
-        varying = _varying_share(ring, bolts)
+        orders, angles = np.arange(1, 2 * ring.orders + 1), [bolt.angle for bolt in bolts]
+        varying = float(np.abs(np.exp(1j * np.outer(orders, angles)).mean(axis=1)).max())
         if varying < _EVEN:
             found += bolts
             continue
         count = 2 * ring.orders + 1
         share, radius = len(bolts) / count, math.hypot(*bolts[0].centre)
         text = f"{path}: {len(bolts)} bolts pass the axes of the stage and their mean over the turn is taken"
-        log.coded("bolts-averaged", f"{text}; what varies is {varying:.2g} of it")
+        log.coded("bolts-averaged", f"{text}; what varies is up to {varying:.2g} of it")
         found += [
             replace(
                 bolts[0],
@@ -174,18 +173,3 @@ def standing_bolts(
             for number, angle in enumerate((math.tau * np.arange(count) / count).tolist())
         ]
     return found
-
-
-def _varying_share(ring: ThinRing, bolts: Sequence[Link]) -> float:
-    """Largest Fourier part K_l of the stiffness of bolts on the orders of a ring as they turn, per its mean K_0 [1]."""
-    steps = 4 * ring.orders + 1
-    angle = np.add.outer(math.tau * np.arange(steps) / steps, [bolt.angle for bolt in bolts]).ravel()
-    out = np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=1)
-    along = np.stack([-out[:, 1], out[:, 0], out[:, 2]], axis=1)
-    moved = elastic_ring(ring).shape(math.hypot(*bolts[0].centre) * out)
-    total: NDArray[np.float64] = np.zeros((steps, moved.shape[2], moved.shape[2]))
-    for direction, k in zip((out, along), bolts[0].stiffness[:2], strict=True):
-        rows = np.einsum("ra,rae->re", direction, moved[:, :3]).reshape(steps, len(bolts), -1)
-        total += k * np.einsum("sbe,sbf->sef", rows, rows)
-    size = np.linalg.norm(np.fft.fft(total, axis=0), axis=(1, 2))
-    return float(size[1:].max() / size[0])

@@ -117,7 +117,7 @@ def sensor_columns(ready: Response, block: Block) -> tuple[Columns, dict[Hashabl
     if not sensors.name:
         return {}, {}
     spectrum, tone = sensor_spectrum(ready, block), ready.lines.tone
-    columns, labels = sensor_labels(sensors, list(range(len(sensors.name))))
+    columns, labels = sensor_labels(sensors)
     frequency = spectrum.frequency
     return {
         **columns,
