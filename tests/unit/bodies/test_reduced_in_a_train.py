@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import reduced_ring
 from tests.unit.bodies.bricks import brick_ring
+from tests.unit.bodies.test_text_files import calculix
 
 from epicyclic import ModelError, assemble, load, static
 from epicyclic.bodies.elastic_body import ElasticBody
@@ -163,6 +164,7 @@ def test_reduced_carrier_turns_with_its_frame(tmp_path: Path) -> None:
     assert np.abs(force).max() < 1e-9 * np.abs(system.Kg).max()
 
 
+WIDE = {"stages.main.face_width": "200 mm", "stages.main.meshes.planet-ring.slices": 5}
 ONE = {"planet-1": {"nodes": PAIRS[0], "spider": "nodes"}}
 
 
@@ -174,6 +176,7 @@ ONE = {"planet-1": {"nodes": PAIRS[0], "spider": "nodes"}}
         ({"stages.main.ring.reduced": {}}, "one way to name the files"),
         ({"stages.main.ring.reduced.interfaces": {"a": {"nodes": [9999]}}}, "interfaces.a.nodes = 9999"),
         ({"stages.main.ring.reduced": {"file": str(reduced_ring.KEPT), "interfaces": ONE}}, "no interface of the body"),
+        (WIDE, "(151.2, 0, -80) mm from its centre of mass: no interface of the body where main/planet-ring/1"),
         ({"stages.main.ring.mass": "3 kg"}, "stages.main.ring.mass = 3"),
         ({"operation": {"held": ["ring"], "speed": {"carrier": "100 rpm"}}}, "turns against the axes of its stage"),
         ({"stages.main.ring.elastic": {"radius": "155 mm", "bending": "770 N m^2"}}, "elastic beside reduced"),
@@ -229,6 +232,20 @@ def carrier_of(folder: Path, ring: ReducedBody, more: dict[str, Any] | None = No
     table = {"file": str(file), "modes": 20, "interfaces": nodes} | keys
     changes = {"stages.main.carrier.pin_radius": "150 mm", "stages.main.carrier.reduced": table}
     return load("lin1999-n4", CARRIER | changes | (more or {}))
+
+
+def test_a_change_of_a_file_beside_the_named_one_is_seen(tmp_path: Path) -> None:
+    """Twice the masses in the .mas, the .sti as it was."""
+    calculix(brick_ring(8), tmp_path)
+    nodes = {f"pin-{i}": {"nodes": [8 * i + k for k in (1, 2, 3, 4)]} for i in range(4)}
+    table = {"file": str(tmp_path / "ring.sti"), "units": "kg m s", "modes": 6, "interfaces": nodes}
+    changes = CARRIER | {"stages.main.carrier.pin_radius": "150 mm", "stages.main.carrier.reduced": table}
+    masses = []
+    for factor in (1.0, 2.0):
+        terms = np.loadtxt(tmp_path / "ring.mas") * [1.0, 1.0, factor]
+        np.savetxt(tmp_path / "ring.mas", terms, fmt=["%d", "%d", "%.17g"])
+        masses += [body.mass for body in load("lin1999-n4", changes).bodies if body.kind == "carrier"]
+    assert masses[1] == pytest.approx(2 * masses[0])
 
 
 def test_origin_of_the_file_is_the_centre_of_the_member(tmp_path: Path) -> None:
