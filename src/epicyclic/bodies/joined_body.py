@@ -65,9 +65,7 @@ class InterfaceShape:
             return None
         moved = np.zeros_like(self.shapes)
         for i, image in enumerate(at):
-            moved[image] = np.concatenate(
-                [_about(part.T, angle).T for part in (self.shapes[i, :3], self.shapes[i, 3:])]
-            )
+            moved[image] = _turned(self.shapes[i], angle)
         seen, wanted = (motion.reshape(-1, len(size)) / size for motion in (self.shapes, moved))
         R, least = np.eye(len(size)), _SAME * np.abs(seen).max()
         for own in groups:
@@ -89,8 +87,8 @@ class InterfaceShape:
             # in the axes of the interface, from it
             off = _about(point[None], -angle)[0] - self.points[i]
             motion = self.shapes[i] @ turned
-            moved = motion[:3] + np.cross(motion[3:], off[:, None], axis=0) + off @ self.strains[i] @ turned
-            row[:3], row[3:] = (_about(part.T, angle).T for part in (moved, motion[3:]))
+            motion[:3] += np.cross(motion[3:], off[:, None], axis=0) + off @ self.strains[i] @ turned
+            row[:] = _turned(motion, angle)
         return result
 
 
@@ -99,6 +97,11 @@ def _about(vectors: Array, angle: Array | float) -> Array:
     c, s = np.cos(angle), np.sin(angle)
     x, y, z = vectors.T
     return np.stack([c * x - s * y, s * x + c * y, z], axis=1)
+
+
+def _turned(motion: Array, angle: float) -> Array:
+    """The motion (6, e) of a point turned about z by an angle [rad]."""
+    return np.concatenate([_about(part.T, angle).T for part in (motion[:3], motion[3:])])
 
 
 def joined_body(body: ReducedBody, facts: BodyFacts, interfaces: Sequence[Interface], where: str) -> ElasticBody:
@@ -114,21 +117,17 @@ def joined_body(body: ReducedBody, facts: BodyFacts, interfaces: Sequence[Interf
     squares, modes = _free_modes(body, where)
     seen = np.array([shape @ modes for shape in shapes])
     modes = modes / np.maximum(np.abs(seen[:, :3]).max(axis=(0, 1)), 1e-3 * np.abs(modes).max(axis=0))
-    M, C, G1, KG1 = (0.0 * dense(body.M) if one is None else dense(one) for one in (body.M, body.C, body.G1, body.KG1))
     # rigid motions about the origin: translations, by which those about the centre differ, couple with no mode
-    basis = np.hstack([T, modes])
+    basis, M, size = np.hstack([T, modes]), dense(body.M), 6 + modes.shape[1]
     inertia = np.einsum("ie,ij,je->e", modes, M, modes)
-    size = basis.shape[1]
-    own = np.arange(6, size)
-    mass, spin, stiff, damp, turn = (np.zeros((size, size)) for _ in range(5))
-    mass[own, own] = inertia
-    for target, matrix in ((spin, G1), (stiff, KG1), (damp, C)):
-        target[:] = basis.T @ matrix @ basis
-        target[:6, :6] = 0.0
+    turn, *terms = (np.zeros((size, size)) for _ in range(4))
+    for term, matrix in zip(terms, (body.G1, body.KG1, body.C), strict=True):
+        term[:] = 0.0 if matrix is None else basis.T @ dense(matrix) @ basis
+        term[:6, :6] = 0.0
     if body.D is not None:
         turn[6:, 6:] = (modes.T @ M @ body.D @ modes) / inertia[:, None]
         turn[0, 1], turn[1, 0], turn[3, 4], turn[4, 3] = 1.0, -1.0, 1.0, -1.0
-    names = tuple(f"e{i}" for i in range(1, len(own) + 1))
+    names = tuple(f"e{i}" for i in range(1, len(inertia) + 1))
     shape = InterfaceShape(
         names=tuple(one.name for one in interfaces),
         points=points - facts.centre,
@@ -141,14 +140,14 @@ def joined_body(body: ReducedBody, facts: BodyFacts, interfaces: Sequence[Interf
     groups = [slice(a, b) for a, b in pairwise([0, *ends.tolist(), len(squares)])]
     return ElasticBody(
         names=names,
-        mass=mass,
+        mass=np.diag(np.append(np.zeros(6), inertia)),
         springs=Springs(np.eye(size)[6:], squares * inertia, names),
         foundation=Springs(np.zeros((0, size)), np.zeros(0), ()),
-        damping=damp,
+        damping=terms[2],
         turn=turn,
         axisymmetric=body.D is not None,
-        spin=spin,
-        spin_stiffness=stiff,
+        spin=terms[0],
+        spin_stiffness=terms[1],
         spin_load=np.zeros(size),
         shape=shape,
         cyclic=None if body.D is not None else partial(shape.turned, groups, np.sqrt(inertia)),

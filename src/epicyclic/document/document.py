@@ -186,6 +186,8 @@ _FORCE_HEADING = "deflection [um], force [kN]; of several phases one column each
 
 FileTable = Callable[[PlainTable, str], PlainTable]
 """Table that names a file, and its path -> what stands in its place."""
+FileName = Callable[[str, str], str]
+"""Name of a file and its path -> what stands in its place."""
 
 
 def with_files(data: PlainTable, folder: Path | None) -> PlainTable:
@@ -210,12 +212,7 @@ def with_files(data: PlainTable, folder: Path | None) -> PlainTable:
 
 
 def at_files(
-    data: PlainTable,
-    *,
-    forces: FileTable,
-    torques: FileTable,
-    pitches: Callable[[str, str], str],
-    bodies: Callable[[str, str], str],
+    data: PlainTable, *, forces: FileTable, torques: FileTable, pitches: FileName, bodies: FileName
 ) -> PlainTable:
     """Return a document with something else in place of the names of files, wherever it may name one.
 
@@ -235,21 +232,25 @@ def at_files(
     return result
 
 
-def _with_columns(value: Any, path: str, read: FileTable, body: Callable[[str, str], str]) -> Any:
+def _with_columns(value: Any, path: str, read: FileTable, body: FileName | None = None) -> Any:
     """Return a table with the columns of the files that it, or a table in it, names, and files of bodies in place."""
     if isinstance(value, list):
         return [_with_columns(entry, f"{path}.{number}", read, body) for number, entry in enumerate(value, start=1)]
-    reduced = _REDUCED.fullmatch(path)
-    if reduced and isinstance(value, str):
-        return body(value, path)
+    if body is not None and _REDUCED.fullmatch(path):
+        return _with_names(value, path, body)
     if not isinstance(value, dict):
         return value
-    if reduced:
-        names = {key: value[key] for key in MATRIX_FILES if isinstance(value.get(key), str)}
-        return {**value, **{key: body(name, f"{path}.{key}") for key, name in names.items()}}
     if isinstance(value.get("file"), str):
         return read(value, path)
     return {key: _with_columns(entry, f"{path}.{key}", read, body) for key, entry in value.items()}
+
+
+def _with_names(value: Any, path: str, read: FileName) -> Any:
+    """Return what states a reduced body with the names of its files read."""
+    if isinstance(value, str):
+        return read(value, path)
+    named = [key for key in MATRIX_FILES if isinstance(value, dict) and isinstance(value.get(key), str)]
+    return {**value, **{key: read(value[key], f"{path}.{key}") for key in named}} if named else value
 
 
 def _with_ripple(operation: Any, path: str, read: FileTable) -> Any:
@@ -257,9 +258,7 @@ def _with_ripple(operation: Any, path: str, read: FileTable) -> Any:
     if not isinstance(operation, dict):
         return operation
     ripple = {key: value for key, value in operation.items() if key.partition(".")[0] == "ripple"}
-    return operation | {
-        key: _with_columns(value, f"{path}.{key}", read, lambda name, _: name) for key, value in ripple.items()
-    }
+    return operation | {key: _with_columns(value, f"{path}.{key}", read) for key, value in ripple.items()}
 
 
 def _torque_table(name: str, path: str, folder: Path | None) -> PlainTable:

@@ -30,31 +30,29 @@ def sensor_rows(train: Train, structure: Structure, T: Array) -> SensorRows:
     if not sensors:
         return SensorRows()
     index, links = structure.index, [row for row in structure.links if not row.law]
-    first = [index[sensor.bodies[0]] if sensor.bodies else -1 for sensor in sensors]
-    turn = tuple(
-        structure.spin_turn[i] - structure.frame_turn[i] if sensor.kind != "torque" else Fraction(0)
-        for sensor, i in zip(sensors, first, strict=True)
-    )
+    angle, turn = np.array([sensor.angle for sensor in sensors]), [Fraction(0)] * len(sensors)
     series = [_series(train, structure, sensor) @ T for sensor in sensors]
     rows = np.zeros((len(sensors), 3, max(one.shape[1] for one in series), T.shape[1]), complex)
     mesh, link = np.zeros((len(sensors), len(structure.meshes))), np.zeros((len(sensors), len(links)))
     for i, (sensor, own) in enumerate(zip(sensors, series, strict=True)):
-        if not turn[i]:  # the series has one value
-            own = own.sum(axis=1, keepdims=True).real.astype(complex)
-        rows[i, :, : own.shape[1]] = own
         if sensor.link:
             link[i] = [row.link.name == sensor.link and row.direction == 5 for row in links]
-        elif sensor.kind == "torque":
+            continue
+        body = index[sensor.bodies[0]]
+        angle[i] += train.bodies[body].angle
+        if sensor.kind == "torque":
             mesh[i] = structure.mesh @ _turned_member(train, structure, sensor)
+        elif turn_of := structure.spin_turn[body] - structure.frame_turn[body]:
+            turn[i], rows[i, :, : own.shape[1]] = turn_of, own
+        else:  # the series has one value
+            rows[i, :, 0] = own.sum(axis=1).real
     return SensorRows(
         name=tuple(sensor.name for sensor in sensors),
         kind=tuple(sensor.kind for sensor in sensors),
         bodies=tuple(sensor.bodies for sensor in sensors),
         direction=tuple(sensor.direction if sensor.kind == "acceleration" else "" for sensor in sensors),
-        angle=np.array(
-            [s.angle + (train.bodies[i].angle if s.bodies else 0.0) for s, i in zip(sensors, first, strict=True)]
-        ),
-        turn=turn,
+        angle=angle,
+        turn=tuple(turn),
         rows=rows[:, :, : int(np.flatnonzero(rows.any(axis=(0, 1, 3)))[-1]) + 1 if rows.any() else 1],
         mesh=mesh,
         link=link,

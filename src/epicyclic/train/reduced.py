@@ -68,10 +68,6 @@ def with_reduced(
         found[i] = replace(body, reduced=joined, station=body.station + float(facts.centre[2]), **masses)
         _require_constant(body, joined, links, bodies, kinematics, path)
         _require_interfaces(found[i], joined, links, meshes, path, log)
-        lowest = (
-            math.sqrt(float((joined.springs.stiffness / np.diag(joined.mass)[6:]).min(initial=math.inf))) / math.tau
-        )
-        log.note(f"{path}.lowest_frequency", lowest, "Hz", "reduced body")
     return found
 
 
@@ -137,11 +133,9 @@ def _require_constant(
     if joined.axisymmetric:
         return
     if Fraction(speed.get(body.member, 0)) != frame:
-        raise ModelError(
-            "turns against the axes of its stage: its matrices would vary in time",
-            path=path,
-            allowed="a carrier; a body of a train whose carrier stands; sectors of an axisymmetric body",
-        )
+        problem = "turns against the axes of its stage: its matrices would vary in time"
+        allowed = "a carrier; a body of a train whose carrier stands; sectors of an axisymmetric body"
+        raise ModelError(problem, path=path, allowed=allowed)
     members = {other.name: other.member for other in bodies}
     for link in links:
         if body.name not in (link.first, link.second):
@@ -165,14 +159,10 @@ def _require_interfaces(
             text = f"{path}: {name} joins it on its axis, where it has no interface"
             log.coded("mean-motion-held", f"{text}; its mean motion is taken")
         elif away > shape.reach:
-            text = ", ".join(f"{1e3 * value:.4g}" for value in point)
-            nearest = ", ".join(f"{1e3 * value:.4g}" for value in shape.points[i])
-            raise ModelError(
-                f"no interface of the body where {name} joins it",
-                path=path,
-                given=f"({text}) mm from its centre of mass",
-                allowed=f"one within {1e3 * shape.reach:.3g} mm; the nearest is {shape.names[i]} at ({nearest}) mm",
-            )
+            here, there = (", ".join(f"{1e3 * value:.4g}" for value in place) for place in (point, shape.points[i]))
+            given, problem = f"({here}) mm from its centre of mass", f"no interface of the body where {name} joins it"
+            allowed = f"one within {1e3 * shape.reach:.3g} mm; the nearest is {shape.names[i]} at ({there}) mm"
+            raise ModelError(problem, path=path, given=given, allowed=allowed)
 
 
 def _points(body: Body, links: Sequence[Link], meshes: Sequence[Mesh]) -> Iterator[tuple[str, np.ndarray]]:

@@ -51,9 +51,8 @@ def ring_of(
     height, middle = outer - inner, (outer + inner) / 2
     radius = middle if table.radius is None else table.radius
     area = width * height if table.area is None else table.area
-    bending = (
-        E * width * middle**2 * (middle * math.log(outer / inner) - height) if table.bending is None else table.bending
-    )
+    curved = E * width * middle**2 * (middle * math.log(outer / inner) - height)
+    bending = curved if table.bending is None else table.bending
     axial = math.inf if table.axial is None else E * area if table.axial is True else table.axial
     needed = {"radius": radius, "bending": bending, "area": 1.0 if table.axial is not True else area}
     if missing := [key for key, value in needed.items() if not math.isfinite(value)]:
@@ -74,12 +73,8 @@ def ring_of(
         orders=table.modes or RING_ORDERS,
         foundation=(0.0, 0.0) if held is None else (held.radial or 0.0, held.tangential or 0.0),
     )
-    for key, value, unit in (
-        ("radius", radius, "m"),
-        ("area", area, "m^2"),
-        ("bending", bending, "N m^2"),
-        ("axial", axial, "N"),
-    ):
+    values = {"radius": (radius, "m"), "area": (area, "m^2"), "bending": (bending, "N m^2"), "axial": (axial, "N")}
+    for key, (value, unit) in values.items():
         if math.isfinite(value):
             stated = getattr(table, key)
             log.note(f"{path}.{key}", value, unit, "geometry" if stated is None or stated is True else "given")
@@ -128,7 +123,8 @@ def standing_bolts(
     """Links, with bolts that turn against the frame of a ring that bends by their mean over the turn.
 
     Seen from the frame, bolts pass by.  Of N_b equal ones evenly spaced the stiffness is constant where N_b > 2 N, with
-    the highest order N.  Else its mean is that of enough bolts of the same sum; a warning says how large the rest is.
+    the highest order N.  Else its mean is that of enough bolts of the same sum; a warning says how large
+    the rest may be: the largest Fourier part of their number over the angle bounds that of their stiffness.
 
     Raises
     ------
@@ -150,9 +146,8 @@ def standing_bolts(
         assert ring is not None
         if bolts[0].curves or not all(map(math.isfinite, bolts[0].stiffness)):
             problem = "turn against the axes of the stage and are rigid, or follow a table"
-            raise ModelError(
-                problem, path=path, allowed="radial, tangential and z as finite stiffnesses, or a rigid ring"
-            )
+            allowed = "radial, tangential and z as finite stiffnesses, or a rigid ring"
+            raise ModelError(problem, path=path, allowed=allowed)
         orders, angles = np.arange(1, 2 * ring.orders + 1), [bolt.angle for bolt in bolts]
         varying = float(np.abs(np.exp(1j * np.outer(orders, angles)).mean(axis=1)).max())
         if varying < _EVEN:
