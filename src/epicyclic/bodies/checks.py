@@ -18,7 +18,7 @@ from scipy import sparse
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh, splu
 
 from ..errors import ConvergenceError
-from .reduced_body import MAX_DENSE, MAX_DOFS, Array, Matrix, ReducedBody, refused, rigid_motion, scaled
+from .reduced_body import MAX_DENSE, MAX_DOFS, Array, Matrix, ReducedBody, dense, refused, rigid_motion, scaled
 
 _SYMMETRY, _NEGATIVE, _RIGID, _MODAL = 1e-9, 1e-9, 1e-8, 1e-6
 _MASS_WRONG, _MASS_SAID = 1e-3, 1e-6
@@ -165,7 +165,7 @@ def _require_modes(body: ReducedBody, where: str) -> None:
         ("M", np.ones(len(modal)), "modes are not of mass 1", "1 on their diagonal"),
         ("K", squares, "modes are coupled, or one has no stiffness", "squared frequencies on their diagonal"),
     ):
-        block = sparse.csr_array(getattr(body, name)[modal][:, modal]).toarray()
+        block = dense(getattr(body, name)[modal][:, modal])
         off = np.abs(block - np.diag(want)).max(axis=0) / np.maximum(want, 1e-300)
         if not np.all(off <= _MODAL) or not np.all(want > 0):
             raise refused(where, name, problem, allowed, given=f"mode {body.dof_node[modal[int(off.argmax())]]}")
@@ -263,9 +263,10 @@ def elastic_modes(body: ReducedBody, rigid: Array, count: int, where: str) -> tu
         if sparse.issparse(held) and len(rigid) > _SMALL:
             solve = splu(sparse.csc_array(held)).solve
             return lowest_modes(body, count, lambda load: _freed(solve, load, basis, momentum), shift)
-        dense, mass = (one.toarray() if sparse.issparse(one) else one for one in (held, body.M))
-        dense = dense + 1e3 * _largest_ratio(body) * momentum @ momentum.T  # lifts the rigid motions above all others
-        parts, modes = scipy.linalg.eigh(mass, dense, subset_by_index=[max(len(rigid) - count, 0), len(rigid) - 1])
+        lifted = dense(held) + 1e3 * _largest_ratio(body) * momentum @ momentum.T  # rigid motions above all others
+        parts, modes = scipy.linalg.eigh(
+            dense(body.M), lifted, subset_by_index=[max(len(rigid) - count, 0), len(rigid) - 1]
+        )
     except (np.linalg.LinAlgError, RuntimeError):
         raise refused(where, "K", "a motion has neither mass nor stiffness", "one of them for each motion") from None
     kept = np.flatnonzero(parts > 1e-14 * parts[-1])[::-1]  # what has no mass has no frequency

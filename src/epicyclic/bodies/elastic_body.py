@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,13 +22,20 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 
+class Springs(NamedTuple):
+    """Springs of a body that bends: rows (p, 6 + e) of its coordinates, stiffness (p,) [N/m], and names (p,)."""
+
+    rows: Array
+    stiffness: Array
+    names: tuple[str, ...]
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ElasticBody:
     """Coordinates e by which a body bends, beside x y z rx ry rz of its mean motion; matrices are of all 6 + e.
 
     names : (e,) of the coordinates [m].  mass : M, its block of the six is that of the file and zero here.
-    rows, stiffness : (p, 6 + e) and (p,) [N/m]: the strain energy is that of p springs, with `row_names` (p,).
-    supports, support_stiffness : (s, 6 + e) and (s,) [N/m] of a uniform foundation in the housing; `support_names`.
+    springs : those whose energy is the strain energy.  foundation : those of a uniform one in the housing.
     damping : C of the material (6 + e, 6 + e), its block of the six zero.
     turn : D (6 + e, 6 + e).  axisymmetric : whether it holds; else the body turns with its frame.
     spin, spin_stiffness : G_m per spin w [kg] and K_m per w^2 [kg], their blocks of the six zero.
@@ -39,12 +47,8 @@ class ElasticBody:
 
     names: tuple[str, ...]
     mass: Array
-    rows: Array
-    stiffness: Array
-    row_names: tuple[str, ...]
-    supports: Array
-    support_stiffness: Array
-    support_names: tuple[str, ...]
+    springs: Springs
+    foundation: Springs
     damping: Array
     turn: Array
     axisymmetric: bool

@@ -18,8 +18,8 @@ import scipy.linalg
 
 from ..errors import ModelError
 from .checks import BodyFacts
-from .elastic_body import Array, ElasticBody
-from .reduced_body import Matrix, ReducedBody, rigid_motion, rigid_rows
+from .elastic_body import Array, ElasticBody, Springs
+from .reduced_body import ReducedBody, dense, rigid_motion, rigid_rows
 from .reduction import Interface, interface_shape, node_rows
 
 _NEAR = 5e-2  # distance of a point from its interface, of the size of the body
@@ -65,9 +65,7 @@ class InterfaceShape:
             return None
         moved = np.zeros_like(self.shapes)
         for i, image in enumerate(at):
-            moved[image] = np.concatenate(
-                [_about(part.T, angle).T for part in (self.shapes[i, :3], self.shapes[i, 3:])]
-            )
+            moved[image] = _turned(self.shapes[i], angle)
         seen, wanted = (motion.reshape(-1, len(size)) / size for motion in (self.shapes, moved))
         R, least = np.eye(len(size)), _SAME * np.abs(seen).max()
         for own in groups:
@@ -89,8 +87,8 @@ class InterfaceShape:
             # in the axes of the interface, from it
             off = _about(point[None], -angle)[0] - self.points[i]
             motion = self.shapes[i] @ turned
-            moved = motion[:3] + np.cross(motion[3:], off[:, None], axis=0) + off @ self.strains[i] @ turned
-            row[:3], row[3:] = (_about(part.T, angle).T for part in (moved, motion[3:]))
+            motion[:3] += np.cross(motion[3:], off[:, None], axis=0) + off @ self.strains[i] @ turned
+            row[:] = _turned(motion, angle)
         return result
 
 
@@ -101,6 +99,11 @@ def _about(vectors: Array, angle: Array | float) -> Array:
     return np.stack([c * x - s * y, s * x + c * y, z], axis=1)
 
 
+def _turned(motion: Array, angle: float) -> Array:
+    """The motion (6, e) of a point turned about z by an angle [rad]."""
+    return np.concatenate([_about(part.T, angle).T for part in (motion[:3], motion[3:])])
+
+
 def joined_body(body: ReducedBody, facts: BodyFacts, interfaces: Sequence[Interface], where: str) -> ElasticBody:
     """A reduced body as coordinates of a train, `e1`, `e2`, .. [m]: modes whose largest motion of a node is 1.
 
@@ -109,28 +112,22 @@ def joined_body(body: ReducedBody, facts: BodyFacts, interfaces: Sequence[Interf
     ModelError : a coordinate without mass; a body that is not round about its axis.
     """
     _require_round(facts, where)
-    T, shapes = rigid_motion(body), [_dense(interface_shape(body, one, where)) for one in interfaces]
-    points = np.array([_place(body, one) for one in interfaces])
+    T, shapes = rigid_motion(body), [dense(interface_shape(body, one, where)) for one in interfaces]
+    points = np.array([one.place(body) for one in interfaces])
     squares, modes = _free_modes(body, where)
     seen = np.array([shape @ modes for shape in shapes])
     modes = modes / np.maximum(np.abs(seen[:, :3]).max(axis=(0, 1)), 1e-3 * np.abs(modes).max(axis=0))
-    M, C, G1, KG1 = (_dense(matrix, len(T)) for matrix in (body.M, body.C, body.G1, body.KG1))
     # rigid motions about the origin: translations, by which those about the centre differ, couple with no mode
-    basis = np.hstack([T, modes])
+    basis, M, size = np.hstack([T, modes]), dense(body.M), 6 + modes.shape[1]
     inertia = np.einsum("ie,ij,je->e", modes, M, modes)
-    size = basis.shape[1]
-    own = np.arange(6, size)
-    mass, spin, stiff, damp, turn = (np.zeros((size, size)) for _ in range(5))
-    mass[own, own] = inertia
-    for target, matrix in ((spin, G1), (stiff, KG1), (damp, C)):
-        target[:] = basis.T @ matrix @ basis
-        target[:6, :6] = 0.0
+    turn, *terms = (np.zeros((size, size)) for _ in range(4))
+    for term, matrix in zip(terms, (body.G1, body.KG1, body.C), strict=True):
+        term[:] = 0.0 if matrix is None else basis.T @ dense(matrix) @ basis
+        term[:6, :6] = 0.0
     if body.D is not None:
         turn[6:, 6:] = (modes.T @ M @ body.D @ modes) / inertia[:, None]
         turn[0, 1], turn[1, 0], turn[3, 4], turn[4, 3] = 1.0, -1.0, 1.0, -1.0
-    rows = np.zeros((len(own), size))
-    rows[:, 6:] = np.eye(len(own))
-    names = tuple(f"e{i}" for i in range(1, len(own) + 1))
+    names = tuple(f"e{i}" for i in range(1, len(inertia) + 1))
     shape = InterfaceShape(
         names=tuple(one.name for one in interfaces),
         points=points - facts.centre,
@@ -143,29 +140,18 @@ def joined_body(body: ReducedBody, facts: BodyFacts, interfaces: Sequence[Interf
     groups = [slice(a, b) for a, b in pairwise([0, *ends.tolist(), len(squares)])]
     return ElasticBody(
         names=names,
-        mass=mass,
-        rows=rows,
-        stiffness=squares * inertia,
-        row_names=names,
-        supports=np.zeros((0, size)),
-        support_stiffness=np.zeros(0),
-        support_names=(),
-        damping=damp,
+        mass=np.diag(np.append(np.zeros(6), inertia)),
+        springs=Springs(np.eye(size)[6:], squares * inertia, names),
+        foundation=Springs(np.zeros((0, size)), np.zeros(0), ()),
+        damping=terms[2],
         turn=turn,
         axisymmetric=body.D is not None,
-        spin=spin,
-        spin_stiffness=stiff,
+        spin=terms[0],
+        spin_stiffness=terms[1],
         spin_load=np.zeros(size),
         shape=shape,
         cyclic=None if body.D is not None else partial(shape.turned, groups, np.sqrt(inertia)),
     )
-
-
-def _dense(matrix: Matrix, size: int = 0) -> Array:
-    """A matrix as an array; zeros where there is none."""
-    if matrix is None:
-        return np.zeros((size, size))
-    return np.asarray(matrix.toarray() if hasattr(matrix, "toarray") else matrix, float)
 
 
 def _strain(body: ReducedBody, interface: Interface, shape: Array, where: str) -> Array:
@@ -177,23 +163,17 @@ def _strain(body: ReducedBody, interface: Interface, shape: Array, where: str) -
     if interface.spider != "nodes":
         return found
     directions, places, rows = node_rows(body, interface, where)
-    point = _place(body, interface)
-    left = _dense(rows) - rigid_rows(places, directions, point) @ shape
+    point = interface.place(body)
+    left = dense(rows) - rigid_rows(places, directions, point) @ shape
     for i in range(3):
         own = directions == i + 1
         found[:, i] = np.linalg.pinv(places[own] - point, rcond=1e-9) @ left[own]
     return found
 
 
-def _place(body: ReducedBody, interface: Interface) -> Array:
-    if interface.point is not None:
-        return np.asarray(interface.point, float)
-    return np.asarray(body.places(np.array(interface.nodes)).mean(axis=0))
-
-
 def _free_modes(body: ReducedBody, where: str) -> tuple[Array, Array]:
     """Squared frequencies (e,) [1/s^2] and elastic modes (n, e) of a free body, all of them."""
-    M, K = _dense(body.M), _dense(body.K)
+    M, K = dense(body.M), dense(body.K)
     scale = 1 / np.sqrt(np.maximum(np.diag(M), np.finfo(float).tiny))
     if np.linalg.eigvalsh(M * np.outer(scale, scale))[0] < _MASSLESS:
         allowed = "mass on every coordinate, as a reduction with modes gives it"

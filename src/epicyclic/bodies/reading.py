@@ -15,7 +15,8 @@ from .native_file import native_body
 from .reduced_body import MAX_BYTES, UNIT_WORDS, Array, ReducedBody, in_si, refused
 from .text_files import Places, assembled, chosen, matrix_text, nodes_text, punch, storage_text
 
-_NATIVE, _PUNCH, _STORAGE = (".npz", ".mat"), (".pch", ".bdf", ".dmig", ".nas", ".dat"), ".sti"
+_NATIVE, _PUNCH = (".npz", ".mat"), (".pch", ".bdf", ".dmig", ".nas", ".dat")
+_STORAGE = (".sti", ".mas", ".dof", ".inp")
 _KEYS, _LETTERS = {"stiffness": "K", "mass": "M", "damping": "C"}, {"K": "K", "M": "M", "C": "B"}
 _FILES = ".npz, .mat, .pch, .bdf, .dmig, .nas or .dat (DMIG), .sti (CalculiX), or a table: stiffness, mass, nodes"
 
@@ -55,14 +56,11 @@ def _of_file(file: Path, units: str | None, path: str) -> ReducedBody:
         matrices, places = punch(_text(file, path), str(file))
         terms = {name: chosen(matrices, letter, str(file)) for name, letter in _LETTERS.items()}
         return _body(terms, places, str(file), units, path)
-    if kind == _STORAGE:
-        texts = {one: _text(file.with_suffix(one), path) for one in (kind, ".mas", ".dof", ".inp")}
-        names = {one: str(file.with_suffix(one)) for one in texts}
-        terms = {
-            name: storage_text(texts[one], texts[".dof"], names[one], names[".dof"])
-            for name, one in (("K", kind), ("M", ".mas"))
-        }
-        return _body(terms, nodes_text(texts[".inp"], names[".inp"]), str(file), units, path)
+    if kind == _STORAGE[0]:
+        files = [file.with_suffix(one) for one in _STORAGE]
+        stiffness, mass, dofs, nodes = ((_text(one, path), str(one)) for one in files)
+        terms = {"K": storage_text(*stiffness, *dofs), "M": storage_text(*mass, *dofs)}
+        return _body(terms, nodes_text(*nodes), str(file), units, path)
     raise ModelError("no file of a body", path=path, given=str(file), allowed=_FILES)
 
 
@@ -81,8 +79,9 @@ def _of_table(files: Mapping[str, str | Path], units: str | None, path: str) -> 
             file, text = str(files[key]), _text(files[key], f"{path}.{key}")
             if Path(file).suffix.lower() in _PUNCH:
                 matrices, _ = punch(text, file)
-                sole = next(iter(matrices.values())) if len(matrices) == 1 else None
-                terms[name] = sole if sole is not None else chosen(matrices, _LETTERS[name], file)
+                terms[name] = (
+                    next(iter(matrices.values())) if len(matrices) == 1 else chosen(matrices, _LETTERS[name], file)
+                )
             else:
                 terms[name] = matrix_text(text, file)
     places = nodes_text(_text(files["nodes"], f"{path}.nodes"), str(files["nodes"]))

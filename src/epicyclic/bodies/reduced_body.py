@@ -91,8 +91,7 @@ def rigid_motion(body: ReducedBody) -> Array:
     motion[~modal] = rigid_rows(body.places(body.dof_node[~modal]), body.dof_dir[~modal])
     if not modal.any():
         return motion
-    own = body.K[modal]
-    own = own.toarray() if sparse.issparse(own) else own
+    own = dense(body.K[modal])
     size = np.abs(own).max(initial=0.0) or 1.0
     strained, wanted = own[:, modal] / size, -own @ motion / size
     if body.shape is not None and body.shape_node is not None and body.shape_dir is not None:
@@ -133,6 +132,11 @@ def in_si(body: ReducedBody, where: str) -> ReducedBody:
         value = getattr(body, name)
         found[name] = None if value is None else value * factor
     return replace(body, **found)
+
+
+def dense(matrix: Matrix) -> Array:
+    """A matrix as an array."""
+    return np.asarray(matrix.toarray() if sparse.issparse(matrix) else matrix, float)
 
 
 def scaled(matrix: Matrix, rows: Array, columns: Array) -> Matrix:

@@ -29,6 +29,11 @@ class Interface:
     point: Array | None = None
     spider: Literal["average", "rigid", "nodes"] = "average"
 
+    def place(self, body: ReducedBody) -> Array:
+        """The point, (3,) [m]."""
+        nodes = body.places(np.array(self.nodes)) if self.point is None else np.atleast_2d(self.point)
+        return np.asarray(nodes.mean(axis=0))
+
 
 def interface_shape(body: ReducedBody, interface: Interface, where: str) -> Array:
     """Motion (6, n) of the point of an interface, x y z [m], rx ry rz [rad], in the coordinates of its body.
@@ -41,19 +46,13 @@ def interface_shape(body: ReducedBody, interface: Interface, where: str) -> Arra
     ModelError : no such nodes in the body.
     """
     directions, places, rows = node_rows(body, interface, where)
-    seen = rigid_rows(places, directions, _point(body, interface))
+    seen = rigid_rows(places, directions, interface.place(body))
     # rotations as displacements at the distance of the nodes
     reach = np.linalg.norm(places - places.mean(axis=0), axis=1).max() or 1.0
     weight, size = np.where(directions > 3, reach, 1.0), np.array([1.0, 1.0, 1.0, reach, reach, reach])
     mean = np.linalg.pinv(weight[:, None] * seen / size, rcond=_SEEN) * weight / size[:, None]
     shape: Array = mean @ rows
     return shape
-
-
-def _point(body: ReducedBody, interface: Interface) -> Array:
-    if interface.point is not None:
-        return np.asarray(interface.point, float)
-    return np.asarray(body.places(np.array(interface.nodes)).mean(axis=0))
 
 
 def node_rows(body: ReducedBody, interface: Interface, where: str) -> tuple[Index, Array, Matrix]:
@@ -122,19 +121,15 @@ def reduced(
     found["K"][:held, held:] = found["K"][held:, :held] = 0.0
     found["K"][held:, held:], found["M"][held:, held:] = np.diag(squares), np.eye(modes)
     dof_node, dof_dir = np.hstack([*dofs, [range(1, modes + 1), [0] * modes]]).astype(np.int64)
-    ids, xyz = np.hstack([one.nodes for one in there]), np.vstack([_places(body, one) for one in there])
+    xyz = np.vstack([one.place(body) if one.spider != "nodes" else body.places(np.array(one.nodes)) for one in there])
+    ids = np.hstack([one.nodes for one in there])
     return replace(body, **found, node_id=ids, node_xyz=xyz, dof_node=dof_node, dof_dir=dof_dir), there
 
 
 def _at_point(body: ReducedBody, interface: Interface, number: int, where: str) -> Interface:
     """The interface of a spider as it is after the reduction: one node at its point."""
     node_rows(body, interface, where)
-    return replace(interface, nodes=(number,), point=_point(body, interface), spider="average")
-
-
-def _places(body: ReducedBody, interface: Interface) -> Array:
-    """Places (k, 3) of the nodes of an interface after the reduction [m]."""
-    return body.places(np.array(interface.nodes)) if interface.spider == "nodes" else _point(body, interface)[None]
+    return replace(interface, nodes=(number,), point=interface.place(body), spider="average")
 
 
 def _held(body: ReducedBody, interface: Interface, there: Interface, where: str) -> tuple[Matrix, Matrix, Index]:

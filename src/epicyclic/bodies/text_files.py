@@ -130,7 +130,7 @@ def matrix_text(text: str, where: str) -> Array:
     return _table(text, 5, where, "lines of node, direction, node, direction, value")
 
 
-def storage_text(text: str, dofs: str, where: str, dofs_where: str) -> Array:
+def storage_text(text: str, where: str, dofs: str, dofs_where: str) -> Array:
     """Terms of a CalculiX .sti or .mas of SOLVER=MATRIXSTORAGE, "row column value", with its .dof, "node.direction"."""
     if wrong := re.search(r"^(?!\s*\d{1,15}\.\d\s*$).*\S.*$", dofs, re.MULTILINE):
         raise refused(dofs_where, "rows", "no place of a row", "node.direction", given=wrong[0].strip())
@@ -165,11 +165,11 @@ def nodes_text(text: str, where: str) -> Places:
     """
     if re.search(r"^GRID\b", text, re.MULTILINE | re.IGNORECASE):
         return punch(text, where)[1]
-    places, keyword = Places(), ""
     if not re.search(r"^\*NODE\b", text, re.MULTILINE | re.IGNORECASE):
-        for node, *place in _table(text, 4, where, "GRID cards, *NODE or lines of number, x, y, z").tolist():
-            _add_place(places, _whole(f"{node:.15g}", where, "nodes"), place, where, "nodes")
-    for number, line in enumerate(text.splitlines() if not places else (), 1):
+        rows = _table(text, 4, where, "GRID cards, *NODE or lines of number, x, y, z").tolist()
+        text = "\n".join(["*NODE", *(f"{node:.15g}, {x!r}, {y!r}, {z!r}" for node, x, y, z in rows)])
+    places, keyword = Places(), ""
+    for number, line in enumerate(text.splitlines(), 1):
         at = f"line {number}"
         if line.startswith("*") and not line.startswith("**"):
             keyword, *options = line.upper().replace(" ", "").split(",")

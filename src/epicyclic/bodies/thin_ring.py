@@ -24,7 +24,7 @@ from functools import lru_cache, partial
 
 import numpy as np
 
-from .elastic_body import Array, ElasticBody
+from .elastic_body import Array, ElasticBody, Springs
 
 _QUARTER = np.array([[0.0, 1.0], [-1.0, 0.0]])  # J: of (cos, sin) parts the derivative of order 1
 # A point nearer to the axis than this part of the radius is none of the ring: what acts there acts on the mean motion.
@@ -69,11 +69,6 @@ class ThinRing:
         """Turn of the section in order n per that of a ring without shear [1]."""
         return 1 / (1 + self.bending * n**2 / (self.shear * self.radius**2))
 
-    def compliance(self, n: int) -> float:
-        """Radial deflection of order n >= 2 at a radial point load per load, inextensible [m/N]."""
-        bent = math.pi * self.bending * (n**2 - 1) ** 2 / self.radius**3 * self.section_turn(n)
-        return 1 / (bent + math.pi * self.radius * (self.foundation[0] + self.foundation[1] / n**2))
-
 
 @dataclass(frozen=True, slots=True)
 class _Wave:
@@ -100,8 +95,7 @@ def elastic_ring(ring: ThinRing) -> ElasticBody:
     size = 6 + len(names)
     M, D, S, K = (np.zeros((size, size)) for _ in range(4))
     load = np.zeros(size)
-    rows: list[_Row] = []
-    held: list[_Row] = []
+    springs, foundation = list[_Row](), list[_Row]()
     for wave in waves:
         n, at, F = wave.n, np.ix_(wave.index, wave.index), wave.field
         J = n * _QUARTER
@@ -117,22 +111,19 @@ def elastic_ring(ring: ThinRing) -> ElasticBody:
         D[at] = np.linalg.lstsq(F, np.vstack([J @ w, J @ v]), rcond=None)[0]
         if n == 0:
             load[wave.index] = scale * ring.line_mass * ring.radius * F[0]
-        rows += _springs(ring, wave, turn, stretch)
-        held += _held(ring, wave)
+        bending = math.pi * ring.bending * n**2 / (ring.radius * ring.section_turn(n))  # of the turn, bent and sheared
+        along = wave.norm * ring.axial / ring.radius if math.isfinite(ring.axial) else 0.0
+        springs += _rows(wave, size, ("bending", turn, bending), ("stretch", stretch, along))
+        radial, tangential = scale * np.array(ring.foundation)
+        foundation += _rows(wave, size, ("radial", w, radial), ("tangential", v, tangential))
     for block in (M, S, K):  # mean motions have the mass of the file, and the terms of a rigid body
         block[:6, :6] = 0.0
     load[:6] = 0.0
-    elastic = _stacked([row for row in rows if row[0][6:].any()], size)
-    support = _stacked(held, size)
     return ElasticBody(
         names=names,
         mass=M,
-        rows=elastic[0],
-        stiffness=elastic[1],
-        row_names=elastic[2],
-        supports=support[0],
-        support_stiffness=support[1],
-        support_names=support[2],
+        springs=_stacked([row for row in springs if row[0][6:].any()], size),
+        foundation=_stacked(foundation, size),
         damping=np.zeros((size, size)),
         turn=D,
         axisymmetric=True,
@@ -150,7 +141,8 @@ def order_compliances(ring: ThinRing, normal: tuple[float, float], radius: float
     """
     body, found = elastic_ring(replace(ring, axial=math.inf)), np.zeros(ring.orders + 1)
     row = np.array(normal) @ body.shape(np.array([[radius, 0.0, 0.0]]))[0, :2]
-    stiffness = np.einsum("pe,p,pe->e", body.rows[:, 6:], body.stiffness, body.rows[:, 6:])
+    bent = body.springs.rows[:, 6:]
+    stiffness = np.einsum("pe,p,pe->e", bent, body.springs.stiffness, bent)
     np.add.at(found, np.repeat(np.arange(2, ring.orders + 1), 2), row**2 / stiffness)
     return found
 
@@ -177,52 +169,36 @@ def _waves(ring: ThinRing, names: tuple[str, ...]) -> Iterator[_Wave]:
 _Row = tuple[Array, float, str]
 
 
-def _springs(ring: ThinRing, wave: _Wave, turn: Array, stretch: Array) -> Iterator[_Row]:
-    """Springs of bending (with shear, in series) and of stretch of one order: rows, stiffnesses, names."""
-    size = 6 + len(ring.names)
-    n, R = wave.n, ring.radius
-    bending = math.pi * ring.bending * n**2 / (R * ring.section_turn(n))  # of the turn, bent and sheared
-    for what, motion, k in (("bending", turn, bending * bool(n)), ("stretch", stretch, wave.norm * ring.axial / R)):
-        if k and math.isfinite(k):
-            for part, name in zip(motion, "ab", strict=True):
-                row = np.zeros(size)
-                row[wave.index] = part
-                if row.any():
-                    yield row, k, f"{what} {name}{n}"
-
-
-def _held(ring: ThinRing, wave: _Wave) -> Iterator[_Row]:
-    """Springs of the foundation of one order: rows, stiffnesses, names."""
-    for what, motion, k in zip(
-        ("radial", "tangential"), (wave.field[:2], wave.field[2:]), ring.foundation, strict=True
-    ):
+def _rows(wave: _Wave, size: int, *springs: tuple[str, Array, float]) -> Iterator[_Row]:
+    """Springs of one order, by what they strain, its cos and sin part and its stiffness: rows, stiffnesses, names."""
+    for what, motion, k in springs:
         for part, name in zip(motion, "ab", strict=True):
-            row = np.zeros(6 + len(ring.names))
+            row = np.zeros(size)
             row[wave.index] = part
             if k and row.any():
-                yield row, wave.norm * ring.radius * k, f"{what} {name}{wave.n}"
+                yield row, k, f"{what} {name}{wave.n}"
 
 
-def _stacked(rows: list[_Row], size: int) -> tuple[Array, Array, tuple[str, ...]]:
-    """Rows (p, size), stiffnesses (p,) and names."""
+def _stacked(rows: list[_Row], size: int) -> Springs:
     matrix = np.array([row for row, _, _ in rows]).reshape(-1, size)
-    return matrix, np.array([k for _, k, _ in rows]), tuple(name for _, _, name in rows)
+    return Springs(matrix, np.array([k for _, k, _ in rows]), tuple(name for _, _, name in rows))
 
 
 def _shape(ring: ThinRing, waves: list[_Wave], count: int, points: Array) -> Array:
-    """Displacements of points (R, 3) per coordinate, (R, 6, count), rotations 0: the section at a point stays plane."""
+    """Motion of points (R, 3) per coordinate, (R, 6, count): the section at a point stays plane and turns about z."""
     x, y = points[:, 0], points[:, 1]
     radius, psi = np.hypot(x, y), np.arctan2(y, x)
-    moved = np.zeros((len(points), 2, 6 + count))
+    moved = np.zeros((len(points), 3, 6 + count))
     for wave in waves:
         w, v = wave.field[:2], wave.field[2:]
         turn = ring.section_turn(wave.n) * (v - wave.n * _QUARTER @ w) / ring.radius
         basis = np.stack([np.cos(wave.n * psi), np.sin(wave.n * psi)], axis=1)
         moved[:, 0, wave.index] = basis @ w
         moved[:, 1, wave.index] = basis @ v + (radius - ring.radius)[:, None] * (basis @ turn)
+        moved[:, 2, wave.index] = basis @ turn
     c, s = np.cos(psi)[:, None], np.sin(psi)[:, None]
-    out, along = moved[:, 0, 6:], moved[:, 1, 6:]
+    out, along, turned = moved[:, :, 6:].transpose(1, 0, 2)
     result = np.zeros((len(points), 6, count))
-    result[:, 0], result[:, 1] = c * out - s * along, s * out + c * along
+    result[:, 0], result[:, 1], result[:, 5] = c * out - s * along, s * out + c * along, turned
     result[radius < _AXIS * ring.radius] = 0.0
     return result

@@ -125,8 +125,3 @@ def _derivative(turn: Array, sectors: int, where: str) -> Array:
         raise refused(where, "modes", "no whole number of waves", f"{_WAVES:g}", given=f"{off:.2g} off")
     found = -np.real(scipy.linalg.logm(turn)) * sectors / (2 * np.pi)
     return np.asarray(0.5 * (found - found.T))
-
-
-def turned_shape(shape: Array, derivative: Array, angle: float) -> Array:
-    """The motion (6, n) of the point that is `angle` [rad] ahead, in axes turned as much: Phi exp(angle D)."""
-    return np.asarray(shape @ scipy.linalg.expm(angle * derivative))

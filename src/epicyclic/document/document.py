@@ -178,6 +178,7 @@ def _filled(table: CsvTable, cells: Iterable[tuple[int, list[str]]]) -> CsvTable
 # files that a document names ------------------------------------------------------------------------------------------
 
 _COLUMNS = ("deflection", "force")
+_REDUCED = re.compile(r"(stages\.[^.]+\.[^.]+|bodies\.[^.]+)\.reduced")
 # a word of another spelling is no label: "forces [N]" is refused
 _FORCE_NAME = re.compile(r"(deflection|force)(?:[^A-Za-z].*)?")
 _LENGTH = re.compile(r"\s*[+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?\s*(?:[kcdmnuµμ]?m|in|inch)\s*$")
@@ -185,6 +186,8 @@ _FORCE_HEADING = "deflection [um], force [kN]; of several phases one column each
 
 FileTable = Callable[[PlainTable, str], PlainTable]
 """Table that names a file, and its path -> what stands in its place."""
+FileName = Callable[[str, str], str]
+"""Name of a file and its path -> what stands in its place."""
 
 
 def with_files(data: PlainTable, folder: Path | None) -> PlainTable:
@@ -209,12 +212,7 @@ def with_files(data: PlainTable, folder: Path | None) -> PlainTable:
 
 
 def at_files(
-    data: PlainTable,
-    *,
-    forces: FileTable,
-    torques: FileTable,
-    pitches: Callable[[str, str], str],
-    bodies: Callable[[str, str], str],
+    data: PlainTable, *, forces: FileTable, torques: FileTable, pitches: FileName, bodies: FileName
 ) -> PlainTable:
     """Return a document with something else in place of the names of files, wherever it may name one.
 
@@ -234,34 +232,25 @@ def at_files(
     return result
 
 
-def _with_columns(value: Any, path: str, read: FileTable, body: Callable[[str, str], str]) -> Any:
+def _with_columns(value: Any, path: str, read: FileTable, body: FileName | None = None) -> Any:
     """Return a table with the columns of the files that it, or a table in it, names, and files of bodies in place."""
     if isinstance(value, list):
         return [_with_columns(entry, f"{path}.{number}", read, body) for number, entry in enumerate(value, start=1)]
+    if body is not None and _REDUCED.fullmatch(path):
+        return _with_names(value, path, body)
     if not isinstance(value, dict):
         return value
     if isinstance(value.get("file"), str):
         return read(value, path)
-    return {
-        key: (
-            _with_matrices(entry, f"{path}.{key}", body)
-            if key == "reduced"
-            else _with_columns(entry, f"{path}.{key}", read, body)
-        )
-        for key, entry in value.items()
-    }
+    return {key: _with_columns(entry, f"{path}.{key}", read, body) for key, entry in value.items()}
 
 
-def _with_matrices(value: Any, path: str, read: Callable[[str, str], str]) -> Any:
+def _with_names(value: Any, path: str, read: FileName) -> Any:
     """Return what states a reduced body with the names of its files read."""
     if isinstance(value, str):
         return read(value, path)
-    if not isinstance(value, dict):
-        return value
-    return {
-        key: read(entry, f"{path}.{key}") if key in MATRIX_FILES and isinstance(entry, str) else entry
-        for key, entry in value.items()
-    }
+    named = [key for key in MATRIX_FILES if isinstance(value, dict) and isinstance(value.get(key), str)]
+    return {**value, **{key: read(value[key], f"{path}.{key}") for key in named}} if named else value
 
 
 def _with_ripple(operation: Any, path: str, read: FileTable) -> Any:
@@ -269,9 +258,7 @@ def _with_ripple(operation: Any, path: str, read: FileTable) -> Any:
     if not isinstance(operation, dict):
         return operation
     ripple = {key: value for key, value in operation.items() if key.partition(".")[0] == "ripple"}
-    return operation | {
-        key: _with_columns(value, f"{path}.{key}", read, lambda name, _: name) for key, value in ripple.items()
-    }
+    return operation | {key: _with_columns(value, f"{path}.{key}", read) for key, value in ripple.items()}
 
 
 def _torque_table(name: str, path: str, folder: Path | None) -> PlainTable:

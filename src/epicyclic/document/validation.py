@@ -170,9 +170,7 @@ def _is_model(annotation: Any) -> bool:
     return isinstance(annotation, type) and issubclass(annotation, BaseModel)
 
 
-_COMMON = {
-    *("kind", "mass", "inertia", "tilt_inertia", "split", "neck", "left", "right", "station", "material", "reduced")
-}
+_COMMON = set("kind mass inertia tilt_inertia split neck left right station material reduced".split())
 _GEAR = (
     set(MemberTable.model_fields)
     - {"bearing", "support", "pin_radius", "ahead", "direction", "rim", "outer_diameter", "elastic"}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,25 +29,20 @@ _LEAD = (
 )
 
 
-def section_tables(check: xr.Dataset) -> list[Table]:
-    """Section, orders and first frequencies of every ring that bends; none without one."""
+def ring_tables(check: xr.Dataset) -> list[Table]:
+    """Section, orders and ends of the frequencies of every ring that bends, and all frequencies; none without one."""
     if "ring_frequency" not in check.variables:
         return []
     of_ring = check["ring_frequency"].transpose("elastic_ring", "ring_order")
     ends = {"ring_first": of_ring.isel(ring_order=0), "ring_last": of_ring.max("ring_order")}
     columns = columns_of(check.assign(ends), "elastic_ring", _SECTION)
-    columns = {"ring" if name == "elastic_ring" else name: values for name, values in columns.items()}
-    return [Table(title="Rings that bend", columns=columns, lead=_LEAD)]
-
-
-def frequency_tables(check: xr.Dataset) -> list[Table]:
-    """Natural frequency of every order of every ring that bends, free [Hz]; none without one."""
-    if "ring_frequency" not in check.variables:
-        return []
-    columns: dict[str, Any] = {"order n": [int(n) for n in check["ring_order"].values]}
-    for name in texts(check, "elastic_ring"):
-        columns[f"{name} [Hz]"] = list(check["ring_frequency"].sel(elastic_ring=name).values)
-    return [Table(title="Natural frequencies of free rings", columns=columns)]
+    names = columns.pop("elastic_ring")
+    free = {f"{name} [Hz]": list(values) for name, values in zip(names, of_ring.values, strict=True)}
+    orders = [int(n) for n in check["ring_order"].values]
+    return [
+        Table(title="Rings that bend", columns={"ring": names, **columns}, lead=_LEAD),
+        Table(title="Natural frequencies of free rings", columns={"order n": orders, **free}),
+    ]
 
 
 def deflections(result: xr.Dataset) -> dict[str, dict[str, NDArray[np.float64]]]:
@@ -63,15 +58,11 @@ def deflection_tables(result: xr.Dataset) -> list[Table]:
     """Mean coordinates and largest amplitude of every order of every ring that bends [µm]; none without one."""
     rows = []
     for body, moved in deflections(result).items():
-        for name, a in moved.items():
-            n = int(name[1:])
-            if name[0] != "a" or not n:
-                continue
-            b = moved[f"b{n}"]
-            mean = complex(a.mean(), b.mean())
-            most = float(np.hypot(a, b).max())
+        for n in (int(name[1:]) for name in moved if name[0] == "b"):
+            wave = 1e6 * (moved[f"a{n}"] + 1j * moved[f"b{n}"])
+            mean, most = complex(wave.mean()), float(np.abs(wave).max())
             outward = np.degrees(np.angle(mean)) / n % (360 / n) if abs(mean) > _STILL * most else np.nan
-            rows.append((body, n, mean.real * 1e6, mean.imag * 1e6, 1e6 * most, outward))
+            rows.append((body, n, mean.real, mean.imag, most, outward))
     if not rows:
         return []
     headings = ("ring", "order n", "mean a [µm]", "mean b [µm]", "largest amplitude [µm]", "outward at [deg]")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .bearing_tables import NOMINAL, bearing_tables
-from .bent_rings import section_tables
+from .bent_rings import ring_tables
 from .elements import Table, named_columns
 from .series import Member, engineering, grouped, members_of, numbers, split_name, texts
 
@@ -31,7 +31,7 @@ def brief_tables(result: xr.Dataset) -> list[Table]:
     cases = ", ".join(json.loads(str(result.attrs.get("model", "{}"))).get("cases", ()))
     others = f" Load cases: {cases}; --case NAME or --case all." if cases else ""
     tail = Table(title="", columns={}, lead=count + _WHOLE + others)
-    loads = [*section_tables(result), *bearing_tables(result, NOMINAL)[:1]]
+    loads = [*ring_tables(result)[:1], *bearing_tables(result, NOMINAL)[:1]]
     return [_members(result), *_couplings(result), _pairs(result), *loads, _verbs(result), tail]
 
 

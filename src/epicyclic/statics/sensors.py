@@ -12,8 +12,11 @@ from .record import Record, turn_fraction
 from .transmission_error import Columns
 
 
-def sensor_labels(sensors: SensorRows, chosen: list[int]) -> tuple[Columns, dict[Hashable, Any]]:
-    """Variables that say what sensors are, and their coordinate."""
+def sensor_labels(sensors: SensorRows, chosen: list[int] | None = None) -> tuple[Columns, dict[Hashable, Any]]:
+    """Variables that say what sensors are, all or those chosen, and their coordinate; nothing without sensors."""
+    chosen = list(range(len(sensors.name))) if chosen is None else chosen
+    if not chosen:
+        return {}, {}
     kinds = {"sensor_kind": sensors.kind, "sensor_unit": sensors.unit, "sensor_direction": sensors.direction}
     columns: Columns = {name: ("sensor", np.array([of[i] for i in chosen], object)) for name, of in kinds.items()}
     return columns, {"sensor": [sensors.name[i] for i in chosen]}

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..show.bearing_tables import bearing_tables
-from ..show.bent_rings import deflection_tables
+from ..show.bent_rings import deflection_tables, deflections
 from ..show.elements import Company, Drawing, KeyFigure, Section, Table, error_tables, force_table, sensor_tables
 from ..show.series import ARCMIN, engineering, numbers, texts
 from ..show.views import ResultView
@@ -34,15 +34,8 @@ def tables(result: xr.Dataset) -> Sequence[Table]:
     }
     title = "Torsion of supports, necks, shafts and couplings"
     twisted = [Table(title=title, columns=columns)] if torsion else []
-    first = [
-        *_angles(result),
-        force_table(result),
-        *error_tables(result),
-        *sensor_tables(result),
-        *_link_forces(result),
-        *twisted,
-    ]
-    return [*first, *deflection_tables(result), *bearing_tables(result)]
+    first = [*_angles(result), force_table(result), *error_tables(result), *sensor_tables(result)]
+    return [*first, *_link_forces(result), *twisted, *deflection_tables(result), *bearing_tables(result)]
 
 
 def _stiffness(result: xr.Dataset) -> NDArray[np.float64]:
@@ -115,19 +108,14 @@ def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
         parts.append(Drawing(anchor="static-errors", figure=transmission_errors(result)))
     if "sensor" in result.dims:
         parts.append(Drawing(anchor="sensors", figure=sensors(result)))
-    bent = deflection_tables(result)
-    if bent:
+    tables = [*deflection_tables(result), *bearing_tables(result)]
+    if deflections(result):
         caption = "Line: mean; band: over the record; dotted: the meshes. Beside the mean motion of the ring."
-        parts.append(
-            Drawing(anchor="ring-bending", figure=ring_deflections(result, company.get("check")), caption=caption)
-        )
+        drawn = ring_deflections(result, company.get("check"))
+        parts.append(Drawing(anchor="ring-bending", figure=drawn, caption=caption))
     if "element_load" in result:
         parts.append(Drawing(anchor="load-zones", figure=load_zones(result)))
-    return [
-        Section(
-            anchor="static", title="Static forces", parts=[*_angles(result), *parts, *bent, *bearing_tables(result)]
-        )
-    ]
+    return [Section(anchor="static", title="Static forces", parts=[*_angles(result), *parts, *tables])]
 
 
 VIEWS = (ResultView("static", 50, tables, sections, key_figures=key_figures),)

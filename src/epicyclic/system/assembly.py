@@ -177,9 +177,8 @@ def _masses(train: Train, T: Array) -> tuple[Array, tuple[str, ...]]:
 def _full_model(train: Train, structure: Structure, T: Array, S: Array, mass: Array, turning: Array) -> FullModel:
     """Matrices of all bodies and links on the unreduced coordinates; mass : (nb, 6) [kg, kg m^2], turning : (p, p)."""
     motion = mass[:, 0], mass[:, 5], mass[:, 3], structure.frame_speed, structure.spin
-    G, Kg, euler = (
-        _padded(term(*motion), structure.size) for term in (gyroscopic_matrix, centrifugal_stiffness, euler_matrix)
-    )
+    bending, terms = structure.size - mass.size, (gyroscopic_matrix, centrifugal_stiffness, euler_matrix)
+    G, Kg, euler = (np.pad(term(*motion), (0, bending)) for term in terms)
     for i, body in enumerate(train.bodies):
         omega = structure.frame_speed[i]
         if body.carried_by is None or omega == 0.0:
@@ -194,7 +193,6 @@ def _full_model(train: Train, structure: Structure, T: Array, S: Array, mass: Ar
             radius=math.hypot(*body.centre),
         )
     bent, damping, skew = (np.zeros((structure.size, structure.size)) for _ in range(3))
-    load = np.zeros(structure.size)
     for part in structure.elastic:
         at, one = np.ix_(part.all_columns, part.all_columns), part.elastic
         speeds = structure.frame_speed[part.body], structure.spin[part.body]
@@ -202,7 +200,6 @@ def _full_model(train: Train, structure: Structure, T: Array, S: Array, mass: Ar
         G[at] += one.gyroscopic(*speeds)
         Kg[at] += one.centrifugal(*speeds)
         euler[at] += one.euler(*speeds)
-        load[part.all_columns] += speeds[1] ** 2 * one.spin_load
         damping[at] += one.damping
         skew[at] += (speeds[1] - speeds[0]) * one.damping @ one.turn
     stiffness = structure.linear_stiffness
@@ -214,7 +211,6 @@ def _full_model(train: Train, structure: Structure, T: Array, S: Array, mass: Ar
         bent_mass=bent,
         bent_damping=damping,
         bent_skew=skew,
-        spin_load=load,
         G=G,
         Kg=Kg,
         euler=euler,
@@ -223,11 +219,6 @@ def _full_model(train: Train, structure: Structure, T: Array, S: Array, mass: Ar
         link_damping=dampers + (train.damping.stiffness or 0.0) * stiffness,
         turning=turning,
     )
-
-
-def _padded(matrix: Array, size: int) -> Array:
-    """A matrix of the rigid coordinates in those of all, (size, size)."""
-    return np.pad(matrix, (0, size - len(matrix)))
 
 
 def _turning_dampers(structure: Structure, lag: float) -> Array:
@@ -255,9 +246,9 @@ def _turning_dampers(structure: Structure, lag: float) -> Array:
             turning[i, across] = -sense * row.damping * structure.frame_speed[row.first]
     for part in structure.elastic if lag else ():
         rows = [i for i, row in enumerate(structure.links) if row.spring and row.first == part.body == row.second]
-        L, nu = part.elastic.rows, structure.spin[part.body] - structure.frame_speed[part.body]
+        L, nu = part.elastic.springs.rows, structure.spin[part.body] - structure.frame_speed[part.body]
         turned = np.linalg.lstsq(L.T, (L @ part.elastic.turn).T, rcond=None)[0].T
-        turning[np.ix_(rows, rows)] = nu * lag * part.elastic.stiffness[:, None] * turned
+        turning[np.ix_(rows, rows)] = nu * lag * part.elastic.springs.stiffness[:, None] * turned
     return turning
 
 

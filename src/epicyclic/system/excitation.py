@@ -24,7 +24,6 @@ class FullModel:
 
     T : (N, n).  S : (N, c).  mass : (nb, 6) of rigid bodies [kg, kg m^2].  G, Kg, euler, and bent_mass, what bodies
     that bend have beside that : (N, N); bent_damping, bent_skew : their material damping at rest and at s = 1.
-    spin_load : (N,) of their spin at s = 1 [N].
     mass_damping : [1/s].  link_stiffness : (p,) [N/m], 0 in rows with a law, whose force is not on the right side.
     link_damping : (p,) [N s/m].  turning : (p, p) of dampers to the housing, as of `LinkRows.skew` [N/m].
     """
@@ -35,7 +34,6 @@ class FullModel:
     bent_mass: Array
     bent_damping: Array
     bent_skew: Array
-    spin_load: Array
     G: Array
     Kg: Array
     euler: Array
@@ -198,10 +196,10 @@ def excitation_lines(train: Train, structure: Structure, model: FullModel) -> tu
         at_rest = Fraction(0), 1, 0.0
         lines.push(i, (outward, np.zeros(3)), at_rest, 2, f"stages.{body.member}.mass")
     for part in structure.elastic:
-        if model.spin_load[part.columns].any():
-            path = f"stages.{train.bodies[part.body].member}.elastic"
-            full, spun = lines.at(Fraction(0), model.spin_load.astype(complex), path)
-            full.force[2][part.columns] += spun[part.columns]
+        load = structure.spin[part.body] ** 2 * part.elastic.spin_load[6:]
+        if load.any():
+            full, spun = lines.at(Fraction(0), load, f"stages.{train.bodies[part.body].member}.elastic")
+            full.force[2][part.columns] += spun
     return tuple(_line(frequency, full, structure, model) for frequency, full in sorted(lines.by_frequency.items()))
 
 
@@ -225,7 +223,6 @@ def unit_lines(train: Train, deviations: Sequence[Displacement | MeshError]) -> 
         bent_mass=zero,
         bent_damping=zero,
         bent_skew=zero,
-        spin_load=np.zeros(size),
         G=zero,
         Kg=zero,
         euler=zero,

@@ -19,8 +19,8 @@ from fractions import Fraction
 
 import numpy as np
 
-from ..train.train import Body, Sensor, Train
-from .structure import Structure, gap_rows, own_centres
+from ..train.train import Sensor, Train
+from .structure import Structure, body_rows, own_centres
 from .system import NEGLIGIBLE, Array, ComplexArray, SensorRows
 
 
@@ -30,31 +30,29 @@ def sensor_rows(train: Train, structure: Structure, T: Array) -> SensorRows:
     if not sensors:
         return SensorRows()
     index, links = structure.index, [row for row in structure.links if not row.law]
-    first = [index[sensor.bodies[0]] if sensor.bodies else -1 for sensor in sensors]
-    turn = tuple(
-        structure.spin_turn[i] - structure.frame_turn[i] if sensor.kind != "torque" else Fraction(0)
-        for sensor, i in zip(sensors, first, strict=True)
-    )
+    angle, turn = np.array([sensor.angle for sensor in sensors]), [Fraction(0)] * len(sensors)
     series = [_series(train, structure, sensor) @ T for sensor in sensors]
     rows = np.zeros((len(sensors), 3, max(one.shape[1] for one in series), T.shape[1]), complex)
     mesh, link = np.zeros((len(sensors), len(structure.meshes))), np.zeros((len(sensors), len(links)))
     for i, (sensor, own) in enumerate(zip(sensors, series, strict=True)):
-        if not turn[i]:  # the series has one value
-            own = own.sum(axis=1, keepdims=True).real.astype(complex)
-        rows[i, :, : own.shape[1]] = own
         if sensor.link:
             link[i] = [row.link.name == sensor.link and row.direction == 5 for row in links]
-        elif sensor.kind == "torque":
+            continue
+        body = index[sensor.bodies[0]]
+        angle[i] += train.bodies[body].angle
+        if sensor.kind == "torque":
             mesh[i] = structure.mesh @ _turned_member(train, structure, sensor)
+        elif turn_of := structure.spin_turn[body] - structure.frame_turn[body]:
+            turn[i], rows[i, :, : own.shape[1]] = turn_of, own
+        else:  # the series has one value
+            rows[i, :, 0] = own.sum(axis=1).real
     return SensorRows(
         name=tuple(sensor.name for sensor in sensors),
         kind=tuple(sensor.kind for sensor in sensors),
         bodies=tuple(sensor.bodies for sensor in sensors),
         direction=tuple(sensor.direction if sensor.kind == "acceleration" else "" for sensor in sensors),
-        angle=np.array(
-            [s.angle + (train.bodies[i].angle if s.bodies else 0.0) for s, i in zip(sensors, first, strict=True)]
-        ),
-        turn=turn,
+        angle=angle,
+        turn=tuple(turn),
         rows=rows[:, :, : int(np.flatnonzero(rows.any(axis=(0, 1, 3)))[-1]) + 1 if rows.any() else 1],
         mesh=mesh,
         link=link,
@@ -74,17 +72,17 @@ def _turned_member(train: Train, structure: Structure, sensor: Sensor) -> Array:
 
 def _series(train: Train, structure: Structure, sensor: Sensor) -> ComplexArray:
     """Coefficients (3, K + 1, N) of exp(i k phi) in the rows of a sensor, real parts of their sum counting."""
+    own = np.zeros((3, 1, structure.size), complex)
     if sensor.kind == "torque":
-        return np.zeros((3, 1, structure.size), complex)
+        return own
     i = structure.index[sensor.bodies[0]]
     if sensor.kind == "angle":
-        own = np.zeros((3, 1, structure.size), complex)
         own[0, 0, 6 * i + 5] = 1.0
         return own
     body = train.bodies[i]
     top = 1 + (0 if body.elastic is None else body.elastic.orders)  # 1 of a vector fixed in the frame
     psi = 2 * np.pi * np.arange(2 * top + 1) / (2 * top + 1)
-    moved, turned = _point_rows(structure, i, body, sensor, psi)
+    moved, turned = _point_rows(structure, len(train.bodies), i, sensor, psi)
     if sensor.kind == "strain":
         moved[:, :, : 6 * len(train.bodies)] = 0.0  # a rigid motion has none
         wave = _one_sided(moved, top)
@@ -105,23 +103,14 @@ def _series(train: Train, structure: Structure, sensor: Sensor) -> ComplexArray:
     return np.asarray(parts * np.exp(1j * sensor.angle * np.arange(top + 1))[:, None])
 
 
-def _point_rows(structure: Structure, i: int, body: Body, sensor: Sensor, psi: Array) -> tuple[Array, Array]:
-    """Displacement and rotation (3, J, N) of points of a body at polar angles (J,), radial, tangential and axial."""
+def _point_rows(structure: Structure, bodies: int, i: int, sensor: Sensor, psi: Array) -> Array:
+    """Displacement and rotation (2, 3, J, N) of points of a body at polar angles (J,), radial, tangential and axial."""
     c, s, none = np.cos(psi), np.sin(psi), np.zeros_like(psi)
     axes = np.array([[c, s, none], [-s, c, none], [none, none, none + 1.0]]).transpose(0, 2, 1)  # (3, J, 3)
-    points = np.stack([sensor.radius * c, sensor.radius * s, none + sensor.z], axis=1)
-    moved, turned = np.zeros((2, 3, len(psi), structure.size))
-    six, own_axes = slice(6 * i, 6 * i + 6), np.zeros(len(psi))
-    for of, rows, angle in ((moved, axes, False), (turned, axes, True)):
-        for direction, normal in enumerate(rows):
-            of[direction, :, six] = gap_rows(normal, points, own_axes, rotation=np.full(len(psi), angle))
-    for part in structure.elastic:
-        if part.body == i and sensor.radius > 0:
-            shape, beyond = (part.elastic.shape(at)[:, :3] for at in (points, points * [2.0, 2.0, 1.0]))
-            moved[:, :, part.columns] = np.einsum("dja,jae->dje", axes, shape)
-            # a section stays plane: its turn is the slope of the tangential motion over the radius
-            turned[2][:, part.columns] = np.einsum("ja,jae->je", axes[1], beyond - shape) / sensor.radius
-    return moved, turned
+    points = np.tile(np.stack([sensor.radius * c, sensor.radius * s, none + sensor.z], axis=1), (6, 1))
+    normals, rotation = np.tile(axes.reshape(-1, 3), (2, 1)), np.repeat([False, True], 3 * len(psi))
+    rows = body_rows(np.full(len(points), i), normals, points, np.zeros(bodies), structure.elastic, rotation)
+    return rows.reshape(2, 3, len(psi), -1)
 
 
 def _one_sided(values: Array, top: int) -> ComplexArray:

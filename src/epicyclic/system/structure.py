@@ -206,7 +206,7 @@ def _springs(train: Train, parts: Sequence[ElasticPart], size: int) -> tuple[lis
     """Springs of bodies that bend, and of the foundations that hold them, with their rows (p, size)."""
     springs, rows = [], [np.zeros((0, size))]
     for part in parts:
-        body, one = train.bodies[part.body], part.elastic
+        body = train.bodies[part.body]
         of = Link(
             name=f"{body.name}/elastic",
             path=f"{'stages' if '.' in body.member else 'bodies'}.{body.member}.elastic",
@@ -216,17 +216,11 @@ def _springs(train: Train, parts: Sequence[ElasticPart], size: int) -> tuple[lis
             stiffness=(0.0,) * 6,
         )
         held = replace(of, name=f"{body.name}/foundation")
-        springs += [
-            LinkRow(of, 0, part.body, part.body, False, s)
-            for s in zip(one.row_names, one.stiffness.tolist(), strict=True)
-        ]
-        springs += [
-            LinkRow(held, 0, part.body, -1, False, s)
-            for s in zip(one.support_names, one.support_stiffness.tolist(), strict=True)
-        ]
-        for matrix in (one.rows, one.supports):
-            rows.append(np.zeros((len(matrix), size)))
-            rows[-1][:, part.all_columns] = matrix
+        for link, second, own in ((of, part.body, part.elastic.springs), (held, -1, part.elastic.foundation)):
+            named = zip(own.names, own.stiffness.tolist(), strict=True)
+            springs += [LinkRow(link, 0, part.body, second, False, one) for one in named]
+            rows.append(np.zeros((len(own.rows), size)))
+            rows[-1][:, part.all_columns] = own.rows
     return springs, np.concatenate(rows)
 
 
@@ -387,17 +381,17 @@ def _link_matrix(rows: list[LinkRow], origins: Array, axes: Array, elastic: Sequ
     normal[:, 2] = axis == 2
     point = np.array([(*row.link.centre, row.link.station) for row in rows]).reshape(-1, 3)
     first = np.array([row.first for row in rows], np.int64)
-    own = _columns(first, normal, point - origins[first], axes, elastic, rotation)
+    own = body_rows(first, normal, point - origins[first], axes, elastic, rotation)
     joins = np.flatnonzero([row.second >= 0 for row in rows])
     second = np.array([rows[i].second for i in joins], np.int64)
     lever = point[joins] - origins[second]
-    own[joins] -= _columns(second, normal[joins], lever, axes, elastic, rotation[joins])
+    own[joins] -= body_rows(second, normal[joins], lever, axes, elastic, rotation[joins])
     # a share of a spring has the force of a whole one: its row, and so its load, is the share
     share = np.array([row.link.share for row in rows])
     return own if (share == 1.0).all() else own * share[:, None]
 
 
-def _columns(
+def body_rows(
     body: NDArray[np.int64],
     normal: Array,
     point: Array,
@@ -480,7 +474,7 @@ def _mesh_matrix(
     for body, lever in zip(ends.T, levers, strict=True):
         place = lever[:, None] * e + along[:, None] * across
         point = np.concatenate([place, (values("station") - origins[body, 2])[:, None]], axis=1)
-        sides.append(_columns(body, normal, point, axes, elastic, np.zeros(len(meshes), bool)))
+        sides.append(body_rows(body, normal, point, axes, elastic, np.zeros(len(meshes), bool)))
     return sides[0] - sides[1]
 
 

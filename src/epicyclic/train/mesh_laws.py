@@ -352,17 +352,14 @@ def mesh_law(at: MeshSide, *, teeth: ToothPair | None, lean: int) -> MeshLaw:
     """
     shape, p, side, log = at.shape, at.pair, at.side, at.log
     statement = at.stated("stiffness")
-    stated_as = "iso6336" if statement is None else statement.value
-    if shape.plan.gears[p.b].elastic is not None and stated_as not in ("energy", "contact"):
-        text = f"{p.path}.stiffness: {shape.plan.member_path(p.b)} bends by coordinates of its own"
-        log.coded("rim-in-stiffness", f"{text}; what the stiffness has of its rim counts twice")
-    for gear in (p.a, p.b):
-        if shape.plan.gears[gear].reduced is not None:
-            text = f"{p.path}.stiffness: {shape.plan.member_path(gear)} bends by matrices of its own"
-            log.coded("rim-in-stiffness", f"{text}; what the stiffness has of its body counts twice")
-    if statement is not None and isinstance(statement.value, MeshForceTable):
-        return _given_law(at, statement)
     value = "iso6336" if statement is None else statement.value
+    for gear in (p.a, p.b):
+        member, apart = shape.plan.gears[gear], value in ("energy", "contact")
+        if member.reduced is not None or (member.elastic is not None and not apart):
+            text = f"{p.path}.stiffness: {shape.plan.member_path(gear)} bends by coordinates of its own"
+            log.coded("rim-in-stiffness", f"{text}; what the stiffness has of its rim or body counts twice")
+    if statement is not None and isinstance(value, MeshForceTable):
+        return _given_law(at, statement)
     path = f"{p.path}.stiffness" if statement is None else statement.path
     count, computed = len(shape.plan.angles), not isinstance(value, Quantity)
     form = _form(at, str(value) if computed else "")

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from functools import lru_cache
+from glob import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,9 +19,11 @@ from ..document.schema_fields import MATRIX_FILES, ReducedTable
 from ..errors import ModelError
 from ..warning_codes import coded
 from .kinematics import Kinematics
+from .stage_bodies import MASS_UNITS
 from .train import Body, Link, Mesh, ResolutionLog
 
 if TYPE_CHECKING:
+    from ..bodies.checks import BodyFacts
     from ..bodies.joined_body import InterfaceShape
     from ..bodies.reduced_body import ReducedBody
     from ..bodies.reduction import Interface
@@ -43,75 +46,55 @@ def with_reduced(
     ModelError : what reading and its checks refuse; a body that turns against its frame and is not axisymmetric; a
         mass stated otherwise; a link or mesh where the body has no interface.
     """
-    found = []
-    for body in bodies:
-        table = _table(body, model)
-        if table is None or body.shaft_of is not None:
-            found.append(body)
+    found = list(bodies)
+    for i, body in enumerate(bodies):
+        stage, _, member = body.member.partition(".")
+        stated = model.stages[stage].members[member] if member else model.bodies[body.member]
+        if stated.reduced is None or body.shaft_of is not None:
             continue
-        path = f"{_path(body)}.reduced"
-        joined, mass, inertia, tilt, z = _joined(table, path, log)
-        own = replace(body, reduced=joined, station=body.station + z, **_masses(body, model, mass, inertia, tilt, path))
-        _require_constant(own, joined, links, bodies, kinematics, path)
-        _require_interfaces(own, joined, links, meshes, path, log)
-        for key, value, unit in (
-            ("mass", mass, "kg"),
-            ("inertia", inertia, "kg m^2"),
-            ("tilt_inertia", tilt, "kg m^2"),
-        ):
-            log.note(f"{_path(body)}.{key}", value, unit, "reduced body")
-        lowest = math.sqrt(float((joined.stiffness / np.diag(joined.mass)[6:]).min(initial=math.inf))) / math.tau
-        log.note(f"{path}.lowest_frequency", lowest, "Hz", "reduced body")
-        found.append(own)
+        of = f"{'stages' if member else 'bodies'}.{body.member}"
+        path = f"{of}.reduced"
+        joined, facts = _read(stated.reduced.model_dump_json(), _stamps(stated.reduced), path)
+        for text in facts.remarks:
+            log.warn(coded("reduced-mass-off", text))
+        polar, across = float(facts.inertia[2, 2]), float(facts.inertia[0, 0] + facts.inertia[1, 1]) / 2
+        masses: dict[str, Any] = {"mass": facts.mass, "inertia": polar, "tilt_inertia": across}
+        for key, value in masses.items():
+            given = getattr(body, key)
+            if getattr(stated, key) is not None and abs(given / value - 1) > _MASS:
+                allowed = f"{value:.6g}, or nothing: the matrices have it"
+                raise ModelError(f"not that of {path}", path=f"{of}.{key}", given=given, allowed=allowed)
+            log.note(f"{of}.{key}", value, MASS_UNITS[key], "reduced body")
+        found[i] = replace(body, reduced=joined, station=body.station + float(facts.centre[2]), **masses)
+        _require_constant(body, joined, links, bodies, kinematics, path)
+        _require_interfaces(found[i], joined, links, meshes, path, log)
     return found
 
 
-def _path(body: Body) -> str:
-    return f"stages.{body.member}" if "." in body.member else f"bodies.{body.member}"
+def _files(table: ReducedTable) -> dict[str, str]:
+    return {key: getattr(table, key) for key in MATRIX_FILES if getattr(table, key) is not None}
 
 
-def _table(body: Body, model: ModelFile) -> ReducedTable | None:
-    """What the file states of the matrices of a body."""
-    stage, _, member = body.member.partition(".")
-    return model.stages[stage].members[member].reduced if member else model.bodies[body.member].reduced
-
-
-def _joined(table: ReducedTable, path: str, log: ResolutionLog) -> tuple[ElasticBody, float, float, float, float]:
-    """The body of a table, mass [kg], inertia and tilt inertia [kg m^2], and the place of its centre along z [m]."""
-    files = {key: str(getattr(table, key)) for key in MATRIX_FILES if getattr(table, key) is not None}
-    stamps = tuple((name, _stamp(name)) for name in files.values())
-    joined, mass, inertia, tilt, z, said = _read(table.model_dump_json(), stamps, path)
-    for text in said:
-        log.warn(coded("reduced-mass-off", text))
-    return joined, mass, inertia, tilt, z
-
-
-def _stamp(name: str) -> tuple[int, int]:
-    """What tells whether a file has changed; zeros of one that is not there, which reading names."""
-    try:
-        seen = Path(name).stat()
-    except OSError:
-        return 0, 0
-    return seen.st_mtime_ns, seen.st_size
+def _stamps(table: ReducedTable) -> tuple[tuple[int, int], ...]:
+    """What tells whether a file, or one of its name beside it, has changed; none of what is not there."""
+    beside = [sorted(file.parent.glob(f"{escape(file.stem)}*")) for file in map(Path, _files(table).values())]
+    seen = [one.stat() for files in beside for one in files if one.is_file()]
+    return tuple((one.st_mtime_ns, one.st_size) for one in seen)
 
 
 @lru_cache(maxsize=8)  # a study resolves one file many times
-def _read(
-    text: str, stamps: tuple[tuple[str, tuple[int, int]], ...], path: str
-) -> tuple[ElasticBody, float, float, float, float, tuple[str, ...]]:
-    """`_joined` of the table as JSON; stamps : of its files."""
+def _read(text: str, stamps: tuple[tuple[int, int], ...], path: str) -> tuple[ElasticBody, BodyFacts]:
+    """The body of a table, as JSON, and what its checks found; stamps : of its files."""
     from ..bodies.joined_body import joined_body
     from ..bodies.reading import read_body
     from ..bodies.reduction import reduced
     from ..bodies.turning import axisymmetric, turning_with_frame
 
     table = ReducedTable.model_validate_json(text)
-    files: Mapping[str, str] = {key: getattr(table, key) for key in MATRIX_FILES if getattr(table, key) is not None}
-    source = files["file"] if "file" in files else files
-    body, facts = read_body(source, units=table.units, path=path)
+    files = _files(table)
+    body, facts = read_body(files.get("file", files), units=table.units, path=path)
     where = next(iter(files.values()))
     interfaces = _interfaces(table, body, path)
-    said = facts.remarks
     if table.sectors is not None:
         nodes = tuple(dict.fromkeys(node for one in interfaces for node in one.nodes))
         body = axisymmetric(body, table.sectors, 6 + (table.modes or 40), nodes, where)
@@ -120,9 +103,7 @@ def _read(
             body = turning_with_frame(body, where)
         if table.modes is not None:
             body, interfaces = reduced(body, interfaces, table.modes, where)
-    joined = joined_body(body, facts, interfaces, where)
-    tilt = float(facts.inertia[0, 0] + facts.inertia[1, 1]) / 2
-    return joined, facts.mass, float(facts.inertia[2, 2]), tilt, float(facts.centre[2]), said
+    return joined_body(body, facts, interfaces, where), facts
 
 
 def _interfaces(table: ReducedTable, body: ReducedBody, path: str) -> tuple[Interface, ...]:
@@ -143,19 +124,6 @@ def _interfaces(table: ReducedTable, body: ReducedBody, path: str) -> tuple[Inte
     return tuple(Interface(name=f"node {node}", nodes=(node,)) for node in nodes)
 
 
-def _masses(body: Body, model: ModelFile, mass: float, inertia: float, tilt: float, path: str) -> dict[str, Any]:
-    """Mass and inertias of a body by key [kg, kg m^2]; refuses others that the file states."""
-    stage, _, member = body.member.partition(".")
-    stated = model.stages[stage].members[member] if member else model.bodies[body.member]
-    values = {"mass": mass, "inertia": inertia, "tilt_inertia": tilt}
-    for key, value in values.items():
-        given = getattr(body, key)
-        if getattr(stated, key) is not None and abs(given / value - 1) > _MASS:
-            where, allowed = f"{_path(body)}.{key}", f"{value:.6g}, or nothing: the matrices have it"
-            raise ModelError(f"not that of {path}", path=where, given=given, allowed=allowed)
-    return values
-
-
 def _require_constant(
     body: Body, joined: ElasticBody, links: Sequence[Link], bodies: Sequence[Body], kinematics: Kinematics, path: str
 ) -> None:
@@ -165,11 +133,9 @@ def _require_constant(
     if joined.axisymmetric:
         return
     if Fraction(speed.get(body.member, 0)) != frame:
-        raise ModelError(
-            "turns against the axes of its stage: its matrices would vary in time",
-            path=path,
-            allowed="a carrier; a body of a train whose carrier stands; sectors of an axisymmetric body",
-        )
+        problem = "turns against the axes of its stage: its matrices would vary in time"
+        allowed = "a carrier; a body of a train whose carrier stands; sectors of an axisymmetric body"
+        raise ModelError(problem, path=path, allowed=allowed)
     members = {other.name: other.member for other in bodies}
     for link in links:
         if body.name not in (link.first, link.second):
@@ -193,14 +159,10 @@ def _require_interfaces(
             text = f"{path}: {name} joins it on its axis, where it has no interface"
             log.coded("mean-motion-held", f"{text}; its mean motion is taken")
         elif away > shape.reach:
-            text = ", ".join(f"{1e3 * value:.4g}" for value in point)
-            nearest = ", ".join(f"{1e3 * value:.4g}" for value in shape.points[i])
-            raise ModelError(
-                f"no interface of the body where {name} joins it",
-                path=path,
-                given=f"({text}) mm from its centre of mass",
-                allowed=f"one within {1e3 * shape.reach:.3g} mm; the nearest is {shape.names[i]} at ({nearest}) mm",
-            )
+            here, there = (", ".join(f"{1e3 * value:.4g}" for value in place) for place in (point, shape.points[i]))
+            given, problem = f"({here}) mm from its centre of mass", f"no interface of the body where {name} joins it"
+            allowed = f"one within {1e3 * shape.reach:.3g} mm; the nearest is {shape.names[i]} at ({there}) mm"
+            raise ModelError(problem, path=path, given=given, allowed=allowed)
 
 
 def _points(body: Body, links: Sequence[Link], meshes: Sequence[Mesh]) -> Iterator[tuple[str, np.ndarray]]:
@@ -215,4 +177,5 @@ def _points(body: Body, links: Sequence[Link], meshes: Sequence[Mesh]) -> Iterat
         if body.name in (mesh.a, mesh.b):
             e = np.array([math.cos(mesh.direction), math.sin(mesh.direction)])
             radius = mesh.radius_a if body.name == mesh.a else mesh.radius_b if mesh.internal else -mesh.radius_b
-            yield mesh.name, axes @ np.array([*(radius * e), mesh.station - body.station])
+            for place in mesh.slices or (mesh,):
+                yield mesh.name, axes @ np.array([*(radius * e), place.station - body.station])

@@ -52,9 +52,8 @@ def ring_of(
     height, middle = outer - inner, (outer + inner) / 2
     radius = middle if table.radius is None else table.radius
     area = width * height if table.area is None else table.area
-    bending = (
-        E * width * middle**2 * (middle * math.log(outer / inner) - height) if table.bending is None else table.bending
-    )
+    curved = E * width * middle**2 * (middle * math.log(outer / inner) - height)
+    bending = curved if table.bending is None else table.bending
     axial = math.inf if table.axial is None else E * area if table.axial is True else table.axial
     needed = {"radius": radius, "bending": bending, "area": 1.0 if table.axial is not True else area}
     if missing := [key for key, value in needed.items() if not math.isfinite(value)]:
@@ -75,12 +74,8 @@ def ring_of(
         orders=table.modes or RING_ORDERS,
         foundation=(0.0, 0.0) if held is None else (held.radial or 0.0, held.tangential or 0.0),
     )
-    for key, value, unit in (
-        ("radius", radius, "m"),
-        ("area", area, "m^2"),
-        ("bending", bending, "N m^2"),
-        ("axial", axial, "N"),
-    ):
+    values = {"radius": (radius, "m"), "area": (area, "m^2"), "bending": (bending, "N m^2"), "axial": (axial, "N")}
+    for key, (value, unit) in values.items():
         if math.isfinite(value):
             stated = getattr(table, key)
             log.note(f"{path}.{key}", value, unit, "geometry" if stated is None or stated is True else "given")
@@ -114,14 +109,13 @@ def log_rings(bodies: Sequence[Body], meshes: Sequence[Mesh], kinematics: Kinema
 def _left_out(body: Body, meshes: Sequence[Mesh]) -> float:
     """Compliance of the orders of a ring that are left out, along a mesh, per compliance of the stiffest mesh."""
     assert body.elastic is not None
-    left, more = 0.0, replace(body.elastic, orders=_ALL)
+    left, more = [0.0], replace(body.elastic, orders=_ALL)
     for mesh in meshes:
         if mesh.b == body.name:
             normal = (math.sin(mesh.pressure_angle), math.cos(mesh.pressure_angle))
-            share = mesh.stiffness * math.cos(mesh.base_helix) ** 2
-            compliances = order_compliances(more, normal, mesh.radius_b)
-            left = max(left, share * float(compliances[body.elastic.orders + 1 :].sum()))
-    return left
+            beyond = order_compliances(more, normal, mesh.radius_b)[body.elastic.orders + 1 :].sum()
+            left.append(mesh.stiffness * math.cos(mesh.base_helix) ** 2 * float(beyond))
+    return max(left)
 
 
 def standing_bolts(
@@ -130,7 +124,8 @@ def standing_bolts(
     """Links, with bolts that turn against the frame of a ring that bends by their mean over the turn.
 
     Seen from the frame, bolts pass by.  Of N_b equal ones evenly spaced the stiffness is constant where N_b > 2 N, with
-    the highest order N.  Else its mean is that of enough bolts of the same sum; a warning says how large the rest is.
+    the highest order N.  Else its mean is that of enough bolts of the same sum; a warning says how large
+    the rest may be: the largest Fourier part of their number over the angle bounds that of their stiffness.
 
     Raises
     ------
@@ -191,4 +186,4 @@ def _varying_share(ring: ThinRing, bolts: Sequence[Link]) -> float:
         rows = np.einsum("ra,rae->re", direction, moved[:, :3]).reshape(steps, len(bolts), -1)
         total += k * np.einsum("sbe,sbf->sef", rows, rows)
     size = np.linalg.norm(np.fft.fft(total, axis=0), axis=(1, 2))
-    return float(size[1:].max() / size[0])
+    return float(size[1:].max() / size[0]) if size[0] else 0.0

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 from ..document.schema import ModelFile, SensorTable
 from ..errors import ModelError
@@ -51,9 +52,6 @@ def resolve_sensors(
             ]
             continue
         for body, end in zip(of, _endings(of), strict=True):
-            radius = 0.0 if table.kind == "angle" else _radius(table, body, path)
-            if table.kind != "angle":
-                log.note(f"{path}.radius", radius, "m", "geometry" if table.radius is None else "given")
             sensors.append(
                 Sensor(
                     name=f"{name}{end}",
@@ -61,40 +59,36 @@ def resolve_sensors(
                     direction=table.direction,
                     bodies=(body.name,),
                     angle=table.angle,
-                    radius=radius,
+                    radius=0.0 if table.kind == "angle" else _radius(table, body, path, log),
                     z=0.0 if table.z is None else member_centre(body, model) + table.z - body.station,
                 )
             )
-            if table.kind == "strain" and body.elastic is not None and math.isinf(body.elastic.axial):
-                text = f"{path}: {body.name} does not stretch: its hoop strain is that of bending alone"
-                log.coded("strain-without-stretch", text)
     return sensors
 
 
-def _radius(table: SensorTable, body: Body, path: str) -> float:
-    """Radius of a sensor [m]: as stated, the outer one of a ring, else the reference radius; 0 of what has none.
+def _radius(table: SensorTable, body: Body, path: str, log: ResolutionLog) -> float:
+    """Radius of a gauge or accelerometer [m]: as stated, the outer one of a ring, else the reference radius, or 0.
 
     Raises
     ------
     ModelError : strain of a rigid body, or of a ring whose outer radius is not known; acceleration of a reduced body.
     """
+    of: dict[str, Any] = {"path": f"{path}.on", "given": table.on}
     if table.kind == "strain" and body.elastic is None:
-        raise ModelError(
-            f"{body.name} is rigid: it has no strain", path=f"{path}.on", given=table.on, allowed="a ring with elastic"
-        )
+        raise ModelError(f"{body.name} is rigid: it has no strain", **of, allowed="a ring with elastic")
     if table.kind == "acceleration" and body.reduced is not None:
-        raise ModelError(
-            f"{body.name} is a body of matrices, whose motion is known at its interfaces alone",
-            path=f"{path}.on",
-            given=table.on,
-            allowed="a rigid body, or a ring with elastic",
-        )
-    if table.radius is not None:
-        return table.radius
-    if table.kind == "strain" and body.outer_radius is None:
+        problem = f"{body.name} is a body of matrices, whose motion is known at its interfaces alone"
+        raise ModelError(problem, **of, allowed="a rigid body, or a ring with elastic")
+    radius = table.radius or body.outer_radius
+    if table.kind == "strain" and radius is None:
         allowed = "a radius, or rim or outer_diameter of the ring"
         raise ModelError("the outer radius of the ring is not known", path=f"{path}.radius", allowed=allowed)
-    return body.outer_radius or (0.0 if body.kind == "body" else body.reference_radius)
+    radius = radius or (0.0 if body.kind == "body" else body.reference_radius)
+    log.note(f"{path}.radius", radius, "m", "geometry" if table.radius is None else "given")
+    if table.kind == "strain" and body.elastic is not None and math.isinf(body.elastic.axial):
+        text = f"{path}: {body.name} does not stretch: its hoop strain is that of bending alone"
+        log.coded("strain-without-stretch", text)
+    return radius
 
 
 def _links_named(name: str, links: Sequence[Link], path: str) -> list[Link]:
@@ -104,9 +98,8 @@ def _links_named(name: str, links: Sequence[Link], path: str) -> list[Link]:
     ------
     ModelError : there is none, or none that twists: free or rigid about z, or by a table.
     """
-    of_name = {link.path.partition(".")[2]: link for link in links}
     found = [link for link in links if link.path.partition(".")[2] == name]
-    twisting = [key for key, link in of_name.items() if _twists(link)]
+    twisting = dict.fromkeys(link.path.partition(".")[2] for link in links if _twists(link))
     if not found:
         raise ModelError("no such link", path=path, given=name, allowed=", ".join(twisting) or "a link with rz")
     if not all(map(_twists, found)):

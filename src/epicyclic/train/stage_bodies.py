@@ -124,7 +124,7 @@ def link_row(link: Link, direction: int, origin: tuple[float, float, float]) -> 
 _BORE = 1e-3
 
 
-_MASS_UNITS = {"mass": "kg", "inertia": "kg m^2", "tilt_inertia": "kg m^2"}
+MASS_UNITS = {"mass": "kg", "inertia": "kg m^2", "tilt_inertia": "kg m^2"}
 
 
 def body_name(stage: str, member: str, branch: int | None = None, side: str | None = None) -> str:
@@ -168,10 +168,10 @@ def free_bodies(model: ModelFile, log: ResolutionLog) -> list[Body]:
     """Bodies of the file's `[bodies]`; keys that are not stated are 0."""
     bodies = []
     for name, body in model.bodies.items():
-        given = {key: getattr(body, key) for key in (*_MASS_UNITS, "station")}
+        given = {key: getattr(body, key) for key in (*MASS_UNITS, "station")}
         for key, value in given.items():
             origin = "default" if value is None else "given"
-            log.note(f"bodies.{name}.{key}", value or 0.0, _MASS_UNITS.get(key, "m"), origin)
+            log.note(f"bodies.{name}.{key}", value or 0.0, MASS_UNITS.get(key, "m"), origin)
         values: dict[str, Any] = {key: value or 0.0 for key, value in given.items()}
         bodies.append(Body(name=name, member=name, kind="body", frame=body.frame or HOUSING, **values))
     return bodies
@@ -248,7 +248,7 @@ def _masses(
     ModelError : a bore or outer diameter that leaves no solid beside the pitch circle.
     """
     member = plan.stage.members[name]
-    mass, inertia, tilt = (_stated_inertia(plan, name, side, key, radius) for key in _MASS_UNITS)
+    mass, inertia, tilt = (_stated_inertia(plan, name, side, key, radius) for key in MASS_UNITS)
     outer, inner = _radii(member, gear)
     width = _width(gear, side)
     if inner >= outer:
@@ -313,13 +313,13 @@ def _log_masses(plan: Plan, name: str, side: str | None, masses: Mapping[str, fl
     member, path = plan.stage.members[name], plan.member_path(name)
     tables = [table for table in (member.left, member.right) if table is not None]
     by_side = side is not None and any(
-        getattr(table, key) is not None for table in tables for key in (*_MASS_UNITS, "face_width")
+        getattr(table, key) is not None for table in tables for key in (*MASS_UNITS, "face_width")
     )
     for key, value in masses.items():
         where = f"{path}.{side}.{key}" if by_side else f"{path}.{key}"
         source = stated(plan.member_levels(name, side), key)
         origin = "geometry" if source is None else "given" if source.path == where else f"as {name}"
-        log.note(where, value, _MASS_UNITS[key], origin if math.isfinite(value) else "missing")
+        log.note(where, value, MASS_UNITS[key], origin if math.isfinite(value) else "missing")
 
 
 # places ---------------------------------------------------------------------------------------------------------------

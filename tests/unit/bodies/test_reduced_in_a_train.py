@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import reduced_ring
 from tests.unit.bodies.bricks import brick_ring
+from tests.unit.bodies.test_text_files import calculix
 
 from epicyclic import ModelError, assemble, load, static
 from epicyclic.bodies.elastic_body import ElasticBody
@@ -96,7 +97,7 @@ def test_axisymmetric_ring_is_seen_from_the_frame_shifted_by_its_waves(tmp_path:
         overrides = UNSTATED | {"stages.main.ring.base_radius": "136.4 mm"} | more
         train = load(f"lin1999-n{count}", overrides)
         joined = next(body.reduced for body in train.bodies if body.reduced is not None)
-        free = np.sqrt(joined.stiffness / np.diag(joined.mass)[6:]) / math.tau
+        free = np.sqrt(joined.springs.stiffness / np.diag(joined.mass)[6:]) / math.tau
         waves = np.abs(np.linalg.eigvals(joined.turn[6:, 6:]).imag)
         found = whirl(assemble(train), relative_speed=1.0).mu.imag / math.tau
         for f, n in {(round(f, 6), n) for f in free for n in np.round(waves) if _has(joined, f, n)}:
@@ -106,7 +107,7 @@ def test_axisymmetric_ring_is_seen_from_the_frame_shifted_by_its_waves(tmp_path:
 
 def _has(joined: ElasticBody, frequency: float, waves: float) -> bool:
     """Whether modes of a frequency [Hz] have so many waves."""
-    own = np.sqrt(joined.stiffness / np.diag(joined.mass)[6:]) / math.tau
+    own = np.sqrt(joined.springs.stiffness / np.diag(joined.mass)[6:]) / math.tau
     at = np.abs(own - frequency) < 1e-3
     block = joined.turn[6:, 6:][np.ix_(at, at)]
     return bool(np.any(np.abs(np.abs(np.linalg.eigvals(block).imag) - waves) < 1e-3))
@@ -149,8 +150,8 @@ def test_reduced_carrier_turns_with_its_frame(tmp_path: Path) -> None:
     system = assemble(train)
     joined = next(body.reduced for body in train.bodies if body.reduced is not None)
     # of a ring that turns with its frame, order 2 in its plane: coupling 2 n/(n^2 + 1) per speed, twice in G
-    pair = sorted(range(len(joined.names)), key=lambda i: joined.stiffness[i] / joined.mass[6 + i, 6 + i])
-    free = np.sqrt(joined.stiffness / np.diag(joined.mass)[6:]) / math.tau
+    pair = sorted(range(len(joined.names)), key=lambda i: joined.springs.stiffness[i] / joined.mass[6 + i, 6 + i])
+    free = np.sqrt(joined.springs.stiffness / np.diag(joined.mass)[6:]) / math.tau
     coupling = np.abs(joined.spin[6:, 6:]) / np.sqrt(np.outer(np.diag(joined.mass)[6:], np.diag(joined.mass)[6:]))
     assert any(
         abs(coupling[i, j] / 2 - 0.8) < 0.02 and abs(free[i] / free[j] - 1) < 1e-2 for i in pair[:8] for j in pair[:8]
@@ -163,6 +164,7 @@ def test_reduced_carrier_turns_with_its_frame(tmp_path: Path) -> None:
     assert np.abs(force).max() < 1e-9 * np.abs(system.Kg).max()
 
 
+WIDE = {"stages.main.face_width": "200 mm", "stages.main.meshes.planet-ring.slices": 5}
 ONE = {"planet-1": {"nodes": PAIRS[0], "spider": "nodes"}}
 
 
@@ -174,6 +176,7 @@ ONE = {"planet-1": {"nodes": PAIRS[0], "spider": "nodes"}}
         ({"stages.main.ring.reduced": {}}, "one way to name the files"),
         ({"stages.main.ring.reduced.interfaces": {"a": {"nodes": [9999]}}}, "interfaces.a.nodes = 9999"),
         ({"stages.main.ring.reduced": {"file": str(reduced_ring.KEPT), "interfaces": ONE}}, "no interface of the body"),
+        (WIDE, "(151.2, 0, -80) mm from its centre of mass: no interface of the body where main/planet-ring/1"),
         ({"stages.main.ring.mass": "3 kg"}, "stages.main.ring.mass = 3"),
         ({"operation": {"held": ["ring"], "speed": {"carrier": "100 rpm"}}}, "turns against the axes of its stage"),
         ({"stages.main.ring.elastic": {"radius": "155 mm", "bending": "770 N m^2"}}, "elastic beside reduced"),
@@ -231,6 +234,20 @@ def carrier_of(folder: Path, ring: ReducedBody, more: dict[str, Any] | None = No
     return load("lin1999-n4", CARRIER | changes | (more or {}))
 
 
+def test_a_change_of_a_file_beside_the_named_one_is_seen(tmp_path: Path) -> None:
+    """Twice the masses in the .mas, the .sti as it was."""
+    calculix(brick_ring(8), tmp_path)
+    nodes = {f"pin-{i}": {"nodes": [8 * i + k for k in (1, 2, 3, 4)]} for i in range(4)}
+    table = {"file": str(tmp_path / "ring.sti"), "units": "kg m s", "modes": 6, "interfaces": nodes}
+    changes = CARRIER | {"stages.main.carrier.pin_radius": "150 mm", "stages.main.carrier.reduced": table}
+    masses = []
+    for factor in (1.0, 2.0):
+        terms = np.loadtxt(tmp_path / "ring.mas") * [1.0, 1.0, factor]
+        np.savetxt(tmp_path / "ring.mas", terms, fmt=["%d", "%d", "%.17g"])
+        masses += [body.mass for body in load("lin1999-n4", changes).bodies if body.kind == "carrier"]
+    assert masses[1] == pytest.approx(2 * masses[0])
+
+
 def test_origin_of_the_file_is_the_centre_of_the_member(tmp_path: Path) -> None:
     """A mesh whose centre of mass stands 20 mm along z, of a member 20 mm back, is the same body."""
     ring = brick_ring(32)
@@ -281,7 +298,7 @@ def test_damping_of_the_file_turns_with_the_material(tmp_path: Path) -> None:
     )
     system, joined = assemble(train), next(body.reduced for body in train.bodies if body.reduced is not None)
     own = [i for i, d in enumerate(system.dofs.direction) if d.startswith("e")]
-    expected = lag * np.diag(joined.stiffness)
+    expected = lag * np.diag(joined.springs.stiffness)
     np.testing.assert_allclose(system.C[np.ix_(own, own)], expected, atol=1e-9 * expected.max())
     skew = -math.tau * 40 * expected @ joined.turn[6:, 6:]
     np.testing.assert_allclose(system.Cskew[np.ix_(own, own)], skew, atol=1e-9 * np.abs(skew).max())

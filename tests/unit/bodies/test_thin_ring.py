@@ -28,7 +28,7 @@ def matrices(body: ElasticBody, *, frame: float = 0.0, spin: float = 0.0, mass: 
     kept = np.r_[0, 1, 5 : 6 + len(body.names)]
     M = body.mass.copy()
     M[[0, 1], [0, 1]], M[5, 5] = mass, mass * RADIUS**2
-    K = (body.rows.T * body.stiffness) @ body.rows + (body.supports.T * body.support_stiffness) @ body.supports
+    K = sum((own.rows.T * own.stiffness) @ own.rows for own in (body.springs, body.foundation))
     G, Kg = body.gyroscopic(frame, spin), body.centrifugal(frame, spin)
     # of a rigid body in a turning frame (docs/conventions.md)
     G[0, 1], G[1, 0] = -2 * mass * frame, 2 * mass * frame

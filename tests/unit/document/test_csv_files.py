@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from epicyclic.document.document import read, read_history
+from epicyclic.document.document import at_files, read, read_history
 from epicyclic.errors import ModelError
 from epicyclic.questions.modulation.verbs import read_window
 
@@ -100,3 +100,25 @@ def test_a_decimal_comma_is_refused(tmp_path: Path, values: Callable[[Path], lis
     path.write_text(f"{heading}\n0,0\n5,1,5\n".replace(", ", "; ").replace("0,0", "0;0").replace("5,1", "5;1"))
     with pytest.raises(ModelError, match="a decimal point"):
         values(path)
+
+
+def test_a_stage_named_reduced_is_no_table_of_matrices() -> None:
+    """Its files are those of forces; those of a member and of a body are of matrices."""
+    matrices = {"reduced": "k.npz"}
+    given: dict[str, object] = {
+        "stages": {"reduced": {"sun": {"support": {"file": "x.csv"}, **matrices}}},
+        "bodies": {"reduced": {"reduced": {"stiffness": "k.mtx", "units": "t mm s"}}},
+    }
+
+    def named(name: str, path: str) -> str:
+        return f"{path}: {name}"
+
+    found = at_files(
+        given, forces=lambda _, path: {"read": path}, torques=lambda table, _: table, pitches=named, bodies=named
+    )
+    assert found["stages"]["reduced"]["sun"] == {
+        "support": {"read": "stages.reduced.sun.support"},
+        "reduced": "stages.reduced.sun.reduced: k.npz",
+    }
+    of_body = {"stiffness": "bodies.reduced.reduced.stiffness: k.mtx", "units": "t mm s"}
+    assert found["bodies"]["reduced"]["reduced"] == of_body

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...show.bearing_tables import NOMINAL, bearing_tables
-from ...show.bent_rings import frequency_tables, section_tables
+from ...show.bent_rings import ring_tables
 from ...show.brief_check import brief_tables, check_over_cases, driven_kinds, locked_words, power_ends, ratio_of
 from ...show.elements import (
     Company,
@@ -106,8 +106,7 @@ def check_tables(result: xr.Dataset) -> Sequence[Table]:
         *_tolerances(result),
         _links(result),
         *_spans(result),
-        *section_tables(result),
-        *frequency_tables(result),
+        *ring_tables(result),
         *bearing_tables(result, NOMINAL),
         *_choices(result),
         *_readiness(result),
@@ -213,7 +212,7 @@ def _operation(check: xr.Dataset) -> list[Part]:
     parts.append(_members(check))
     if check.sizes.get("order_name", 0):
         parts.append(Drawing(anchor="orders", figure=orders(check)))
-    return [*parts, *section_tables(check), *bearing_tables(check, NOMINAL)]
+    return [*parts, *ring_tables(check)[:1], *bearing_tables(check, NOMINAL)]
 
 
 def _mesh_parts(check: xr.Dataset, stiffness: xr.Dataset | None) -> list[Part]:

@@ -23,10 +23,7 @@ class ModulationOptions:
     """
 
     stage: Annotated[str | None, Option("Stage whose planets pass.", default="the one whose ring stands")] = None
-    sensor: Annotated[
-        float | str,
-        Option('Angle of the sensor from branch 1 [rad], e.g. "90 deg", or a sensor of the model.', reads="sensor"),
-    ] = 0.0
+    sensor: Annotated[float | str, Option("Angle from branch 1 [rad], or a sensor of the model.", reads="sensor")] = 0.0
     body: Annotated[str | None, Option("What it sits on: a member that stands, or housing.", default="the ring")] = None
     direction: Annotated[Literal["radial", "tangential", "axial"], Option("Motion of the ring.")] = "radial"
     window: Annotated[

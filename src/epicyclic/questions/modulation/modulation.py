@@ -12,7 +12,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -276,25 +276,21 @@ def _position(system: System, options: ModulationOptions) -> SensorPosition:
     ModelError : as of `sensor_position`; a sensor of rotation or torque, or one beside a stage, body or radius.
     """
     asked: dict[str, Any] = {"stage": options.stage, "body": options.body}
+    placed = partial(sensor_position, system, through_planet=options.through_planet)
     if not isinstance(options.sensor, str):
-        return sensor_position(system, angle=options.sensor, through_planet=options.through_planet, **asked)
+        return placed(angle=options.sensor, **asked)
     sensors, beside = system.sensors, {**asked, "radius": options.radius}
     known = [name for name, kind in zip(sensors.name, sensors.kind, strict=True) if kind in ("strain", "acceleration")]
     if options.sensor not in known:
         allowed = ", ".join(known) or "an angle, or a sensor of strain or acceleration in the model"
-        raise ModelError(
-            "no such sensor of strain or acceleration", path="sensor", given=options.sensor, allowed=allowed
-        )
+        problem = "no such sensor of strain or acceleration"
+        raise ModelError(problem, path="sensor", given=options.sensor, allowed=allowed)
     for path, value in beside.items():
         if value is not None:
             raise ModelError(f"is that of the sensor {options.sensor}", path=path, given=value, allowed="nothing")
     i = sensors.name.index(options.sensor)
-    of: dict[str, Any] = {
-        "stage": sensors.bodies[i][0].split("/")[0],
-        "body": sensors.bodies[i][0],
-        "angle": float(sensors.angle[i]),
-    }
-    return replace(sensor_position(system, through_planet=options.through_planet, **of), sensor=i)
+    body = sensors.bodies[i][0]
+    return replace(placed(stage=body.split("/")[0], body=body, angle=float(sensors.angle[i])), sensor=i)
 
 
 def _recorded(system: System, sensor: _Sensor) -> dict[str, Any]:

@@ -42,14 +42,11 @@ class SensorSpectrum:
         return [Fraction(int(step), self.unit) for step in self.step]
 
     @property
-    def mean(self) -> Array:
-        """Mean over all time (s, P)."""
-        return np.asarray(self.amplitude[..., self.step == 0].real.sum(axis=-1))
-
-    @property
-    def rms(self) -> Array:
-        """RMS of what varies (s, P)."""
-        return np.asarray(np.sqrt((np.abs(self.amplitude[..., self.step != 0]) ** 2).sum(axis=-1) / 2))
+    def measures(self) -> dict[str, Array]:
+        """Mean over all time, and RMS of what varies, (s, P)."""
+        power = (np.abs(self.amplitude[..., self.step != 0]) ** 2).sum(axis=-1)
+        mean = self.amplitude[..., self.step == 0].real.sum(axis=-1)
+        return {"sensor_mean": mean, "sensor_rms": np.sqrt(power / 2)}
 
     def order(self, tone: Fraction, orders: int) -> Array:
         """Amplitude (s, orders, P) of all lines nearer to each multiple of a tone than to others, as root of the sum
@@ -117,12 +114,11 @@ def sensor_columns(ready: Response, block: Block) -> tuple[Columns, dict[Hashabl
     if not sensors.name:
         return {}, {}
     spectrum, tone = sensor_spectrum(ready, block), ready.lines.tone
-    columns, labels = sensor_labels(sensors, list(range(len(sensors.name))))
+    columns, labels = sensor_labels(sensors)
     frequency = spectrum.frequency
     return {
         **columns,
-        "sensor_mean": ("sensor", spectrum.mean[:, 0]),
-        "sensor_rms": ("sensor", spectrum.rms[:, 0]),
+        **{name: ("sensor", values[:, 0]) for name, values in spectrum.measures.items()},
         "sensor_amplitude": (("sensor", "sensor_line"), spectrum.amplitude[:, 0]),
         "sensor_line_frequency": ("sensor_line", float(block.speed[0]) * np.array([float(one) for one in frequency])),
         "sensor_line_order": ("sensor_line", np.array([float(one / tone) for one in frequency])),
@@ -132,5 +128,4 @@ def sensor_columns(ready: Response, block: Block) -> tuple[Columns, dict[Hashabl
 def sensor_measures(ready: Response, block: Block, orders: int) -> dict[str, Array]:
     """Measures of the sensors at solved speeds: (s, P), and (s, orders, P) of orders of the first mesh frequency."""
     spectrum = sensor_spectrum(ready, block)
-    order = spectrum.order(ready.lines.tone, orders)
-    return {"sensor_mean": spectrum.mean, "sensor_rms": spectrum.rms, "sensor_order": order}
+    return {**spectrum.measures, "sensor_order": spectrum.order(ready.lines.tone, orders)}

@@ -396,11 +396,10 @@ def sweep_dataset(
     if "line" in used:
         coords["line_order"] = ("line", np.array([float(f) for f in table.layout.frequencies]) / tone)
     further = {"cross_order": ("speed", table.cross_order)} if len(table.tones) > 1 else {}
-    described = sensor_labels(ready.system.sensors, list(range(len(ready.system.sensors.name))))[0]
     result = dataset(
         {
             **variables,
-            **(described if "sensor" in used else {}),
+            **(sensor_labels(ready.system.sensors)[0] if "sensor" in used else {}),
             "status": ("speed", table.status),
             "harmonics": ("speed", table.harmonics),
             **further,

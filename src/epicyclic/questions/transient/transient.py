@@ -421,7 +421,7 @@ def _labelled(record: RunRecord, tone: float, options: dict[str, Any]) -> xr.Dat
         variables["group_force"] = (("group", "time"), forces)
         coords["group"] = [group.name for group in system.groups]
     if sensed:
-        described, labels = sensor_labels(system.sensors, list(range(len(system.sensors.name))))
+        described, labels = sensor_labels(system.sensors)
         variables |= {**described, "sensor_signal": (("sensor", "time"), np.concatenate(sensed, axis=1))}
         coords |= labels
     if record.sliders.shape[1]:

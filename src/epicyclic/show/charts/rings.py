@@ -26,8 +26,7 @@ def ring_deflections(result: xr.Dataset, check: xr.Dataset | None = None) -> go.
     angle = np.linspace(0.0, 2 * np.pi, _PLACES)
     panels = []
     for place, (ring, moved) in enumerate(deflections(result).items()):
-        values = np.array([*moved.values()])
-        out = 1e6 * ring_deflection(list(moved), angle)[0]
+        values, out = np.array([*moved.values()]), 1e6 * ring_deflection(list(moved), angle)[0]
         over_record = out @ values[:, :: -(-values.shape[1] // _INSTANTS)]
         colour, degrees = PALETTE[place % len(PALETTE)], np.degrees(angle)
         band: Trace = {"fill": "tonexty", "fillcolor": translucent(colour, 0.22)}

@@ -35,14 +35,8 @@ MODE_COLOURS = {
     "ring": "#B07A00",
     "mixed": "#5B3F8C",
 }
-MODE_SYMBOLS = {
-    "rigid": "x",
-    "rotational": "circle",
-    "translational": "diamond",
-    "planet": "square",
-    "ring": "hexagon",
-    "mixed": "star",
-}
+_SYMBOLS = ("x", "circle", "diamond", "square", "hexagon", "star")
+MODE_SYMBOLS = dict(zip(MODE_COLOURS, _SYMBOLS, strict=True))
 
 SPEED_TITLE = f"speed (shaded: operation ± {100 * RESONANCE_BAND:.0f} %) [% of the operating speed]"
 # A name to the right of the plot.
