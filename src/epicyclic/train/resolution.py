@@ -665,7 +665,7 @@ def resolve(document: Document) -> Train:
     bent = with_reduced(shafts.bodies, shafts.links, meshes, model, kinematics, log)
     shafts = Shafts(bodies=bent, links=shafts.links, spans=shafts.spans)
     if any(body.elastic is not None for body in bodies):
-        log_rings(bodies, meshes, kinematics, log)
+        log_rings(bodies, links, meshes, kinematics, log)
         links, standing = (standing_bolts(some, bodies, kinematics, log) for some in (links, shafts.links))
         shafts = Shafts(bodies=shafts.bodies, links=standing, spans=shafts.spans)
     check_sizes(document, bodies, meshes, log)

@@ -27,6 +27,7 @@ _SHEAR = 5 / 6
 THICK = 0.3  # height per mean radius, beyond which it is no thin ring
 _APART = 3.0  # mesh frequencies below the natural frequencies of orders that are left out
 _ALL = 60
+_REACH = 0.8, 1.3  # of its centre line and of its outer radius, within which bolts hold a ring
 _EVEN = 1e-9  # angles of bolts carry rounding
 
 
@@ -52,10 +53,20 @@ def ring_of(
     height, middle = outer - inner, (outer + inner) / 2
     radius = middle if table.radius is None else table.radius
     area = width * height if table.area is None else table.area
-    curved = E * width * middle**2 * (middle * math.log(outer / inner) - height)
+    # of a thin rim the logarithm cancels; its series is 1 + 3 h^2/(20 R^2)
+    slender = height < 1e-2 * middle
+    curved = (
+        E
+        * width
+        * (
+            height**3 / 12 * (1 + 0.15 * (height / middle) ** 2)
+            if slender
+            else middle**2 * (middle * math.log(outer / inner) - height)
+        )
+    )
     bending = curved if table.bending is None else table.bending
-    axial = math.inf if table.axial is None else E * area if table.axial is True else table.axial
-    needed = {"radius": radius, "bending": bending, "area": 1.0 if table.axial is not True else area}
+    axial = math.inf if table.axial is None else E * area if table.axial == "area" else float(table.axial)
+    needed = {"radius": radius, "bending": bending, "area": 1.0 if table.axial != "area" else area}
     if missing := [key for key, value in needed.items() if not math.isfinite(value)]:
         allowed = f"rim or outer_diameter, and face_width; or {', '.join(missing)} in the table"
         raise ModelError("no section of the ring is known", path=path, allowed=allowed)
@@ -78,7 +89,7 @@ def ring_of(
     for key, (value, unit) in values.items():
         if math.isfinite(value):
             stated = getattr(table, key)
-            log.note(f"{path}.{key}", value, unit, "geometry" if stated is None or stated is True else "given")
+            log.note(f"{path}.{key}", value, unit, "geometry" if stated in (None, "area") else "given")
     log.note(f"{path}.modes", ring.orders, "", "default" if table.modes is None else "given")
     log.note(f"{path}.line_mass", line_mass, "kg/m", "geometry")
     thick = math.sqrt(12 * bending / (E * area)) if known else height
@@ -88,8 +99,10 @@ def ring_of(
     return ring
 
 
-def log_rings(bodies: Sequence[Body], meshes: Sequence[Mesh], kinematics: Kinematics, log: ResolutionLog) -> None:
-    """Log what the orders of a ring leave out: compliance beside that of a mesh, and natural frequencies.
+def log_rings(
+    bodies: Sequence[Body], links: Sequence[Link], meshes: Sequence[Mesh], kinematics: Kinematics, log: ResolutionLog
+) -> None:
+    """Log what the orders of a ring leave out: compliance beside that of a mesh, and natural frequencies; bolts off it.
 
     The stiffness of a mesh holds the former where it is that of teeth on their body.
     """
@@ -104,6 +117,14 @@ def log_rings(bodies: Sequence[Body], meshes: Sequence[Mesh], kinematics: Kinema
         if beyond <= _APART * rate:
             text = f"{path}: orders beyond {orders} begin at {beyond:.4g} Hz"
             log.coded("ring-orders", f"{text}, the mesh frequency is {rate:.4g} Hz")
+        outer = body.outer_radius or body.elastic.radius
+        seats = {link.path: math.hypot(*link.centre) for link in links if link.first == body.name}
+        for seat, radius in seats.items():
+            if radius and not _REACH[0] * body.elastic.radius <= radius <= _REACH[1] * outer:
+                text = f"{seat}.radius: {1e3 * radius:.4g} mm"
+                log.coded(
+                    "bolts-off-ring", f"{text}; the ring has its centre line at {1e3 * body.elastic.radius:.4g} mm"
+                )
 
 
 def _left_out(body: Body, meshes: Sequence[Mesh]) -> float:
