@@ -22,6 +22,13 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 
+def about_z(vectors: Array, angle: Array | float) -> Array:
+    """Vectors (r, 3) turned about z by an angle [rad] each."""
+    c, s = np.cos(angle), np.sin(angle)
+    x, y, z = vectors.T
+    return np.stack([c * x - s * y, s * x + c * y, z], axis=1)
+
+
 class Springs(NamedTuple):
     """Springs of a body that bends: rows (p, 6 + e) of its coordinates, stiffness (p,) [N/m], and names (p,)."""
 

@@ -18,7 +18,7 @@ import scipy.linalg
 
 from ..errors import ModelError
 from .checks import BodyFacts
-from .elastic_body import Array, ElasticBody, Springs
+from .elastic_body import Array, ElasticBody, Springs, about_z
 from .reduced_body import ReducedBody, dense, rigid_motion, rigid_rows
 from .reduction import Interface, interface_shape, node_rows
 
@@ -50,7 +50,7 @@ class InterfaceShape:
         points, turned = self.points, np.zeros(len(self.points))
         if self.turn is not None:
             turned = np.arctan2(point[1], point[0]) - np.arctan2(points[:, 1], points[:, 0])
-            points = _about(points, turned)
+            points = about_z(points, turned)
         away = np.linalg.norm(points - point, axis=1)
         i = int(np.argmin(away))
         return i, float(away[i]), float(turned[i])
@@ -60,7 +60,7 @@ class InterfaceShape:
 
         groups : coordinates of one frequency each, among which it stays.  size : (e,) roots of the modal masses.
         """
-        images = _about(self.points, angle)
+        images = about_z(self.points, angle)
         at = [int(np.argmin(np.linalg.norm(self.points - image, axis=1))) for image in images]
         if max(np.linalg.norm(self.points[at] - images, axis=1)) > _SAME * np.abs(self.points).max():
             return None
@@ -86,23 +86,16 @@ class InterfaceShape:
                 continue
             turned = np.eye(result.shape[2]) if self.turn is None else scipy.linalg.expm(angle * self.turn)
             # in the axes of the interface, from it
-            off = _about(point[None], -angle)[0] - self.points[i]
+            off = about_z(point[None], -angle)[0] - self.points[i]
             motion = self.shapes[i] @ turned
             motion[:3] += np.cross(motion[3:], off[:, None], axis=0) + off @ self.strains[i] @ turned
             row[:] = _turned(motion, angle)
         return result
 
 
-def _about(vectors: Array, angle: Array | float) -> Array:
-    """Vectors (r, 3) turned about z by an angle [rad] each."""
-    c, s = np.cos(angle), np.sin(angle)
-    x, y, z = vectors.T
-    return np.stack([c * x - s * y, s * x + c * y, z], axis=1)
-
-
 def _turned(motion: Array, angle: float) -> Array:
     """The motion (6, e) of a point turned about z by an angle [rad]."""
-    return np.concatenate([_about(part.T, angle).T for part in (motion[:3], motion[3:])])
+    return np.concatenate([about_z(part.T, angle).T for part in (motion[:3], motion[3:])])
 
 
 def joined_body(body: ReducedBody, facts: BodyFacts, interfaces: Sequence[Interface], where: str) -> ElasticBody:

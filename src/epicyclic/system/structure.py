@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..bodies.elastic_body import ElasticBody
+from ..bodies.elastic_body import ElasticBody, about_z
 from ..bodies.thin_ring import elastic_ring
 from ..errors import ModelError
 from ..teeth.form import PLAIN
@@ -403,27 +403,16 @@ def body_rows(
 
     Other arguments as of `gap_rows`.
     """
-    count = np.arange(len(body))
-    rigid = np.zeros((len(body), axes.size, 6))
-    rigid[count, body] = gap_rows(normal, point, axes[body], rotation=rotation)
-    matrix = np.concatenate(
-        [rigid.reshape(len(body), 6 * axes.size), *(np.zeros((len(body), len(p.elastic.names))) for p in elastic)],
-        axis=1,
-    )
+    six = gap_rows(normal, point, axes[body], rotation=rotation)
+    matrix = np.zeros((len(body), 6 * axes.size + sum(len(part.elastic.names) for part in elastic)))
+    np.put_along_axis(matrix, 6 * body[:, None] + np.arange(6), six, axis=1)
     for part in elastic:
         rows = np.flatnonzero(body == part.body)
-        n, P = (turned(vectors[rows], axes[part.body]) for vectors in (normal, point))
+        n, P = (about_z(vectors[rows], -axes[part.body]) for vectors in (normal, point))
         moved = part.elastic.shape(P)
         moved = np.where(rotation[rows, None, None], moved[:, 3:], moved[:, :3])
         matrix[rows, part.columns] = np.einsum("ra,rae->re", n, moved)
     return matrix
-
-
-def turned(vectors: Array, angle: Array) -> Array:
-    """Vectors (R, 3) in axes whose x axis has the polar angle [rad]."""
-    c, s = np.cos(angle), np.sin(angle)
-    x, y, z = vectors.T
-    return np.stack([c * x + s * y, c * y - s * x, z], axis=1)
 
 
 # meshes ---------------------------------------------------------------------------------------------------------------
@@ -493,12 +482,8 @@ def gap_rows(normal: Array, point: Array, axes: Array, *, rotation: NDArray[np.b
     (R, 6) in the body's own axes, order x y z rx ry rz.
     """
     turned = rotation[:, None]
-    rows = np.hstack([np.where(turned, 0.0, normal), np.where(turned, normal, np.cross(point, normal))])
-    c, s = np.cos(axes), np.sin(axes)
-    for i in (0, 3):
-        x, y = rows[:, i].copy(), rows[:, i + 1].copy()
-        rows[:, i], rows[:, i + 1] = c * x + s * y, c * y - s * x
-    return rows
+    parts = np.where(turned, 0.0, normal), np.where(turned, normal, np.cross(point, normal))
+    return np.hstack([about_z(part, -axes) for part in parts])
 
 
 def law_groups(

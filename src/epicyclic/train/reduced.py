@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..bodies.elastic_body import ElasticBody
+from ..bodies.elastic_body import ElasticBody, about_z
 from ..document.schema import ModelFile
 from ..document.schema_fields import MATRIX_FILES, ReducedTable
 from ..errors import ModelError
@@ -153,7 +153,8 @@ def _require_interfaces(
 ) -> None:
     """Refuse a link or a mesh where the body has no interface, off its axis; on the axis the mean motion is one."""
     shape: InterfaceShape = joined.shape  # type: ignore[assignment]
-    for name, point in _points(body, links, meshes):
+    for name, off in _points(body, links, meshes):
+        point = about_z(off[None], -body.angle)[0]
         i, away, _ = shape.nearest(point)
         if away > shape.reach and math.hypot(point[0], point[1]) <= shape.reach:
             text = f"{path}: {name} joins it on its axis, where it has no interface"
@@ -166,16 +167,14 @@ def _require_interfaces(
 
 
 def _points(body: Body, links: Sequence[Link], meshes: Sequence[Mesh]) -> Iterator[tuple[str, np.ndarray]]:
-    """Names and places (3,) [m], in the axes of the body from its centre of mass, of what joins a body."""
+    """Names and places (3,) [m], in the axes of the frame from its centre of mass, of what joins a body."""
     origin = np.array([*body.centre, body.station])
-    c, s = math.cos(body.angle), math.sin(body.angle)
-    axes = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
     for link in links:
         if body.name in (link.first, link.second) and (any(link.stiffness) or link.contacts or link.curves):
-            yield link.name, axes @ (np.array([*link.centre, link.station]) - origin)
+            yield link.name, np.array([*link.centre, link.station]) - origin
     for mesh in meshes:
         if body.name in (mesh.a, mesh.b):
             e = np.array([math.cos(mesh.direction), math.sin(mesh.direction)])
             radius = mesh.radius_a if body.name == mesh.a else mesh.radius_b if mesh.internal else -mesh.radius_b
             for place in mesh.slices or (mesh,):
-                yield mesh.name, axes @ np.array([*(radius * e), place.station - body.station])
+                yield mesh.name, np.array([*(radius * e), place.station - body.station])

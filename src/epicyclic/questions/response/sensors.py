@@ -19,7 +19,7 @@ from ...statics.transmission_error import Columns
 from ...system.system import Array, ComplexArray
 from .lattice import Integers, line_frequencies
 from .response import Block, Response
-from .spectra import Signal, force_signal, link_signal, row_signal
+from .spectra import force_signal, link_signal, row_signal
 
 # Part of the largest line of a sensor that is rounding.
 _ROUNDING = 1e-9
@@ -80,9 +80,10 @@ def _lines(ready: Response, block: Block, i: int, unit: int) -> tuple[Integers, 
     """Steps (F,), their unit and amplitudes (P, F) of one sensor; unit : of all speeds of material."""
     system, sensors = ready.system, ready.system.sensors
     if sensors.kind[i] == "torque":
-        links = sensors.link_weights(len(system.links.name))[i]
-        weighted = link_signal if links.any() else force_signal
-        return _merged(weighted(ready, block), links if links.any() else sensors.mesh[i])
+        weight = sensors.link_weights(len(system.links.name))[i]
+        forces = link_signal(ready, block) if weight.any() else force_signal(ready, block)
+        lines, weight = forces.line_frequencies, weight if weight.any() else sensors.mesh[i]
+        return lines.distinct, lines.unit, lines.merged(np.tensordot(weight, forces.values, axes=1))
     rows = sensors.rows[i]
     used = [(j, k) for j, k in zip(*np.nonzero(rows.any(axis=2)), strict=True)]
     if not used:  # a direction in which the body does not move
@@ -102,12 +103,6 @@ def _lines(ready: Response, block: Block, i: int, unit: int) -> tuple[Integers, 
     scale = block.speed[:, None] ** (2 if sensors.kind[i] == "acceleration" else 0)
     merged = line_frequencies(np.concatenate(at), whole)
     return merged.distinct, whole, merged.merged(np.concatenate(amplitude, axis=1)) * scale
-
-
-def _merged(signal: Signal, weight: Array) -> tuple[Integers, int, ComplexArray]:
-    """The same of a weighted sum of the rows of a signal."""
-    lines = signal.line_frequencies
-    return lines.distinct, lines.unit, lines.merged(np.tensordot(weight, signal.values, axes=1))
 
 
 def sensor_columns(ready: Response, block: Block) -> tuple[Columns, dict[Hashable, Any]]:
