@@ -142,6 +142,10 @@ mean-motion-held reduced-bodies.md
 A support or shaft joins a reduced body on its axis, where the body has no interface: it acts on the mean motion.
 An interface of the nodes that the support or shaft takes hold of.
 
+bolts-off-ring elastic-rings.md
+Bolts stand on a circle far from the ring that they hold; the motion of its section is taken out to there.
+The radius of the circle; or a table radius of the ring.
+
 bolts-averaged elastic-rings.md
 Bolts pass a ring that bends; their stiffness varies with their passing, and its mean is taken.
 More bolts than twice the orders of the ring, evenly spaced; else take what the ring does at that order as missing.

@@ -114,6 +114,13 @@ def test_a_suffix_that_is_no_result_file_is_refused(result: xr.Dataset, tmp_path
     assert not list(tmp_path.iterdir())
 
 
+def test_a_json_file_without_lines_reopens(tmp_path: Path) -> None:
+    """An empty dimension in the middle: nested lists do not tell those behind it."""
+    table = {"mesh": 2, "line": 0, "part": 3}
+    save_result(xr.Dataset({"line_force": (tuple(table), np.zeros(tuple(table.values())))}), tmp_path / "result.json")
+    assert load_result(tmp_path / "result.json").line_force.shape == (2, 0, 3)
+
+
 def test_a_json_file_reopens_equal(result: xr.Dataset, tmp_path: Path) -> None:
     path = save_result(result, tmp_path / "result.JSON")
     assert json.loads(path.read_text(encoding="utf-8")) == json.loads(to_json(result))

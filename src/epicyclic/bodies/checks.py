@@ -71,6 +71,8 @@ def checked(body: ReducedBody, where: str) -> tuple[ReducedBody, BodyFacts]:
             raise refused(where, "D", problem, f"antisymmetric in {name}, within {_RIGID:g}")
     _require_modes(body, where)
     rigid = rigid_motion(body)
+    if body.D is not None:
+        _require_turn(body.D, rigid, where)
     mass, centre, inertia = _mass_properties(body, rigid, where)
     _require_free(body, rigid, where)
     squares, _ = elastic_modes(body, rigid, _MODES, where)
@@ -172,6 +174,19 @@ def _require_modes(body: ReducedBody, where: str) -> None:
 
 
 # --- rigid motions, mass ---------------------------------------------------------------------------------------------
+
+
+def _require_turn(derivative: Array, rigid: Array, where: str) -> None:
+    """D takes x to -y and y to x, likewise rx and ry, z and rz to nothing; whole numbers of waves."""
+    quarter = np.zeros((6, 6))
+    quarter[[0, 3], [1, 4]], quarter[[1, 4], [0, 3]] = 1.0, -1.0
+    size = np.linalg.norm(rigid, axis=0)
+    off = np.linalg.norm(derivative @ rigid - rigid @ quarter, axis=0) / size
+    waves = np.abs(np.linalg.eigvals(derivative).imag)
+    if off.max() > _MODAL or (part := np.abs(waves - np.round(waves)).max()) > _MODAL:
+        problem = "is not the derivative along the angle: of x it is -y, of y x, and it has whole numbers of waves"
+        given = f"off by {off.max():.2g}" if off.max() > _MODAL else f"waves off by {part:.2g}"
+        raise refused(where, "D", problem, f"within {_MODAL:g}", given=given)
 
 
 def _require_free(body: ReducedBody, rigid: Array, where: str) -> None:

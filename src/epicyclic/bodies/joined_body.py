@@ -25,6 +25,7 @@ from .reduction import Interface, interface_shape, node_rows
 _NEAR = 5e-2  # distance of a point from its interface, of the size of the body
 _MASSLESS = 1e-12  # share of the largest eigenvalue of M, scaled to a unit diagonal
 _SAME = 1e-6  # of frequencies, places and motions that symmetry makes equal
+_JOINED = 1e-3  # of a damper between mean motion and modes, by the geometric mean of the dampers of both
 _ROUND = 1e-3  # of moments of inertia and the centre of mass of a body about its axis
 
 
@@ -115,6 +116,8 @@ def joined_body(body: ReducedBody, facts: BodyFacts, interfaces: Sequence[Interf
     turn, *terms = (np.zeros((size, size)) for _ in range(4))
     for term, matrix in zip(terms, (body.G1, body.KG1, body.C), strict=True):
         term[:] = 0.0 if matrix is None else basis.T @ dense(matrix) @ basis
+        if matrix is body.C and matrix is not None:
+            _require_own_damping(term, where)
         term[:6, :6] = 0.0
     if body.D is not None:
         turn[6:, 6:] = (modes.T @ M @ body.D @ modes) / inertia[:, None]
@@ -172,6 +175,15 @@ def _free_modes(body: ReducedBody, where: str) -> tuple[Array, Array]:
         raise ModelError("coordinates without mass cannot join a train", path=f"{where}: M", allowed=allowed)
     squares, modes = scipy.linalg.eigh(K, M)
     return squares[6:], modes[:, 6:]
+
+
+def _require_own_damping(damping: Array, where: str) -> None:
+    """Refuse dampers that join mean motion and bending, as those to the ground do; of C ~ M and C ~ K none does."""
+    size = np.sqrt(np.abs(np.diag(damping)))
+    mean, bent = size[:6].max(), size[6:].max(initial=0.0)
+    if np.abs(damping[:6, 6:]).max(initial=0.0) > _JOINED * bent * max(mean, 1e-6 * bent):  # rounding of C ~ K
+        allowed = "damping of the material, as proportional to K and M"
+        raise ModelError("dampers of the mean motion that bend the body", path=f"{where}: C", allowed=allowed)
 
 
 def _require_round(facts: BodyFacts, where: str) -> None:

@@ -643,7 +643,7 @@ class ElasticTable(SchemaTable):
     bending: Annotated[float, Unit("rigidity", low=0, above=True)] | None = key(
         None, "bending stiffness E I in the plane of the ring; default of the rim"
     )
-    axial: Annotated[float, Unit("force", low=0, above=True)] | Literal[True] | None = key(
+    axial: Annotated[float | str, Unit("force", low=0, above=True, words=("area",))] | None = key(
         None, "stiffness E A against stretch, or true, of the area; without it the ring is inextensible"
     )
     modes: Annotated[int, Field(ge=2, le=60)] | None = key(
@@ -655,10 +655,10 @@ class ElasticTable(SchemaTable):
     @classmethod
     def _whole(cls, data: Any) -> Any:
         """Read `true` as all that the rim gives, stretch too."""
-        if isinstance(data, dict):
-            return data
         if data is True:
-            return {"axial": True}
+            return {"axial": "area"}
+        if isinstance(data, dict):
+            return {**data, "axial": "area"} if data.get("axial") is True else data
         raise ModelError("no elastic ring", given=data, allowed="true, or a table; a ring without the key is rigid")
 
     @classmethod

@@ -302,6 +302,10 @@ def _member(table: PlainTable, path: str, stage: str, names: Names) -> PlainTabl
             value = _member(value, where, stage, names)
         elif name == "shaft_sections":
             value = _numbered(value)
+        elif name == "elastic" and value is True:  # a key that is laid over it changes this one alone
+            value = {"axial": True}
+        elif name == "reduced" and isinstance(value, str):
+            value = {"file": value}
         elif name == "on" and isinstance(value, str):
             value = reference(value if "." in value else f"{stage}.{value}", names, path=where, sides=False)
         result[name] = value

@@ -316,7 +316,7 @@ def _from_json(path: str | Path) -> xr.Dataset:
         with_nan = {**table, "attrs": _with_nan(table["attrs"])}
         for group in ("coords", "data_vars"):
             with_nan[group] = {
-                name: {**entry, "attrs": _with_nan(entry["attrs"]), "data": _numbers(entry["data"])}
+                name: {**entry, "attrs": _with_nan(entry["attrs"]), "data": _numbers(entry, table.get("dims", {}))}
                 for name, entry in table[group].items()
             }
         result = xr.Dataset.from_dict(with_nan)
@@ -334,9 +334,12 @@ def _with_nan(attributes: Mapping[str, Any]) -> dict[str, Any]:
     return {key: math.nan if value is None else value for key, value in attributes.items()}
 
 
-def _numbers(data: Any) -> Any:
-    """Data of a variable, with nan for null."""
+def _numbers(entry: Mapping[str, Any], sizes: Mapping[str, int]) -> Any:
+    """Data of a variable, with nan for null; sizes : by dimension, of which lists without numbers tell the first."""
+    data = entry["data"]
     array = np.array(data, dtype=object)
+    if not array.size and array.ndim < len(entry["dims"]):
+        return np.zeros([sizes[name] for name in entry["dims"]])
     return array.astype(np.float64) if (array == None).any() else data  # noqa: E711
 
 

@@ -74,12 +74,12 @@ class LinkRow(NamedTuple):
     @property
     def stiffness(self) -> float:
         """Of this direction, inf = rigid [N/m, N m/rad]."""
-        return self.link.stiffness[self.direction] if self.spring is None else self.spring[1]
+        return self.link.stiffness[self.direction] / self.link.share if self.spring is None else self.spring[1]
 
     @property
     def damping(self) -> float:
         """Of this direction [N s/m, N m s/rad]."""
-        return self.link.damping[self.direction]
+        return self.link.damping[self.direction] / self.link.share
 
     @property
     def to_housing(self) -> bool:
@@ -381,7 +381,9 @@ def _link_matrix(rows: list[LinkRow], origins: Array, axes: Array, elastic: Sequ
     second = np.array([rows[i].second for i in joins], np.int64)
     lever = point[joins] - origins[second]
     own[joins] -= body_rows(second, normal[joins], lever, axes, elastic, rotation[joins])
-    return own
+    # a share of a spring has the force of a whole one: its row, and so its load, is the share
+    share = np.array([row.link.share for row in rows])
+    return own if (share == 1.0).all() else own * share[:, None]
 
 
 def body_rows(

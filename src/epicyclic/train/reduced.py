@@ -132,7 +132,7 @@ def _require_constant(
         return
     if Fraction(speed.get(body.member, 0)) != frame:
         problem = "turns against the axes of its stage: its matrices would vary in time"
-        allowed = "a carrier; a body of a train whose carrier stands; sectors of an axisymmetric body"
+        allowed = "a carrier; a body that stands, of a train whose carrier stands; sectors of an axisymmetric body"
         raise ModelError(problem, path=path, allowed=allowed)
     members = {other.name: other.member for other in bodies}
     for link in links:

@@ -663,7 +663,7 @@ def resolve(document: Document) -> Train:
     tilting = tilt_groups(shafts.bodies, shafts.links, misaligned_bodies(model, bodies))
     meshes = [mesh for shape in shapes for mesh in meshes_of_stage(shape, model, kinematics, tilting, log)]
     bent = with_reduced(shafts.bodies, shafts.links, meshes, model, kinematics, log)
-    log_rings(bodies, meshes, kinematics, log)
+    log_rings(bodies, links, meshes, kinematics, log)
     links, standing = (standing_bolts(some, bodies, kinematics, log) for some in (links, shafts.links))
     shafts = Shafts(bodies=bent, links=standing, spans=shafts.spans)
     check_sizes(document, bodies, meshes, log)

@@ -13,8 +13,9 @@ from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ..bodies.thin_ring import ThinRing, order_compliances
+from ..bodies.thin_ring import ThinRing, elastic_ring, order_compliances
 from ..document.schema_fields import ElasticTable
 from ..errors import ModelError
 from .kinematics import Kinematics
@@ -26,6 +27,7 @@ _SHEAR = 5 / 6
 THICK = 0.3  # height per mean radius, beyond which it is no thin ring
 _APART = 3.0  # mesh frequencies below the natural frequencies of orders that are left out
 _ALL = 60
+_REACH = 0.8, 1.3  # of its centre line and of its outer radius, within which bolts hold a ring
 _EVEN = 1e-9  # angles of bolts carry rounding
 
 
@@ -51,10 +53,20 @@ def ring_of(
     height, middle = outer - inner, (outer + inner) / 2
     radius = middle if table.radius is None else table.radius
     area = width * height if table.area is None else table.area
-    curved = E * width * middle**2 * (middle * math.log(outer / inner) - height)
+    # of a thin rim the logarithm cancels; its series is 1 + 3 h^2/(20 R^2)
+    slender = height < 1e-2 * middle
+    curved = (
+        E
+        * width
+        * (
+            height**3 / 12 * (1 + 0.15 * (height / middle) ** 2)
+            if slender
+            else middle**2 * (middle * math.log(outer / inner) - height)
+        )
+    )
     bending = curved if table.bending is None else table.bending
-    axial = math.inf if table.axial is None else E * area if table.axial is True else table.axial
-    needed = {"radius": radius, "bending": bending, "area": 1.0 if table.axial is not True else area}
+    axial = math.inf if table.axial is None else E * area if table.axial == "area" else float(table.axial)
+    needed = {"radius": radius, "bending": bending, "area": 1.0 if table.axial != "area" else area}
     if missing := [key for key, value in needed.items() if not math.isfinite(value)]:
         allowed = f"rim or outer_diameter, and face_width; or {', '.join(missing)} in the table"
         raise ModelError("no section of the ring is known", path=path, allowed=allowed)
@@ -77,7 +89,7 @@ def ring_of(
     for key, (value, unit) in values.items():
         if math.isfinite(value):
             stated = getattr(table, key)
-            log.note(f"{path}.{key}", value, unit, "geometry" if stated is None or stated is True else "given")
+            log.note(f"{path}.{key}", value, unit, "geometry" if stated in (None, "area") else "given")
     log.note(f"{path}.modes", ring.orders, "", "default" if table.modes is None else "given")
     log.note(f"{path}.line_mass", line_mass, "kg/m", "geometry")
     thick = math.sqrt(12 * bending / (E * area)) if known else height
@@ -87,8 +99,10 @@ def ring_of(
     return ring
 
 
-def log_rings(bodies: Sequence[Body], meshes: Sequence[Mesh], kinematics: Kinematics, log: ResolutionLog) -> None:
-    """Log what the orders of a ring leave out: compliance beside that of a mesh, and natural frequencies.
+def log_rings(
+    bodies: Sequence[Body], links: Sequence[Link], meshes: Sequence[Mesh], kinematics: Kinematics, log: ResolutionLog
+) -> None:
+    """Log what the orders of a ring leave out: compliance beside that of a mesh, and natural frequencies; bolts off it.
 
     The stiffness of a mesh holds the former where it is that of teeth on their body.
     """
@@ -103,6 +117,14 @@ def log_rings(bodies: Sequence[Body], meshes: Sequence[Mesh], kinematics: Kinema
         if beyond <= _APART * rate:
             text = f"{path}: orders beyond {orders} begin at {beyond:.4g} Hz"
             log.coded("ring-orders", f"{text}, the mesh frequency is {rate:.4g} Hz")
+        outer = body.outer_radius or body.elastic.radius
+        seats = {link.path: math.hypot(*link.centre) for link in links if link.first == body.name}
+        for seat, radius in seats.items():
+            if radius and not _REACH[0] * body.elastic.radius <= radius <= _REACH[1] * outer:
+                text = f"{seat}.radius: {1e3 * radius:.4g} mm"
+                log.coded(
+                    "bolts-off-ring", f"{text}; the ring has its centre line at {1e3 * body.elastic.radius:.4g} mm"
+                )
 
 
 def _left_out(body: Body, meshes: Sequence[Mesh]) -> float:
@@ -124,7 +146,7 @@ def standing_bolts(
 
     Seen from the frame, bolts pass by.  Of N_b equal ones evenly spaced the stiffness is constant where N_b > 2 N, with
     the highest order N.  Else its mean is that of enough bolts of the same sum; a warning says how large
-    the rest may be: the largest Fourier part of their number over the angle bounds that of their stiffness.
+    the rest is.
 
     Raises
     ------
@@ -148,23 +170,40 @@ def standing_bolts(
             problem = "turn against the axes of the stage and are rigid, or follow a table"
             allowed = "radial, tangential and z as finite stiffnesses, or a rigid ring"
             raise ModelError(problem, path=path, allowed=allowed)
-        orders, angles = np.arange(1, 2 * ring.orders + 1), [bolt.angle for bolt in bolts]
-        varying = float(np.abs(np.exp(1j * np.outer(orders, angles)).mean(axis=1)).max())
-        if varying < _EVEN:
+        varying = _varying_share(ring, bolts)
+        turns = np.exp(1j * np.array([bolt.angle for bolt in bolts]))
+        uneven = len(bolts) < 3 or max(abs((turns**n).sum()) for n in (1, 2)) > _EVEN * len(bolts)
+        if varying < _EVEN or uneven:  # uneven ones are refused as beside a rigid ring
             found += bolts
             continue
         count = 2 * ring.orders + 1
-        share, radius = len(bolts) / count, math.hypot(*bolts[0].centre)
+        radius = math.hypot(*bolts[0].centre)
         text = f"{path}: {len(bolts)} bolts pass the axes of the stage and their mean over the turn is taken"
-        log.coded("bolts-averaged", f"{text}; what varies is up to {varying:.2g} of it")
+        text += f", forces are those of one bolt at {count} places that it passes"
+        log.coded("bolts-averaged", f"{text}; of the stiffness on the waves up to {varying:.2g} varies")
         found += [
             replace(
                 bolts[0],
-                name=f"{bolts[0].name.rpartition('/')[0]}/{number + 1}",
+                name=f"{bolts[0].name.rpartition('/')[0]}/{round(math.degrees(angle), 1):g} deg",
                 centre=(radius * math.cos(angle), radius * math.sin(angle)),
                 angle=angle,
-                stiffness=tuple(share * k for k in bolts[0].stiffness),
+                share=len(bolts) / count,
             )
-            for number, angle in enumerate((math.tau * np.arange(count) / count).tolist())
+            for angle in (math.tau * np.arange(count) / count).tolist()
         ]
     return found
+
+
+def _varying_share(ring: ThinRing, bolts: Sequence[Link]) -> float:
+    """Largest Fourier part K_l of the stiffness of bolts on the orders of a ring as they turn, per its mean K_0 [1]."""
+    steps = 4 * ring.orders + 1
+    angle = np.add.outer(math.tau * np.arange(steps) / steps, [bolt.angle for bolt in bolts]).ravel()
+    out = np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=1)
+    along = np.stack([-out[:, 1], out[:, 0], out[:, 2]], axis=1)
+    moved = elastic_ring(ring).shape(math.hypot(*bolts[0].centre) * out)
+    total: NDArray[np.float64] = np.zeros((steps, moved.shape[2], moved.shape[2]))
+    for direction, k in zip((out, along), bolts[0].stiffness[:2], strict=True):
+        rows = np.einsum("ra,rae->re", direction, moved[:, :3]).reshape(steps, len(bolts), -1)
+        total += k * np.einsum("sbe,sbf->sef", rows, rows)
+    size = np.linalg.norm(np.fft.fft(total, axis=0), axis=(1, 2))
+    return float(size[1:].max() / size[0]) if size[0] else 0.0

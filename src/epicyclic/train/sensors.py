@@ -40,6 +40,9 @@ def resolve_sensors(
             continue
         assert table.on is not None
         of = bodies_named(table.on, bodies)
+        if not of:
+            problem, allowed = "no such body: the member is in one piece", table.on.rpartition(".")[0]
+            raise ModelError(problem, path=f"{path}.on", given=table.on, allowed=allowed)
         if table.kind == "torque":
             carrying = {body.carried_by for body in bodies}
             if not any(body.gear is not None or body.name in carrying for body in of):
@@ -83,6 +86,11 @@ def _radius(table: SensorTable, body: Body, path: str, log: ResolutionLog) -> fl
     if table.kind == "strain" and radius is None:
         allowed = "a radius, or rim or outer_diameter of the ring"
         raise ModelError("the outer radius of the ring is not known", path=f"{path}.radius", allowed=allowed)
+    if table.kind == "strain" and body.gear is not None and body.outer_radius is not None:
+        tip, outer = body.gear.tip_radius, body.outer_radius
+        if radius is not None and not tip <= radius <= outer * (1 + 1e-9):
+            allowed = f"{1e3 * tip:.5g} to {1e3 * outer:.5g} mm, from the tips to the outside"
+            raise ModelError("not on the ring", path=f"{path}.radius", given=radius, allowed=allowed)
     radius = radius or (0.0 if body.kind == "body" else body.reference_radius)
     log.note(f"{path}.radius", radius, "m", "geometry" if table.radius is None else "given")
     if table.kind == "strain" and body.elastic is not None and math.isinf(body.elastic.axial):

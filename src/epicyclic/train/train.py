@@ -284,6 +284,7 @@ class Link:
     rolling : the parts of a rolling bearing, None where none are stated.
     lubrication : its viscosity ratio kappa and contamination factor e_C, where both are [1].
     contacts : law of x, y, z, rx, ry together, but of rigid ones; their `stiffness` is nominal, and no other law.
+    share : how many of it stand at its place, other than 1 of a mean over places that bolts pass.
     """
 
     name: str
@@ -304,6 +305,7 @@ class Link:
     rolling: RollingBearing | None = None
     lubrication: tuple[float, float] | None = None
     contacts: ContactSet | None = None
+    share: float = 1.0
 
     def __repr__(self) -> str:
         """One line: name, kind, bodies and the six stiffnesses."""

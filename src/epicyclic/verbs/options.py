@@ -302,15 +302,15 @@ def mesh_frequencies(
     """
     import numpy as np
 
-    from ..questions.modes.eigen import eigen
+    from ..questions.modes.eigen import frequencies_of_bodies
     from ..questions.response.sweep_table import range_ends
     from ..statics.record import reference_tone
+    from ..statics.tangent import linear
 
     system = drive.system
     if not system.tones:
         raise ModelError("a sweep needs a speed", path="operation.speed", allowed=SPEED_HINT)
-    omega = eigen(system).omega
-    natural = omega[omega > 0] / (2 * np.pi)
+    natural = frequencies_of_bodies(linear(system, asks_laws=True))
     tone = float(reference_tone(system))
     low, high = (
         None if end is None else mesh_frequency(end, path=path, tone=tone, train=drive.drawing)

@@ -346,3 +346,21 @@ def test_ring_on_bolts_without_axial_stiffness_stays_where_these_hold_it() -> No
         result = static(with_ring(reduced_ring.KEPT, more)).displacement.isel(time=0)
         moved.append(result.sel(dof=["main/ring/x", "main/ring/y"]).values)
     np.testing.assert_allclose(moved[1], moved[0], rtol=1e-6)
+
+
+def test_dampers_to_the_ground_are_refused(tmp_path: Path) -> None:
+    """They join mean motion and bending; damping proportional to mass and stiffness does not."""
+    body, _ = read_body(reduced_ring.KEPT)
+    with pytest.raises(ModelError, match="C: dampers of the mean motion that bend the body"):
+        with_ring(written(tmp_path, replace(body, C=1e3 * np.eye(84))))
+    fine = with_ring(written(tmp_path, replace(body, C=2.0 * body.M + 1e-6 * body.K), "fine.npz"))
+    found = np.linalg.eigvalsh(assemble(fine).C)
+    assert found[0] > -1e-9 * found[-1]
+
+
+@pytest.mark.parametrize("factor", [0.0, 0.5, -1.0])
+def test_another_derivative_than_that_along_the_angle_is_refused(tmp_path: Path, factor: float) -> None:
+    ring = axisymmetric(brick_ring(32), 32, 14, (1, 2, 3, 4), "ring")
+    assert ring.D is not None
+    with pytest.raises(ModelError, match="is not the derivative along the angle"):
+        read_body(written(tmp_path, replace(ring, D=factor * ring.D)))

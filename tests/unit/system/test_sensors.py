@@ -454,3 +454,21 @@ def test_a_torque_is_of_a_link_that_twists(link: str, message: str) -> None:
     """Else no spring tells it."""
     with pytest.raises(ModelError, match=message):
         load(TABLES, {"sensors.shaft.link": link})
+
+
+def test_what_is_no_place_of_a_sensor_is_refused() -> None:
+    ring = {"stages.main.ring.rim": "14 mm", "stages.main.ring.elastic": True}
+    for keys, words in (
+        ({"kind": "strain", "on": "ring", "radius": "10 mm"}, "sensors.a.radius = .*: not on the ring"),
+        ({"kind": "strain", "on": "ring", "radius": "10 m"}, "sensors.a.radius = .*: not on the ring"),
+        ({"kind": "angle", "on": "ring.left"}, "sensors.a.on = main.ring.left: no such body"),
+    ):
+        with pytest.raises(ModelError, match=words):
+            load("industrial-stage", ring | {"sensors.a": keys})
+
+
+def test_accelerometer_along_an_axis_that_is_held_reads_nothing() -> None:
+    sensors = {"sensors.a": {"kind": "acceleration", "on": "sun", "direction": "axial"}}
+    train = load("industrial-stage", sensors)
+    found = steady(train)
+    assert found.sensor_rms.values.tolist() == [0.0]

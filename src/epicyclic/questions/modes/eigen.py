@@ -288,6 +288,17 @@ def eigen(system: System) -> Modes:
     return Modes(omega_squared=squared, vectors=vectors)
 
 
+def frequencies_of_bodies(system: System) -> Array:
+    """Natural frequencies above zero [Hz], rising, of modes in which bodies move more than they bend.
+
+    system : linear.  What speeds are computed to: waves of a ring reach far beyond all that meshes excite.
+    """
+    squared, shapes = mean_modes(system)
+    bent = np.isin(system.dofs.direction, ("x", "y", "z", "rx", "ry", "rz"), invert=True)
+    share = np.einsum("im,ij,jm->m", shapes[bent], system.M[np.ix_(bent, bent)], shapes[bent])
+    return np.asarray(np.sqrt(squared[(squared > 0) & (share < 0.5)]) / (2 * np.pi))
+
+
 def damping_ratios(system: System, modes: Modes) -> Array:
     """Damping ratio of each undamped mode: the modal ratio plus phi^T C phi / (2 omega), mesh dampers in C.
 

@@ -86,6 +86,8 @@ def _lines(ready: Response, block: Block, i: int, unit: int) -> tuple[Integers, 
         return lines.distinct, lines.unit, lines.merged(np.tensordot(weight, forces.values, axes=1))
     rows = sensors.rows[i]
     used = [(j, k) for j, k in zip(*np.nonzero(rows.any(axis=2)), strict=True)]
+    if not used:  # a direction in which the body does not move
+        return np.zeros(1, object), unit, np.zeros((block.speed.size, 1), complex)
     parts = np.array([part for j, k in used for part in (rows[j, k].real, rows[j, k].imag)])
     signal = row_signal(ready, block, parts.reshape(-1, system.force.size).T, strains=sensors.kind[i] == "strain")
     lines, values = signal.line_frequencies, signal.values

@@ -25,7 +25,7 @@ from ...statics.tangent import linear
 from ...system.system import Array, ComplexArray, Index, System, faces
 from ...warning_codes import CodedText
 from ..modes.campbell import MESH_ORDERS, OPERATION, MeshCrossings, mesh_crossings, tones_of_meshes
-from ..modes.eigen import Modal
+from ..modes.eigen import Modal, frequencies_of_bodies
 from . import SweepOptions
 from .measures import Layout
 from .response import Response, response
@@ -484,7 +484,7 @@ def speeds_of(ready: Response, options: SweepOptions) -> Array:
         if options.relative_speed is not None:
             return np.atleast_1d(np.asarray(options.relative_speed, dtype=float))
         return np.atleast_1d(np.asarray(options.mesh_frequency, dtype=float)) / tone
-    natural = np.sqrt(ready.modal.squared[~ready.modal.rigid]) / (2 * np.pi)
+    natural = frequencies_of_bodies(ready.system)
     low, high = range_ends(speed_range or "operation", tone, natural)
     if speed_range != "modes":
         tones = [float(tone) for tone in ready.lines.tones]
@@ -499,8 +499,7 @@ def range_ends(speed_range: SpeedRange, tone: float, natural: Array) -> tuple[fl
 
     Parameters
     ----------
-    tone : mesh frequency of the first mesh at the operating speed [Hz].  natural : natural frequencies above zero,
-        rising [Hz].
+    tone : mesh frequency of the first mesh at the operating speed [Hz].  natural : as of `frequencies_of_bodies`.
     """
     if speed_range == "operation":
         return OPERATION[0] * tone, OPERATION[1] * tone

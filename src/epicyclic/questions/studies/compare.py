@@ -416,6 +416,7 @@ def _texts(values: Any) -> Any:
 
 
 BY_SHAPE, BY_KIND = "mode shapes (MAC)", "kind and order"
+_ALIKE = 0.1  # of two shapes of another criterion nobody would say that they are one mode
 Of = TypeVar("Of")
 Result = TypeVar("Result")
 Method = Literal["steady", "static"]
@@ -455,16 +456,31 @@ def mode_pairs(a: TrainModes, b: TrainModes) -> tuple[NDArray[np.int64], Array, 
     (place in b (n,), -1 without one; modal assurance criterion (n,) [1], nan where modes are paired by kind; which of
     `BY_SHAPE` and `BY_KIND`).
     """
-    if a.dofs == b.dofs:
-        # the largest sum of modal assurance criteria [allemang1982] of the eigenspaces, weighted by both M
+    same_bodies = {name.rpartition("/")[0] for name in a.dofs} == {name.rpartition("/")[0] for name in b.dofs}
+    if same_bodies and (set(a.dofs) <= set(b.dofs) or set(b.dofs) < set(a.dofs)):
+        # the largest sum of modal assurance criteria [allemang1982] of the eigenspaces, weighted by both M; further
+        # coordinates of one train, as of a ring that bends, are at rest in the shapes of the other
+        names = max(a.dofs, b.dofs, key=len)
+        mass = (_lifted(a.mass, a, names, 2) + _lifted(b.mass, b, names, 2)) / 2
         roots = repeated_roots(a.squared), repeated_roots(b.squared)
-        _, criterion = modal_assurance(a.vectors, b.vectors, (a.mass + b.mass) / 2, roots)
-        _, pairs = scipy.optimize.linear_sum_assignment(criterion, maximize=True)
-        return np.asarray(pairs, dtype=np.int64), criterion[np.arange(pairs.size), pairs], BY_SHAPE
+        _, criterion = modal_assurance(_lifted(a.vectors, a, names, 1), _lifted(b.vectors, b, names, 1), mass, roots)
+        rows, pairs = scipy.optimize.linear_sum_assignment(criterion, maximize=True)
+        place, found = np.full(len(criterion), -1), np.full(len(criterion), np.nan)
+        alike = criterion[rows, pairs] >= _ALIKE
+        place[rows[alike]], found[rows[alike]] = pairs[alike], criterion[rows, pairs][alike]
+        return place, found, BY_SHAPE
     # the k-th mode of a kind to the k-th of the same kind
     ranks, of_b = ([(kind, kinds[:i].count(kind)) for i, kind in enumerate(kinds)] for kinds in (a.kind, b.kind))
     place = np.array([of_b.index(rank) if rank in of_b else -1 for rank in ranks], dtype=np.int64)
     return place, np.full(place.size, np.nan), BY_KIND
+
+
+def _lifted(values: Array, modes: TrainModes, names: Sequence[str], axes: int) -> Array:
+    """Shapes (n, p) or a matrix (n, n) of a train on coordinates among which are its own, 0 elsewhere."""
+    at = [names.index(name) for name in modes.dofs]
+    lifted = np.zeros((len(names),) + ((len(names),) if axes == 2 else values.shape[1:]))
+    lifted[np.ix_(at, at) if axes == 2 else at] = values
+    return lifted
 
 
 # --- effects of one train --------------------------------------------------------------------------------------------

@@ -437,7 +437,10 @@ def support_study(train: Train, *, points: int = 9, progress: Progress = None) -
     given = {
         link.path: link.stiffness[0]
         for link in train.links
-        if link.kind == "support" and np.isfinite(link.stiffness[:2]).all() and min(link.stiffness[:2]) > 0
+        if link.kind == "support"
+        and "/bolts/" not in link.name
+        and np.isfinite(link.stiffness[:2]).all()
+        and min(link.stiffness[:2]) > 0
     }
     if not given:
         raise ModelError("no member has an elastic lateral support", path="stages", allowed="support.radial")

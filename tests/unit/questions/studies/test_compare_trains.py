@@ -14,6 +14,7 @@ import epicyclic
 from epicyclic.cli.main import app
 from epicyclic.document.document import drive_text
 from epicyclic.questions.studies.compare import BY_KIND, BY_SHAPE, TrainModes, mode_pairs
+from epicyclic.questions.studies.compare import modes_of as train_modes
 from epicyclic.questions.studies.views import compared_tables as tables
 from epicyclic.questions.studies.views import key_figures
 from epicyclic.show.charts.effects import compared
@@ -97,6 +98,21 @@ def test_kinds_pair_trains_of_another_number_of_planets() -> None:
         rows = (found.mode_kind[:, 0].values == kind) & (found.frequency[:, 0].values > 0)
         np.testing.assert_allclose(found.frequency[rows, 0], mine, rtol=1e-9)
         np.testing.assert_allclose(found.frequency[rows, 1], theirs[: mine.size], rtol=1e-9)
+
+
+def test_shapes_pair_a_rigid_ring_with_one_that_bends() -> None:
+    """Modes of the ring alone have no partner; a stiff ring has those of the rigid one."""
+    stiff: dict[str, object] = {"stages.main.ring.elastic": {"radius": "155 mm", "bending": "7e9 N m^2", "modes": 3}}
+    found = epicyclic.compare("lin1999-n4", variants=[stiff])
+    assert found.mode_pairing.values.tolist() == [BY_SHAPE, BY_SHAPE]
+    rigid = found.frequency[:, 0].values
+    np.testing.assert_allclose(found.frequency[:, 1], rigid, rtol=1e-3, atol=1e-6)
+    back = mode_pairs(modes_of_train(stiff), modes_of_train({}))
+    assert sum(back[0] < 0) == 4  # a2, b2, a3, b3
+
+
+def modes_of_train(changes: dict[str, object]) -> TrainModes:
+    return train_modes(epicyclic.assemble(epicyclic.load("lin1999-n4", changes)))
 
 
 # loads ---------------------------------------------------------------------------------------------------------------
