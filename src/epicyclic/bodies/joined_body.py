@@ -107,7 +107,6 @@ def joined_body(body: ReducedBody, facts: BodyFacts, interfaces: Sequence[Interf
     """
     _require_round(facts, where)
     T, shapes = rigid_motion(body), [dense(interface_shape(body, one, where)) for one in interfaces]
-    points = np.array([one.place(body) for one in interfaces])
     squares, modes = _free_modes(body, where)
     seen = np.array([shape @ modes for shape in shapes])
     modes = modes / np.maximum(np.abs(seen[:, :3]).max(axis=(0, 1)), 1e-3 * np.abs(modes).max(axis=0))
@@ -126,7 +125,7 @@ def joined_body(body: ReducedBody, facts: BodyFacts, interfaces: Sequence[Interf
     names = tuple(f"e{i}" for i in range(1, len(inertia) + 1))
     shape = InterfaceShape(
         names=tuple(one.name for one in interfaces),
-        points=points - facts.centre,
+        points=np.array([one.place(body) for one in interfaces]) - facts.centre,
         shapes=np.array([shape @ modes for shape in shapes]),
         strains=np.array([_strain(body, *of, where) @ modes for of in zip(interfaces, shapes, strict=True)]),
         turn=turn[6:, 6:] if body.D is not None else None,

@@ -207,16 +207,11 @@ def _springs(train: Train, parts: Sequence[ElasticPart], size: int) -> tuple[lis
     springs, rows = [], [np.zeros((0, size))]
     for part in parts:
         body = train.bodies[part.body]
-        of = Link(
-            name=f"{body.name}/elastic",
-            path=f"{'stages' if '.' in body.member else 'bodies'}.{body.member}.elastic",
-            kind="elastic",
-            first=body.name,
-            second=None,
-            stiffness=(0.0,) * 6,
-        )
-        held = replace(of, name=f"{body.name}/foundation")
-        for link, second, own in ((of, part.body, part.elastic.springs), (held, -1, part.elastic.foundation)):
+        path = f"{'stages' if '.' in body.member else 'bodies'}.{body.member}.elastic"
+        bent, held = part.elastic.springs, part.elastic.foundation
+        for what, second, own in (("elastic", part.body, bent), ("foundation", -1, held)):
+            name, still = f"{body.name}/{what}", (0.0,) * 6
+            link = Link(name=name, path=path, kind="elastic", first=body.name, second=None, stiffness=still)
             named = zip(own.names, own.stiffness.tolist(), strict=True)
             springs += [LinkRow(link, 0, part.body, second, False, one) for one in named]
             rows.append(np.zeros((len(own.rows), size)))

@@ -110,12 +110,10 @@ def _interfaces(table: ReducedTable, body: ReducedBody, path: str) -> tuple[Inte
     """The stated interfaces; else each node that has coordinates."""
     from ..bodies.reduction import Interface
 
-    known = set(body.node_id.tolist())
     for name, one in table.interfaces.items():
-        for node in one.nodes:
-            if node not in known:
-                where = f"{path}.interfaces.{name}.nodes"
-                raise ModelError("no such node in the body", path=where, given=node, allowed="a node of its file")
+        if unknown := set(one.nodes) - set(body.node_id.tolist()):
+            where, given = f"{path}.interfaces.{name}.nodes", min(unknown)
+            raise ModelError("no such node in the body", path=where, given=given, allowed="a node of its file")
     if table.interfaces:
         return tuple(Interface(name=n, nodes=one.nodes, spider=one.spider) for n, one in table.interfaces.items())
     nodes = dict.fromkeys(body.dof_node[~body.modal].tolist())

@@ -663,11 +663,9 @@ def resolve(document: Document) -> Train:
     tilting = tilt_groups(shafts.bodies, shafts.links, misaligned_bodies(model, bodies))
     meshes = [mesh for shape in shapes for mesh in meshes_of_stage(shape, model, kinematics, tilting, log)]
     bent = with_reduced(shafts.bodies, shafts.links, meshes, model, kinematics, log)
-    shafts = Shafts(bodies=bent, links=shafts.links, spans=shafts.spans)
-    if any(body.elastic is not None for body in bodies):
-        log_rings(bodies, links, meshes, kinematics, log)
-        links, standing = (standing_bolts(some, bodies, kinematics, log) for some in (links, shafts.links))
-        shafts = Shafts(bodies=shafts.bodies, links=standing, spans=shafts.spans)
+    log_rings(bodies, links, meshes, kinematics, log)
+    links, standing = (standing_bolts(some, bodies, kinematics, log) for some in (links, shafts.links))
+    shafts = Shafts(bodies=bent, links=standing, spans=shafts.spans)
     check_sizes(document, bodies, meshes, log)
     check_tolerances(document, bodies, meshes)
     others = [path for path in _table(document.data) if path not in TOLERANCE_TABLES]

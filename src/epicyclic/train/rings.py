@@ -146,7 +146,7 @@ def standing_bolts(
 
     Seen from the frame, bolts pass by.  Of N_b equal ones evenly spaced the stiffness is constant where N_b > 2 N, with
     the highest order N.  Else its mean is that of enough bolts of the same sum; a warning says how large
-    the rest may be: the largest Fourier part of their number over the angle bounds that of their stiffness.
+    the rest is.
 
     Raises
     ------
@@ -168,9 +168,8 @@ def standing_bolts(
         assert ring is not None
         if bolts[0].curves or not all(map(math.isfinite, bolts[0].stiffness)):
             problem = "turn against the axes of the stage and are rigid, or follow a table"
-            raise ModelError(
-                problem, path=path, allowed="radial, tangential and z as finite stiffnesses, or a rigid ring"
-            )
+            allowed = "radial, tangential and z as finite stiffnesses, or a rigid ring"
+            raise ModelError(problem, path=path, allowed=allowed)
         varying = _varying_share(ring, bolts)
         turns = np.exp(1j * np.array([bolt.angle for bolt in bolts]))
         uneven = len(bolts) < 3 or max(abs((turns**n).sum()) for n in (1, 2)) > _EVEN * len(bolts)
