@@ -3,9 +3,9 @@
 A body brings a shape matrix Phi(P), the displacement of its point P per coordinate; a row of a gap along n is
 n . Phi(P).  A rigid body is Phi = [1, -r x].  An axisymmetric body has constant matrices at any speed.  Seen from a
 frame against which it turns at nu, d/dt of its material is d/dt + nu D with a matrix D that turns its patterns; M D is
-antisymmetric.  From M, G_m and K_m of the material follow
+antisymmetric.  From M, G_m (of the spin w) and K_m of the material follow
 
-    G = G_m + 2 nu M D        Kg = K_m + nu G_m D + nu^2 M D^2        ramps E = nu' M D        dampers C q' + nu C D q
+    G = G_m + 2 nu M D      Kg = K_m + nu G_m D + nu^2 M D^2      ramps E = nu' M D + w' G_m/(2 w)      C q' + nu C D q
 
 Derived here.
 """
@@ -44,7 +44,7 @@ class ElasticBody:
     names : (e,) of the coordinates [m].  mass : M, its block of the six is that of the file and zero here.
     springs : those whose energy is the strain energy.  foundation : those of a uniform one in the housing.
     damping : C of the material (6 + e, 6 + e), its block of the six zero.
-    turn : D (6 + e, 6 + e).  axisymmetric : whether it holds; else the body turns with its frame.
+    turn : D (6 + e, 6 + e).  waves : its highest number of waves; None of a body that turns with its frame, without D.
     spin, spin_stiffness : G_m per spin w [kg] and K_m per w^2 [kg], their blocks of the six zero.
     spin_load : (6 + e,) load of the spin per w^2 [kg m].
     shape : of points (R, 3) from its centre, in its axes [m], displacement along x, y, z and rotation about them
@@ -58,7 +58,7 @@ class ElasticBody:
     foundation: Springs
     damping: Array
     turn: Array
-    axisymmetric: bool
+    waves: int | None
     spin: Array
     spin_stiffness: Array
     spin_load: Array

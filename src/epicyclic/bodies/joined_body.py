@@ -103,7 +103,7 @@ def joined_body(body: ReducedBody, facts: BodyFacts, interfaces: Sequence[Interf
 
     Raises
     ------
-    ModelError : a coordinate without mass; a body that is not round about its axis.
+    ModelError : a coordinate without mass; a body that is not round about its axis; dampers to the ground.
     """
     _require_round(facts, where)
     T, shapes = rigid_motion(body), [dense(interface_shape(body, one, where)) for one in interfaces]
@@ -113,11 +113,12 @@ def joined_body(body: ReducedBody, facts: BodyFacts, interfaces: Sequence[Interf
     # rigid motions about the origin: translations, by which those about the centre differ, couple with no mode
     basis, M, size = np.hstack([T, modes]), dense(body.M), 6 + modes.shape[1]
     inertia = np.einsum("ie,ij,je->e", modes, M, modes)
-    turn, *terms = (np.zeros((size, size)) for _ in range(4))
-    for term, matrix in zip(terms, (body.G1, body.KG1, body.C), strict=True):
-        term[:] = 0.0 if matrix is None else basis.T @ dense(matrix) @ basis
-        if matrix is body.C and matrix is not None:
-            _require_own_damping(term, where)
+    turn, zero = np.zeros((size, size)), np.zeros((size, size))
+    spin, spin_stiffness, damping = (
+        zero.copy() if matrix is None else basis.T @ dense(matrix) @ basis for matrix in (body.G1, body.KG1, body.C)
+    )
+    _require_own_damping(damping, where)
+    for term in (spin, spin_stiffness, damping):  # of mean motions they are those of a rigid body, or none
         term[:6, :6] = 0.0
     if body.D is not None:
         turn[6:, 6:] = (modes.T @ M @ body.D @ modes) / inertia[:, None]
@@ -138,11 +139,11 @@ def joined_body(body: ReducedBody, facts: BodyFacts, interfaces: Sequence[Interf
         mass=np.diag(np.append(np.zeros(6), inertia)),
         springs=Springs(np.eye(size)[6:], squares * inertia, names),
         foundation=Springs(np.zeros((0, size)), np.zeros(0), ()),
-        damping=terms[2],
+        damping=damping,
         turn=turn,
-        axisymmetric=body.D is not None,
-        spin=terms[0],
-        spin_stiffness=terms[1],
+        waves=None if body.D is None else round(float(np.abs(np.linalg.eigvals(turn[6:, 6:]).imag).max())),
+        spin=spin,
+        spin_stiffness=spin_stiffness,
         spin_load=np.zeros(size),
         shape=shape,
         cyclic=None if body.D is not None else partial(shape.turned, groups, np.sqrt(inertia)),

@@ -126,7 +126,7 @@ def elastic_ring(ring: ThinRing) -> ElasticBody:
         foundation=_stacked(foundation, size),
         damping=np.zeros((size, size)),
         turn=D,
-        axisymmetric=True,
+        waves=ring.orders,
         spin=S,
         spin_stiffness=K,
         spin_load=load,

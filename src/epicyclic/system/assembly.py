@@ -390,9 +390,15 @@ def _symmetries(train: Train, structure: Structure, T: Array, M: Array, K: Array
         full = np.eye(len(T))
         rigid = turn_operator(len(train.bodies), moves=moves, turned=central, angle=angle)
         full[: len(rigid), : len(rigid)] = rigid
+        columns = {part.body: part.columns for part in structure.elastic}
         for part in structure.elastic:
             if part.body in central and (turned := part.elastic.turned(angle)) is not None:
                 full[part.columns, part.columns] = turned
+        own = [(columns[i], columns[j]) for i, j in moves if i in columns and j in columns]
+        for source, _ in own:
+            full[source, source] = 0.0
+        for source, target in own:
+            full[target, source] = np.eye(source.stop - source.start)
         R = reduced_operator(full, T) if branches > 1 else None
         holds = R is not None and commutes(R, M) and commutes(R, K)
         operator = np.eye(T.shape[1]) if R is None else R

@@ -117,7 +117,7 @@ class _Lines:
             (structure.rigid, structure.rigids, full.rigid),
         ):
             for i, row in enumerate(rows):
-                if row.link.name in links:
+                if row.drawn in links:
                     target[i] += sign * sum(matrix[i, columns] @ motion for columns, motion in moved)
 
     def mesh_error(self, error: MeshError) -> None:

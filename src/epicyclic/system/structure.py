@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import lru_cache
@@ -22,9 +22,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..bodies.elastic_body import ElasticBody, about_z
-from ..bodies.thin_ring import elastic_ring
 from ..errors import ModelError
 from ..teeth.form import PLAIN
+from ..train.rings import passing_bolts
 from ..train.train import DIRECTIONS, ContactSet, Link, Mesh, Train, bodies_named
 from ..warning_codes import CodedText, coded
 from .contact_sets import ContactSetLaw
@@ -56,7 +56,8 @@ class LinkRow(NamedTuple):
     """One direction of one link, or a spring of a body that bends.
 
     first, second : body indices, -1 = the frame.  law : it has one, see `law_groups`.  spring : name and stiffness
-    [N/m] of a spring by which a body bends or a foundation holds it.
+    [N/m] of a spring by which a body bends or a foundation holds it.  share, drawn : how many of a link stand at its
+    place, and the name of one that is drawn, of the mean of bolts that pass.
     """
 
     link: Link
@@ -65,6 +66,8 @@ class LinkRow(NamedTuple):
     second: int
     law: bool
     spring: tuple[str, float] | None = None
+    share: float = 1.0
+    drawn: str = ""
 
     @property
     def name(self) -> str:
@@ -74,12 +77,12 @@ class LinkRow(NamedTuple):
     @property
     def stiffness(self) -> float:
         """Of this direction, inf = rigid [N/m, N m/rad]."""
-        return self.link.stiffness[self.direction] / self.link.share if self.spring is None else self.spring[1]
+        return self.link.stiffness[self.direction] / self.share if self.spring is None else self.spring[1]
 
     @property
     def damping(self) -> float:
         """Of this direction [N s/m, N m s/rad]."""
-        return self.link.damping[self.direction] / self.link.share
+        return self.link.damping[self.direction] / self.share
 
     @property
     def to_housing(self) -> bool:
@@ -195,10 +198,9 @@ def _elastic_parts(train: Train) -> tuple[ElasticPart, ...]:
     """Bodies that bend, with their coordinates behind those of all bodies as rigid ones."""
     parts, first = [], 6 * len(train.bodies)
     for i, body in enumerate(train.bodies):
-        elastic = body.reduced if body.elastic is None else elastic_ring(body.elastic)
-        if elastic is not None:
-            parts.append(ElasticPart(i, slice(first, first + len(elastic.names)), elastic))
-            first += len(elastic.names)
+        if (bending := body.bending) is not None:
+            parts.append(ElasticPart(i, slice(first, first + len(bending.names)), bending))
+            first += len(bending.names)
     return tuple(parts)
 
 
@@ -236,7 +238,7 @@ def _turn(speeds: Mapping[str, Fraction] | None, name: str) -> Fraction:
 def _link_rows(train: Train, index: dict[str, int], frame_turn: tuple[Fraction, ...]) -> list[LinkRow]:
     """Rows of all directions in which a link is stiff or damps; frame_turn : (nb,) [rev/s]."""
     rows = []
-    for link in train.links:
+    for link, share, drawn in _standing(train):
         first, second = index[link.first], -1 if link.second is None else index[link.second]
         lawful = _law_directions(link)
         lateral = any(link.stiffness[d] or d in lawful for d in (0, 1, 3, 4))
@@ -248,8 +250,25 @@ def _link_rows(train: Train, index: dict[str, int], frame_turn: tuple[Fraction, 
             )
         for direction, (k, c) in enumerate(zip(link.stiffness, link.damping, strict=True)):
             if k != 0.0 or c != 0.0 or direction in lawful:
-                rows.append(LinkRow(link, direction, first, second, direction in lawful))
+                rows.append(LinkRow(link, direction, first, second, direction in lawful, None, share, drawn))
     return rows
+
+
+def _standing(train: Train) -> Iterator[tuple[Link, float, str]]:
+    """Links that stand in the axes of their bodies, how many stand at each place, and the name of one that is drawn.
+
+    Bolts that pass a body that bends have a stiffness that varies; its mean over the turn is that of enough evenly
+    spaced ones of the same sum.  A share of a bolt there has the force of a whole one.
+    """
+    groups = passing_bolts(train.links, train.bodies, train.kinematics)
+    passing = {link.name for group in groups for link in group.links}
+    yield from ((link, 1.0, link.name) for link in train.links if link.name not in passing)
+    for bolts, places, _ in groups:
+        one, radius = bolts[0], math.hypot(*bolts[0].centre)
+        for angle in (math.tau * np.arange(places) / places).tolist():
+            name = f"{one.name.rpartition('/')[0]}/{round(math.degrees(angle), 1):g} deg"
+            centre = (radius * math.cos(angle), radius * math.sin(angle))
+            yield replace(one, name=name, centre=centre, angle=angle), len(bolts) / places, one.name
 
 
 def _law_directions(link: Link) -> tuple[int, ...]:
@@ -382,8 +401,8 @@ def _link_matrix(rows: list[LinkRow], origins: Array, axes: Array, elastic: Sequ
     lever = point[joins] - origins[second]
     own[joins] -= body_rows(second, normal[joins], lever, axes, elastic, rotation[joins])
     # a share of a spring has the force of a whole one: its row, and so its load, is the share
-    share = np.array([row.link.share for row in rows])
-    return own if (share == 1.0).all() else own * share[:, None]
+    own *= np.array([row.share for row in rows])[:, None]
+    return own
 
 
 def body_rows(

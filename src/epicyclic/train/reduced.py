@@ -19,6 +19,7 @@ from ..document.schema_fields import MATRIX_FILES, ReducedTable
 from ..errors import ModelError
 from ..warning_codes import coded
 from .kinematics import Kinematics
+from .rings import passes
 from .stage_bodies import MASS_UNITS
 from .train import Body, Link, Mesh, ResolutionLog
 
@@ -127,21 +128,15 @@ def _require_constant(
 ) -> None:
     """Refuse a body whose matrices, or those of what holds it, would vary in time in the axes of its stage."""
     speed, frames = kinematics.speed or {}, kinematics.frame_speed or {}
-    frame = Fraction(frames.get(body.frame, 0))
-    if joined.axisymmetric:
+    if joined.waves is not None:
         return
-    if Fraction(speed.get(body.member, 0)) != frame:
+    if Fraction(speed.get(body.member, 0)) != Fraction(frames.get(body.frame, 0)):
         problem = "turns against the axes of its stage: its matrices would vary in time"
         allowed = "a carrier; a body that stands, of a train whose carrier stands; sectors of an axisymmetric body"
         raise ModelError(problem, path=path, allowed=allowed)
-    members = {other.name: other.member for other in bodies}
     for link in links:
-        if body.name not in (link.first, link.second):
-            continue
-        other = link.second if link.first == body.name else link.first
-        seat = Fraction(speed.get(members[other], 0)) if other else Fraction(0)
-        lateral = any(link.stiffness[d] for d in (0, 1, 3, 4))
-        if "/bolts/" in link.name and lateral and seat != frame:
+        bolt = "/bolts/" in link.name and body.name in (link.first, link.second)
+        if bolt and any(link.stiffness[:2]) and passes(link, body, bodies, kinematics):
             allowed = "radial stiffness at an interface on the axis"
             raise ModelError("bolts that pass a body that is not axisymmetric", path=link.path, allowed=allowed)
 

@@ -49,10 +49,10 @@ from .mesh_laws import contact_errors
 from .phasing import disc_gaps
 from .power import planet_arms, power_flow
 from .reduced import with_reduced
-from .rings import log_rings, standing_bolts
+from .rings import log_rings
 from .ripple import resolve_ripples
 from .sensors import resolve_sensors
-from .shafts import Shafts, bent_shafts, moved_loads, warn_of_spans
+from .shafts import bent_shafts, moved_loads, warn_of_spans
 from .stage_bodies import bodies_of_stage, coaxial, frames_of, free_bodies, member_centre, meshes_of_stage, tilt_groups
 from .stages import GearPair, Plan, gear_below, plan_stages
 from .train import DIRECTIONS, Body, Damping, Derived, Load, Mesh, ResolutionLog, Train, bodies_named, stage_axis
@@ -663,9 +663,7 @@ def resolve(document: Document) -> Train:
     tilting = tilt_groups(shafts.bodies, shafts.links, misaligned_bodies(model, bodies))
     meshes = [mesh for shape in shapes for mesh in meshes_of_stage(shape, model, kinematics, tilting, log)]
     bent = with_reduced(shafts.bodies, shafts.links, meshes, model, kinematics, log)
-    log_rings(bodies, links, meshes, kinematics, log)
-    links, standing = (standing_bolts(some, bodies, kinematics, log) for some in (links, shafts.links))
-    shafts = Shafts(bodies=bent, links=standing, spans=shafts.spans)
+    log_rings(bent, shafts.links, meshes, kinematics, log)
     check_sizes(document, bodies, meshes, log)
     check_tolerances(document, bodies, meshes)
     others = [path for path in _table(document.data) if path not in TOLERANCE_TABLES]
@@ -678,14 +676,14 @@ def resolve(document: Document) -> Train:
     )
     resolve_deviations(model, deviated)
     ripples, prescribed = resolve_ripples(model, bodies, kinematics, log)
-    sensors = resolve_sensors(model, shafts.bodies, shafts.links, log)
+    sensors = resolve_sensors(model, bent, shafts.links, log)
     gravity = model.operation.gravity or (0.0, 0.0, 0.0)
     if model.operation.gravity is not None:
         log.note(f"{model.operation_path('gravity')}.gravity", list(gravity), "m/s^2")
     return Train(
         title=model.title,
         frames=frames_of(plans),
-        bodies=tuple(shafts.bodies),
+        bodies=tuple(bent),
         meshes=tuple(meshes),
         links=(*shafts.links, *prescribed),
         kinematics=kinematics,
@@ -698,7 +696,7 @@ def resolve(document: Document) -> Train:
         ),
         displacements=tuple(deviated.displacements),
         mesh_errors=(*deviated.mesh_errors, *contact_errors(meshes, kinematics)),
-        loads=(*moved_loads(external_loads(model, bodies), shafts.bodies), *deviated.loads),
+        loads=(*moved_loads(external_loads(model, bodies), bent), *deviated.loads),
         sensors=tuple(sensors),
         spans=tuple(shafts.spans),
         ripples=tuple(ripples),

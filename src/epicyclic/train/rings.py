@@ -11,11 +11,12 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..bodies.thin_ring import ThinRing, elastic_ring, order_compliances
+from ..bodies.elastic_body import ElasticBody
+from ..bodies.thin_ring import ThinRing, order_compliances
 from ..document.schema_fields import ElasticTable
 from ..errors import ModelError
 from .kinematics import Kinematics
@@ -53,17 +54,7 @@ def ring_of(
     height, middle = outer - inner, (outer + inner) / 2
     radius = middle if table.radius is None else table.radius
     area = width * height if table.area is None else table.area
-    # of a thin rim the logarithm cancels; its series is 1 + 3 h^2/(20 R^2)
-    slender = height < 1e-2 * middle
-    curved = (
-        E
-        * width
-        * (
-            height**3 / 12 * (1 + 0.15 * (height / middle) ** 2)
-            if slender
-            else middle**2 * (middle * math.log(outer / inner) - height)
-        )
-    )
+    curved = E * width * _second_moment(middle, height)
     bending = curved if table.bending is None else table.bending
     axial = math.inf if table.axial is None else E * area if table.axial == "area" else float(table.axial)
     needed = {"radius": radius, "bending": bending, "area": 1.0 if table.axial != "area" else area}
@@ -99,10 +90,17 @@ def ring_of(
     return ring
 
 
+def _second_moment(radius: float, height: float) -> float:
+    """int y^2/(1 + y/R) dy over the height of a rim [m^3]; of a thin one its series, as the logarithm cancels."""
+    if height < 1e-2 * radius:
+        return height**3 / 12 * (1 + 0.15 * (height / radius) ** 2)
+    return radius**2 * (radius * math.log((radius + height / 2) / (radius - height / 2)) - height)
+
+
 def log_rings(
     bodies: Sequence[Body], links: Sequence[Link], meshes: Sequence[Mesh], kinematics: Kinematics, log: ResolutionLog
 ) -> None:
-    """Log what the orders of a ring leave out: compliance beside that of a mesh, and natural frequencies; bolts off it.
+    """Log what the orders of a ring leave out: compliance beside that of a mesh, and natural frequencies; and bolts.
 
     The stiffness of a mesh holds the former where it is that of teeth on their body.
     """
@@ -122,9 +120,14 @@ def log_rings(
         for seat, radius in seats.items():
             if radius and not _REACH[0] * body.elastic.radius <= radius <= _REACH[1] * outer:
                 text = f"{seat}.radius: {1e3 * radius:.4g} mm"
-                log.coded(
-                    "bolts-off-ring", f"{text}; the ring has its centre line at {1e3 * body.elastic.radius:.4g} mm"
-                )
+                text += f"; the ring has its centre line at {1e3 * body.elastic.radius:.4g} mm"
+                log.coded("bolts-off-ring", text)
+    for bolts in passing_bolts(links, bodies, kinematics):
+        text = (
+            f"{bolts.links[0].path}: {len(bolts.links)} bolts pass the axes of the stage and their mean over the turn"
+        )
+        text += f" is taken, forces are those of one bolt at {bolts.places} places that it passes"
+        log.coded("bolts-averaged", f"{text}; of their stiffness up to {bolts.varying:.2g} varies")
 
 
 def _left_out(body: Body, meshes: Sequence[Mesh]) -> float:
@@ -139,71 +142,71 @@ def _left_out(body: Body, meshes: Sequence[Mesh]) -> float:
     return max(left)
 
 
-def standing_bolts(
-    links: Sequence[Link], bodies: Sequence[Body], kinematics: Kinematics, log: ResolutionLog
-) -> list[Link]:
-    """Links, with bolts that turn against the frame of a ring that bends by their mean over the turn.
+def passes(link: Link, body: Body, bodies: Sequence[Body], kinematics: Kinematics) -> bool:
+    """Whether what is on the other side of a link of a body turns against the frame of the body."""
+    other = link.second if link.first == body.name else link.first
+    speed, frames = kinematics.speed or {}, kinematics.frame_speed or {}
+    seat = Fraction(0) if other is None else Fraction(speed.get(next(b.member for b in bodies if b.name == other), 0))
+    return seat != Fraction(frames.get(body.frame, 0))
 
-    Seen from the frame, bolts pass by.  Of N_b equal ones evenly spaced the stiffness is constant where N_b > 2 N, with
-    the highest order N.  Else its mean is that of enough bolts of the same sum; a warning says how large
-    the rest is.
+
+class PassingBolts(NamedTuple):
+    """Bolts that pass a body that bends and whose stiffness varies with their passing.
+
+    links : them.  places : how many evenly spaced ones have their mean.  varying : largest Fourier part K_l of their
+    stiffness on mean motion and waves of the body, per its mean K_0 (Frobenius norms) [1].
+    """
+
+    links: list[Link]
+    places: int
+    varying: float
+
+
+def passing_bolts(links: Sequence[Link], bodies: Sequence[Body], kinematics: Kinematics) -> list[PassingBolts]:
+    """Bolts that pass axisymmetric bodies that bend; not those whose stiffness is constant, more than twice the waves.
+
+    Uneven ones are none of them: they are refused as beside a rigid body.
 
     Raises
     ------
-    ModelError : bolts that are rigid, or follow a table of force, where they turn.
+    ModelError : bolts that are rigid, or follow a table of force, where they pass.
     """
-    rings = {body.name: body for body in bodies if body.elastic is not None}
-    speed, frames = kinematics.speed or {}, kinematics.frame_speed or {}
-    members = {body.name: body.member for body in bodies}
-    groups: dict[tuple[str, str], list[Link]] = {}
-    for link in links:
-        if link.first in rings and "/bolts/" in link.name:
-            seat = 0 if link.second is None else speed.get(members[link.second], 0)
-            if Fraction(seat) != Fraction(frames.get(rings[link.first].frame, 0)):
-                groups.setdefault((link.path, link.first), []).append(link)
-    replaced = {link.name for bolts in groups.values() for link in bolts}
-    found = [link for link in links if link.name not in replaced]
-    for (path, name), bolts in groups.items():
-        ring = rings[name].elastic
-        assert ring is not None
-        if bolts[0].curves or not all(map(math.isfinite, bolts[0].stiffness)):
-            problem = "turn against the axes of the stage and are rigid, or follow a table"
-            allowed = "radial, tangential and z as finite stiffnesses, or a rigid ring"
-            raise ModelError(problem, path=path, allowed=allowed)
-        varying = _varying_share(ring, bolts)
-        turns = np.exp(1j * np.array([bolt.angle for bolt in bolts]))
-        uneven = len(bolts) < 3 or max(abs((turns**n).sum()) for n in (1, 2)) > _EVEN * len(bolts)
-        if varying < _EVEN or uneven:  # uneven ones are refused as beside a rigid ring
-            found += bolts
-            continue
-        count = 2 * ring.orders + 1
-        radius = math.hypot(*bolts[0].centre)
-        text = f"{path}: {len(bolts)} bolts pass the axes of the stage and their mean over the turn is taken"
-        text += f", forces are those of one bolt at {count} places that it passes"
-        log.coded("bolts-averaged", f"{text}; of the stiffness on the waves up to {varying:.2g} varies")
-        found += [
-            replace(
-                bolts[0],
-                name=f"{bolts[0].name.rpartition('/')[0]}/{round(math.degrees(angle), 1):g} deg",
-                centre=(radius * math.cos(angle), radius * math.sin(angle)),
-                angle=angle,
-                share=len(bolts) / count,
-            )
-            for angle in (math.tau * np.arange(count) / count).tolist()
-        ]
+    found = []
+    for body in bodies:
+        bending = body.bending
+        groups: dict[str, list[Link]] = {}
+        for link in links if bending is not None and bending.waves is not None else ():
+            if link.first == body.name and "/bolts/" in link.name and passes(link, body, bodies, kinematics):
+                groups.setdefault(link.path, []).append(link)
+        for path, bolts in groups.items():
+            assert bending is not None
+            assert bending.waves is not None
+            if bolts[0].curves or not all(map(math.isfinite, bolts[0].stiffness)):
+                problem = "turn against the axes of the stage and are rigid, or follow a table"
+                allowed = "radial, tangential and z as finite stiffnesses, or a rigid body"
+                raise ModelError(problem, path=path, allowed=allowed)
+            turns = np.exp(1j * np.array([bolt.angle for bolt in bolts]))
+            even = len(bolts) > 2 and max(abs((turns**n).sum()) for n in (1, 2)) < _EVEN * len(bolts)
+            varying = _varying_share(bending, bending.waves, bolts, bolts[0].station - body.station) if even else 0.0
+            if varying > _EVEN:
+                found.append(PassingBolts(bolts, 2 * bending.waves + 1, varying))
     return found
 
 
-def _varying_share(ring: ThinRing, bolts: Sequence[Link]) -> float:
-    """Largest Fourier part K_l of the stiffness of bolts on the orders of a ring as they turn, per its mean K_0 [1]."""
-    steps = 4 * ring.orders + 1
+def _varying_share(body: ElasticBody, waves: int, bolts: Sequence[Link], z: float) -> float:
+    """`PassingBolts.varying` of bolts at a place z along the axis from the centre of the body [m]."""
+    steps = 4 * waves + 1
     angle = np.add.outer(math.tau * np.arange(steps) / steps, [bolt.angle for bolt in bolts]).ravel()
     out = np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=1)
     along = np.stack([-out[:, 1], out[:, 0], out[:, 2]], axis=1)
-    moved = elastic_ring(ring).shape(math.hypot(*bolts[0].centre) * out)
-    total: NDArray[np.float64] = np.zeros((steps, moved.shape[2], moved.shape[2]))
-    for direction, k in zip((out, along), bolts[0].stiffness[:2], strict=True):
-        rows = np.einsum("ra,rae->re", direction, moved[:, :3]).reshape(steps, len(bolts), -1)
+    radius = math.hypot(*bolts[0].centre)
+    points = radius * out + [0.0, 0.0, z]
+    moved, total = body.shape(points)[:, :3], np.zeros((steps, 6 + len(body.names), 6 + len(body.names)))
+    axes = out, along, np.broadcast_to([0.0, 0.0, 1.0], out.shape)
+    for direction, k in zip(axes, bolts[0].stiffness[:3], strict=True):
+        # of the mean motion too, rotations by the displacement on the circle
+        bent, mean = np.einsum("ra,rae->re", direction, moved), np.cross(points, direction) / radius
+        rows = np.hstack([direction, mean, bent]).reshape(steps, len(bolts), -1)
         total += k * np.einsum("sbe,sbf->sef", rows, rows)
     size = np.linalg.norm(np.fft.fft(total, axis=0), axis=(1, 2))
     return float(size[1:].max() / size[0]) if size[0] else 0.0

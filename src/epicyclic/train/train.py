@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from ..bearings.rolling_bearing import RollingBearing
 from ..bodies.elastic_body import ElasticBody
-from ..bodies.thin_ring import ThinRing
+from ..bodies.thin_ring import ThinRing, elastic_ring
 from ..teeth import geometry
 from ..teeth.mesh_stiffness import ContactTable, ForceCurve, ToothPair
 from ..warning_codes import CodedText, coded
@@ -139,6 +139,11 @@ class Body:
     shaft_of: str | None = None
     elastic: ThinRing | None = None
     reduced: ElasticBody | None = None
+
+    @property
+    def bending(self) -> ElasticBody | None:
+        """Coordinates by which it bends, None of a rigid body."""
+        return self.reduced if self.elastic is None else elastic_ring(self.elastic)
 
     def __repr__(self) -> str:
         """One line: name, kind, teeth and mass."""
@@ -284,7 +289,6 @@ class Link:
     rolling : the parts of a rolling bearing, None where none are stated.
     lubrication : its viscosity ratio kappa and contamination factor e_C, where both are [1].
     contacts : law of x, y, z, rx, ry together, but of rigid ones; their `stiffness` is nominal, and no other law.
-    share : how many of it stand at its place, other than 1 of a mean over places that bolts pass.
     """
 
     name: str
@@ -305,7 +309,6 @@ class Link:
     rolling: RollingBearing | None = None
     lubrication: tuple[float, float] | None = None
     contacts: ContactSet | None = None
-    share: float = 1.0
 
     def __repr__(self) -> str:
         """One line: name, kind, bodies and the six stiffnesses."""

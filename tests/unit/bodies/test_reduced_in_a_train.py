@@ -364,3 +364,46 @@ def test_another_derivative_than_that_along_the_angle_is_refused(tmp_path: Path,
     assert ring.D is not None
     with pytest.raises(ModelError, match="is not the derivative along the angle"):
         read_body(written(tmp_path, replace(ring, D=factor * ring.D)))
+
+
+def bolted(folder: Path, count: int) -> Train:
+    """A held ring of bricks by its sectors, waves up to 2, on bolts that pass it."""
+    file = written(folder, brick_ring(32), f"{count}.npz")
+    table = {"file": str(file), "sectors": 32, "modes": 4, "interfaces": {"rim": {"nodes": [1, 2, 3, 4]}}}
+    of_one = {key: f"{6e7 / count!r} N/m" for key in ("radial", "tangential", "z")}
+    more: dict[str, Any] = {
+        "stages.main.ring.base_radius": "136.4 mm",
+        "stages.main.ring.reduced": table,
+        "stages.main.ring.support": {"radial": 0, "rz": 0, "bolts": {"count": count, "radius": "150 mm", **of_one}},
+        "operation": {"held": ["ring"], "speed": {"carrier": "2400 rpm"}},
+    }
+    return load("lin1999-n4", UNSTATED | more)
+
+
+def test_bolts_that_pass_an_axisymmetric_body_have_their_mean(tmp_path: Path) -> None:
+    """More than twice the waves are a uniform seat; fewer have its stiffness, and the rest is named."""
+    many, few = bolted(tmp_path, 12), bolted(tmp_path, 3)
+    joined = next(body.reduced for body in many.bodies if body.reduced is not None)
+    assert joined.waves == 2
+    assert not any("bolts-averaged" in text for text in many.warnings)
+    assert any("bolts-averaged" in text for text in few.warnings)
+    uniform, mean = assemble(many), assemble(few)
+    np.testing.assert_allclose(mean.K, uniform.K, atol=1e-9 * np.abs(uniform.K).max())
+
+
+def test_planets_that_bend_keep_the_symmetry_of_the_stage(tmp_path: Path) -> None:
+    """A planet of bricks by its sectors: patterns of one planet are those of the next."""
+    ring = brick_ring(32)
+    small = replace(ring, node_xyz=ring.node_xyz * 0.36)  # a section at 54 mm
+    table = {
+        "file": str(written(tmp_path, small)),
+        "sectors": 32,
+        "modes": 6,
+        "interfaces": {"rim": {"nodes": [1, 2, 3, 4]}},
+    }
+    gone: dict[str, Any] = {"stages.main.planet.mass": None, "stages.main.planet.inertia": None}
+    hub: dict[str, Any] = {"stages.main.planet.reduced": table, "stages.main.planet.base_radius": "49.1 mm"}
+    system = assemble(load("lin1999-n4", gone | hub))
+    assert sum(direction.startswith("e") for direction in system.dofs.direction) == 4 * 6
+    assert system.symmetries[0].holds
+    assert set(modal(system).mode_kind.values) <= {"rotational", "translational", "planet"}

@@ -11,6 +11,7 @@ import pytest
 from epicyclic import ModelError, assemble, load, static
 from epicyclic.bodies.elastic_body import Array
 from epicyclic.bodies.thin_ring import order_compliances
+from epicyclic.questions.check.check import choices
 from epicyclic.questions.modes.eigen import eigen, frequencies_of_bodies, whirl
 from epicyclic.questions.modes.modal import modal
 from epicyclic.system.system import System
@@ -184,7 +185,7 @@ BOLTED = {
 }
 
 
-def bolts(count: int) -> dict[str, Any]:
+def bolts(count: int, z: object = 0) -> dict[str, Any]:
     """Bolts with the sum of six of 2e7 N/m along the radius and 1e7 N/m along the circle."""
     of_one = {
         "radial": f"{6 / count * 2e7!r} N/m",
@@ -194,7 +195,7 @@ def bolts(count: int) -> dict[str, Any]:
         "stages.main.ring.support": {
             "radial": 0,
             "rz": "0 N m/rad",
-            "bolts": {"count": count, "radius": f"{RADIUS!r} m", **of_one, "z": 0},
+            "bolts": {"count": count, "radius": f"{RADIUS!r} m", **of_one, "z": z},
         },
         "stages.main.ring.tilt_inertia": "0.02 kg m^2",
         **BOLTED,
@@ -242,6 +243,30 @@ def test_few_bolts_are_taken_by_their_mean_and_the_rest_is_named() -> None:
     # cos 3 psi is on the radial springs of all bolts, sin 3 psi on the tangential ones
     for printed in (964.892, 1769.153):
         assert np.abs(found - printed).min() < 1e-3
+
+
+def test_bolts_that_pass_stay_those_of_the_drawing() -> None:
+    """Their mean is a matter of the equation: the train, and what `check` makes of it, has those that are drawn."""
+    train = train_of(modes=5, more=bolts(6, "3e7 N/m"))
+    names = [link.name for link in train.links if "/bolts/" in link.name]
+    assert names == [f"main/ring/support/bolts/{i}" for i in range(1, 7)]
+    rows = [name for name in assemble(train).links.link if "/bolts/" in name]
+    assert len(dict.fromkeys(rows)) == 11
+    (tilt,) = [choice for choice in choices(train) if choice.path == "stages.main.ring.support.tilt"]
+    assert f"{6 * 3e7 * RADIUS**2 / 2:.4g} N m/rad" in tilt.value  # n k_z r^2/2
+
+
+def test_force_of_a_passing_bolt_is_that_of_one() -> None:
+    """Under a shift of the ring the load of all places is that of all bolts, the force of a row that of one bolt."""
+    system = assemble(train_of(modes=5, more=bolts(6)))
+    shift = np.array([1e-6 * (name == "main/ring/x") for name in system.dofs.names])
+    at = [i for i, name in enumerate(system.links.name) if name.startswith("main/ring/support/bolts/0 deg")]
+    forces = system.links.stiffness[at] * (system.links.B[:, at].T @ shift)
+    assert np.abs(forces).max() == pytest.approx(2e7 * 1e-6, rel=1e-12)
+    x = system.dofs.names.index("main/ring/x")
+    own = [i for i, name in enumerate(system.links.name) if "/bolts/" in name]
+    B, k = system.links.B[:, own], system.links.stiffness[own]
+    assert ((B * k) @ (B.T @ shift))[x] == pytest.approx(6 * (2e7 + 1e7) / 2 * 1e-6, rel=1e-12)
 
 
 def test_rigid_bolts_that_turn_are_refused() -> None:
@@ -328,3 +353,41 @@ def test_speeds_reach_the_modes_of_bodies_and_not_the_waves_of_a_ring() -> None:
     found, known = frequencies_of_bodies(system), frequencies_of_bodies(rigid)
     assert found.max() < 1.2 * known.max() < 0.5 * modal(system).frequency.max()
     np.testing.assert_allclose(known, modal(rigid).frequency[1:], rtol=1e-9)
+
+
+@pytest.mark.parametrize("places", [{"angles": "[0, 10, 20] deg"}, {"angles": "[0, 180] deg"}, {"count": 1}])
+def test_uneven_bolts_that_pass_are_refused_as_beside_a_rigid_ring(places: dict[str, object]) -> None:
+    more = bolts(6)
+    of_one = more["stages.main.ring.support"]["bolts"]
+    more["stages.main.ring.support"]["bolts"] = {k: v for k, v in of_one.items() if k != "count"} | places
+    with pytest.raises(ModelError, match="three or more equal bolts evenly spaced"):
+        assemble(train_of(modes=5, more=more))
+
+
+def test_a_displaced_seat_moves_the_mean_of_passing_bolts_as_the_bolts() -> None:
+    """Bolts whose circle is off by 20 um in x: the same load of the ring for 12 bolts as drawn and 6 by their mean."""
+    off = {"deviations.ring.position": {"x": "20 um"}}
+    loads = []
+    for count in (12, 6):
+        system = assemble(train_of(modes=5, more=bolts(count) | off))
+        (line,) = [line for line in system.lines if "deviations.main.ring.position" in line.causes]
+        at = [i for i, name in enumerate(system.dofs.names) if name.startswith("main/ring")]
+        loads.append(line.force[0][at])
+    assert np.abs(loads[0]).max() == pytest.approx(6 * 1.5e7 * 20e-6, rel=1e-9)
+    np.testing.assert_allclose(loads[1], loads[0], atol=1e-9 * np.abs(loads[0]).max())
+
+
+@pytest.mark.parametrize("ratio", [1e-4, 9e-3, 0.011, 0.3])
+def test_bending_of_a_curved_rectangle_is_its_integral(ratio: float) -> None:
+    """E I of a rim of the drawing, by the series of a thin one and by the logarithm."""
+    stage = free_stage(None)
+    root = load(stage).bodies[1].gear
+    assert root is not None
+    height = 2 * root.root_radius * ratio / (2 - ratio)
+    stage["stages"]["main"]["ring"]["rim"] = f"{height!r} m"
+    ring = next(body.elastic for body in load(stage).bodies if body.elastic is not None)
+    y, weight = np.polynomial.legendre.leggauss(20)
+    y = y * height / 2
+    radius = root.root_radius + height / 2
+    second = float(np.sum(weight * height / 2 * y**2 / (1 + y / radius)))
+    assert ring.bending == pytest.approx(206e9 * 0.025 * second, rel=1e-8)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -109,6 +110,16 @@ def test_shapes_pair_a_rigid_ring_with_one_that_bends() -> None:
     np.testing.assert_allclose(found.frequency[:, 1], rigid, rtol=1e-3, atol=1e-6)
     back = mode_pairs(modes_of_train(stiff), modes_of_train({}))
     assert sum(back[0] < 0) == 4  # a2, b2, a3, b3
+
+
+def test_modes_without_likeness_have_no_partner() -> None:
+    eye = np.eye(3)
+    a, b = modes_of([1.0, 4.0], eye[:, :2], dofs="abc"), modes_of([1.0, 9.0], eye[:, [0, 2]], dofs="abc")
+    a, b = (replace(one, mass=eye, dofs=("a", "b", "c")) for one in (a, b))
+    place, criterion, pairing = mode_pairs(a, b)
+    assert (place.tolist(), pairing) == ([0, -1], BY_SHAPE)
+    assert criterion[0] == 1.0
+    assert np.isnan(criterion[1])
 
 
 def modes_of_train(changes: dict[str, object]) -> TrainModes:
