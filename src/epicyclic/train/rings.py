@@ -186,7 +186,7 @@ def passing_bolts(links: Sequence[Link], bodies: Sequence[Body], kinematics: Kin
                 allowed = "radial, tangential and z as finite stiffnesses, or a rigid body"
                 raise ModelError(problem, path=path, allowed=allowed)
             turns = np.exp(1j * np.array([bolt.angle for bolt in bolts]))
-            even = len(bolts) > 2 and max(abs((turns**n).sum()) for n in (1, 2)) < _EVEN * len(bolts)
+            even = max(abs((turns**n).sum()) for n in (1, 2)) < _EVEN * len(bolts)
             varying = _varying_share(bending, bending.waves, bolts, bolts[0].station - body.station) if even else 0.0
             if varying > _EVEN:
                 found.append(PassingBolts(bolts, 2 * bending.waves + 1, varying))

@@ -472,3 +472,12 @@ def test_accelerometer_along_an_axis_that_is_held_reads_nothing() -> None:
     train = load("industrial-stage", sensors)
     found = steady(train)
     assert found.sensor_rms.values.tolist() == [0.0]
+
+
+def test_modulation_on_a_ring_that_turns_names_the_sensor() -> None:
+    star = TEXT.replace('held = ["ring"]', 'held = ["carrier"]').replace(
+        'torque.load = "balance"', 'torque.ring = "balance"'
+    )
+    star = star.replace(', rz = "1e8 N m/rad" }', ', rz = "0 N m/rad" }')
+    with pytest.raises(ModelError, match=r"sensor = gauge: main/ring turns at .*: no sensor stands still on it"):
+        modulation(load(tomllib.loads(star)), sensor="gauge")

@@ -290,7 +290,11 @@ def _position(system: System, options: ModulationOptions) -> SensorPosition:
             raise ModelError(f"is that of the sensor {options.sensor}", path=path, given=value, allowed="nothing")
     i = sensors.name.index(options.sensor)
     body = sensors.bodies[i][0]
-    return replace(placed(stage=body.split("/")[0], body=body, angle=float(sensors.angle[i])), sensor=i)
+    try:
+        position = placed(stage=body.split("/")[0], body=body, angle=float(sensors.angle[i]))
+    except ModelError as error:  # it names the body, which nobody gave
+        raise ModelError(error.problem, path="sensor", given=options.sensor, allowed=error.allowed) from None
+    return replace(position, sensor=i)
 
 
 def _recorded(system: System, sensor: _Sensor) -> dict[str, Any]:

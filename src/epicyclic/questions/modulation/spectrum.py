@@ -169,7 +169,7 @@ def _bodies(system: System, stage: str, body: str | None, rings: list[str]) -> t
         raise ModelError("no such central body", path="body", given=body, allowed=", ".join([*still, HOUSING]))
     if any(turns[name] for name in wanted):
         raise ModelError(
-            f"{wanted[0]} turns at {float(60 * turns[wanted[0]]):.6g} rpm: no accelerometer stands still on it",
+            f"{wanted[0]} turns at {float(60 * turns[wanted[0]]):.6g} rpm: no sensor stands still on it",
             path="body",
             given=body or wanted[0],
             allowed=", ".join([*still, HOUSING]),

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...results.dataset import ranked
-from ...show.elements import Company, Drawing, Section, Table, number
+from ...show.elements import SENSOR_UNITS, Company, Drawing, Section, Table, number
 from ...show.views import ResultView
 
 if TYPE_CHECKING:
@@ -21,14 +21,14 @@ _SHOWN = 30
 
 def tables(result: xr.Dataset) -> Sequence[Table]:
     """The strongest lines, then every family with its largest line and its part of the mean square."""
-    size = np.abs(result.signal_amplitude.values)
-    unit = str(result.signal_amplitude.attrs["units"])
+    unit, scale = SENSOR_UNITS[str(result.signal_amplitude.attrs["units"])]
+    size = scale * np.abs(result.signal_amplitude.values)
     rank = ranked(size)
     carrier = float(result.attrs["carrier_frequency"])
     passing = f"planets pass at {number(result.sizes['planet'] * carrier)} Hz" if carrier else "no planet passes"
     where = f"Signal beside {result.attrs['sensor_body']}, {passing}"
     title = f"{where}: {min(_SHOWN, len(size))} of {len(size)} lines"
-    lines = _lines(result, size, rank[:_SHOWN], title, unit)
+    lines = _lines(result, size, rank[:_SHOWN], title, (unit, scale))
     return [replace(lines, lead=_difference(result)), _families(result, size, rank, unit)]
 
 
@@ -51,8 +51,8 @@ def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     return [Section(anchor="modulation", title="Vibration at the ring", parts=parts)]
 
 
-def _lines(result: xr.Dataset, size: Any, chosen: Any, title: str, unit: str) -> Table:
-    largest, turns = float(size.max(initial=0.0)), bool(result.attrs["carrier_frequency"])
+def _lines(result: xr.Dataset, size: Any, chosen: Any, title: str, shown: tuple[str, float]) -> Table:
+    (unit, scale), largest, turns = shown, float(size.max(initial=0.0)), bool(result.attrs["carrier_frequency"])
     columns: dict[str, Any] = {
         "line": [str(result.line.values[i]) for i in chosen],
         "family": [str(result.family.values[i]) for i in chosen],
@@ -61,10 +61,10 @@ def _lines(result: xr.Dataset, size: Any, chosen: Any, title: str, unit: str) ->
         "per mesh": list(result.mesh_order.values[chosen]),
         f"amplitude [{unit}]": list(size[chosen]),
         "[dB]": [f"{20 * np.log10(value / largest):.1f}" for value in size[chosen]],
-        f"without deviations [{unit}]": list(np.abs(result.fault_free_amplitude.values[chosen])),
+        f"without deviations [{unit}]": list(scale * np.abs(result.fault_free_amplitude.values[chosen])),
     }
     if "window_amplitude" in result.variables:
-        columns[f"by the window [{unit}]"] = list(np.abs(result.window_amplitude.values[chosen]))
+        columns[f"by the window [{unit}]"] = list(scale * np.abs(result.window_amplitude.values[chosen]))
     return Table(title=title, columns=columns)
 
 

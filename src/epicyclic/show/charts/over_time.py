@@ -283,7 +283,8 @@ def _signal(result: xr.Dataset, carrier: float, title: str) -> Panel:
     if carrier:
         time = time * carrier
         values, time = values[time <= 1.0], time[time <= 1.0]
-    unit = str(result["signal"].attrs["units"]).replace("s2", "s²")
+    unit, scale = SENSOR_UNITS[str(result["signal"].attrs["units"])]
+    values = scale * values
     time, values = thinned(time, values, most=2000)
     layers: list[Layer] = [Curve(time, values, colour=INK, width=1.1, digits=(6, 5))]
     where = {"y": 1, "yref": "y domain", "xanchor": "left", "yanchor": "top", "xshift": 3}
