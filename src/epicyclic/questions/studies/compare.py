@@ -461,9 +461,11 @@ def mode_pairs(a: TrainModes, b: TrainModes) -> tuple[NDArray[np.int64], Array, 
         # the largest sum of modal assurance criteria [allemang1982] of the eigenspaces, weighted by both M; further
         # coordinates of one train, as of a ring that bends, are at rest in the shapes of the other
         names = max(a.dofs, b.dofs, key=len)
-        mass = (_lifted(a.mass, a, names, 2) + _lifted(b.mass, b, names, 2)) / 2
+        # coordinates of each among those of both, (n, own)
+        of_a, of_b = ((np.array(names)[:, None] == np.array(own.dofs)).astype(float) for own in (a, b))
+        mass = (of_a @ a.mass @ of_a.T + of_b @ b.mass @ of_b.T) / 2
         roots = repeated_roots(a.squared), repeated_roots(b.squared)
-        _, criterion = modal_assurance(_lifted(a.vectors, a, names, 1), _lifted(b.vectors, b, names, 1), mass, roots)
+        _, criterion = modal_assurance(of_a @ a.vectors, of_b @ b.vectors, mass, roots)
         rows, pairs = scipy.optimize.linear_sum_assignment(criterion, maximize=True)
         place, found = np.full(len(criterion), -1), np.full(len(criterion), np.nan)
         alike = criterion[rows, pairs] >= _ALIKE
@@ -473,14 +475,6 @@ def mode_pairs(a: TrainModes, b: TrainModes) -> tuple[NDArray[np.int64], Array, 
     ranks, of_b = ([(kind, kinds[:i].count(kind)) for i, kind in enumerate(kinds)] for kinds in (a.kind, b.kind))
     place = np.array([of_b.index(rank) if rank in of_b else -1 for rank in ranks], dtype=np.int64)
     return place, np.full(place.size, np.nan), BY_KIND
-
-
-def _lifted(values: Array, modes: TrainModes, names: Sequence[str], axes: int) -> Array:
-    """Shapes (n, p) or a matrix (n, n) of a train on coordinates among which are its own, 0 elsewhere."""
-    at = [names.index(name) for name in modes.dofs]
-    lifted = np.zeros((len(names),) + ((len(names),) if axes == 2 else values.shape[1:]))
-    lifted[np.ix_(at, at) if axes == 2 else at] = values
-    return lifted
 
 
 # --- effects of one train --------------------------------------------------------------------------------------------
