@@ -41,6 +41,7 @@ from .system import (
     FarFlanks,
     LinkRows,
     MeshRows,
+    PassingRows,
     Symmetry,
     System,
     commutes,
@@ -127,6 +128,7 @@ def assemble(train: Train) -> System:
         bearings=_named_bearings(train),
         errors=error_rows(train, structure, T),
         sensors=sensor_rows(train, structure, T),
+        passing=_passing(structure, L),
     )
 
 
@@ -369,6 +371,24 @@ def _links(structure: Structure, L: Array, damping: Array, turning: Array) -> Li
         damping=damping[linear],
         skew=skew if skew.any() else np.zeros((0, 0)),
         turn=turn if any(turn) else (),
+    )
+
+
+def _passing(structure: Structure, L: Array) -> PassingRows | None:
+    """What varies in the stiffness of links that pass a body; L : (p, n)."""
+    rows = [i for i, row in enumerate(structure.links) if row.wave is not None and row.stiffness]
+    if not rows:
+        return None
+    of = [structure.links[i] for i in rows]
+    waves, tones = [row.wave for row in of if row.wave is not None], tuple(dict.fromkeys(row.tone for row in of))
+    width = max(len(wave) for wave in waves)
+    stiffness = np.array([row.stiffness for row in of])
+    return PassingRows(
+        link=tuple(row.link.name.rpartition("/")[0] for row in of),
+        B=L[rows].T,
+        wave=stiffness[:, None] * np.array([np.pad(wave, (0, width - len(wave))) for wave in waves]),
+        tones=tones,
+        tone=np.array([tones.index(row.tone) for row in of], np.int64),
     )
 
 

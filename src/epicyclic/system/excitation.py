@@ -74,7 +74,7 @@ class _Lines:
         self.bodies = bodies
         self.by_frequency: dict[Fraction, _FullLine] = {}
 
-    def at(self, frequency: Fraction, vector: ComplexArray, cause: str) -> tuple[_FullLine, ComplexArray]:
+    def at(self, frequency: Fraction, vector: ComplexArray, *causes: str) -> tuple[_FullLine, ComplexArray]:
         """Line of |frequency|, and the amplitude (...) of the positive frequency, conjugated for a negative one."""
         if frequency < 0:
             frequency, vector = -frequency, vector.conj()
@@ -87,8 +87,7 @@ class _Lines:
             force, ramp, ripple = np.zeros((3, size), complex), *np.zeros((2, size), complex)
             self.by_frequency[frequency] = _FullLine(mesh, far, link, rigid, force, ramp, ripple)
         full = self.by_frequency[frequency]
-        if cause not in full.causes:
-            full.causes.append(cause)
+        full.causes += [cause for cause in causes if cause not in full.causes]
         return full, vector
 
     def displace(self, feature: Displacement) -> None:
@@ -185,6 +184,7 @@ def excitation_lines(train: Train, structure: Structure, model: FullModel) -> tu
         _add_load(lines, load, train)
     for ripple in train.ripples:
         lines.ripple(ripple)
+    _add_passing(lines, model)
     gravity, masses = np.array(train.gravity), model.mass[:, 0]
     if any(train.gravity):
         for i, body in enumerate(train.bodies):
@@ -201,6 +201,24 @@ def excitation_lines(train: Train, structure: Structure, model: FullModel) -> tu
             full, spun = lines.at(Fraction(0), load, f"stages.{train.bodies[part.body].member}.elastic")
             full.force[2][part.columns] += spun
     return tuple(_line(frequency, full, structure, model) for frequency, full in sorted(lines.by_frequency.items()))
+
+
+def _add_passing(lines: _Lines, model: FullModel) -> None:
+    """Add the forces of errors of links that pass a body: those at multiples of their tone beside each line."""
+    structure = lines.structure
+    rows = [(i, row) for i, row in enumerate(structure.links) if row.wave is not None]
+    for frequency, full in list(lines.by_frequency.items()) if rows else ():
+        error = full.link - structure.link @ (model.S @ full.rigid)
+        forces: dict[Fraction, ComplexArray] = {}
+        for i, row in rows:
+            for order, wave in enumerate(row.wave if error[i] and row.wave is not None else (), start=1):
+                for amplitude, sense in ((error[i], 1), (error[i].conjugate(), -1)):
+                    at = order * row.tone + sense * frequency
+                    force = row.stiffness * wave * amplitude / 2 * structure.link[i]
+                    forces[at] = forces.get(at, np.zeros(structure.size, complex)) + force
+        for at, force in forces.items():
+            beside, amplitudes = lines.at(at, force, *full.causes)
+            beside.force[0] += amplitudes
 
 
 def unit_lines(train: Train, deviations: Sequence[Displacement | MeshError]) -> tuple[Line, ...]:

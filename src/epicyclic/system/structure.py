@@ -10,6 +10,7 @@ are those of `system.flank_laws` and `system.link_laws`.
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -24,7 +25,7 @@ from numpy.typing import NDArray
 from ..bodies.elastic_body import ElasticBody, about_z
 from ..errors import ModelError
 from ..teeth.form import PLAIN
-from ..train.rings import passing_bolts
+from ..train.rings import passing_links
 from ..train.train import DIRECTIONS, ContactSet, Link, Mesh, Train, bodies_named
 from ..warning_codes import CodedText, coded
 from .contact_sets import ContactSetLaw
@@ -56,8 +57,9 @@ class LinkRow(NamedTuple):
     """One direction of one link, or a spring of a body that bends.
 
     first, second : body indices, -1 = the frame.  law : it has one, see `law_groups`.  spring : name and stiffness
-    [N/m] of a spring by which a body bends or a foundation holds it.  share, drawn : how many of a link stand at its
-    place, and the name of one that is drawn, of the mean of bolts that pass.
+    [N/m] of a spring by which a body bends or a foundation holds it.
+    Of links that pass a body, `train.rings.PassingLinks`: share : how many stand at its place in the mean.  seat : the
+    link at the other body.  drawn : name of one that is drawn.  wave : (L,) of its stiffness, tone : [rev/s].
     """
 
     link: Link
@@ -67,7 +69,10 @@ class LinkRow(NamedTuple):
     law: bool
     spring: tuple[str, float] | None = None
     share: float = 1.0
+    seat: Link | None = None
     drawn: str = ""
+    wave: NDArray[np.complex128] | None = None
+    tone: Fraction = Fraction(0)
 
     @property
     def name(self) -> str:
@@ -238,37 +243,47 @@ def _turn(speeds: Mapping[str, Fraction] | None, name: str) -> Fraction:
 def _link_rows(train: Train, index: dict[str, int], frame_turn: tuple[Fraction, ...]) -> list[LinkRow]:
     """Rows of all directions in which a link is stiff or damps; frame_turn : (nb,) [rev/s]."""
     rows = []
-    for link, share, drawn in _standing(train):
-        first, second = index[link.first], -1 if link.second is None else index[link.second]
+    for one in _standing(train, index):
+        link, first, second = one.link, one.first, one.second
         lawful = _law_directions(link)
         lateral = any(link.stiffness[d] or d in lawful for d in (0, 1, 3, 4))
-        if second >= 0 and lateral and frame_turn[second] != frame_turn[first]:
+        if second >= 0 and lateral and one.wave is None and frame_turn[second] != frame_turn[first]:
             raise ModelError(
                 "joins bodies whose frames turn at different speeds: x, y, rx, ry would vary in time there",
                 path=link.path,
-                allowed="z and rz between such bodies",
+                allowed="z and rz between such bodies; or one of them bends and is axisymmetric",
             )
         for direction, (k, c) in enumerate(zip(link.stiffness, link.damping, strict=True)):
             if k != 0.0 or c != 0.0 or direction in lawful:
-                rows.append(LinkRow(link, direction, first, second, direction in lawful, None, share, drawn))
+                rows.append(one._replace(direction=direction, law=direction in lawful))
     return rows
 
 
-def _standing(train: Train) -> Iterator[tuple[Link, float, str]]:
-    """Links that stand in the axes of their bodies, how many stand at each place, and the name of one that is drawn.
+def _standing(train: Train, index: dict[str, int]) -> Iterator[LinkRow]:
+    """Links that stand in the axes of their bodies, as one row each.
 
-    Bolts that pass a body that bends have a stiffness that varies; its mean over the turn is that of enough evenly
-    spaced ones of the same sum.  A share of a bolt there has the force of a whole one.
+    Those that pass a body stand at evenly spaced places of it, with their mean stiffness and its wave.  A share of a
+    link there has the force of a whole one.
     """
-    groups = passing_bolts(train.links, train.bodies, train.kinematics)
+    groups = passing_links(train.links, train.bodies, train.kinematics)
     passing = {link.name for group in groups for link in group.links}
-    yield from ((link, 1.0, link.name) for link in train.links if link.name not in passing)
-    for bolts, places, _ in groups:
-        one, radius = bolts[0], math.hypot(*bolts[0].centre)
-        for angle in (math.tau * np.arange(places) / places).tolist():
-            name = f"{one.name.rpartition('/')[0]}/{round(math.degrees(angle), 1):g} deg"
-            centre = (radius * math.cos(angle), radius * math.sin(angle))
-            yield replace(one, name=name, centre=centre, angle=angle), len(bolts) / places, one.name
+    for link in train.links:
+        if link.name not in passing:
+            second = -1 if link.second is None else index[link.second]
+            yield LinkRow(link, 0, index[link.first], second, False, drawn=link.name)
+    for group in groups:
+        one, share = group.links[0], len(group.links) / group.places
+        second = -1 if one.second is None else index[one.second]
+        for number, wave in enumerate(group.series):
+            turn = math.tau * number / group.places
+            centre = complex(*one.centre) * cmath.exp(1j * turn)
+            angle = (one.angle + turn) % math.tau
+            name = one.name if one.second is not None else one.name.rpartition("/")[0]
+            name = f"{name}/{round(math.degrees(angle), 1):g} deg"
+            placed = replace(one, name=name, centre=(centre.real, centre.imag), angle=angle)
+            ends = (replace(one, name=name), placed) if group.second else (placed, one)
+            row = LinkRow(ends[0], 0, index[one.first], second, False, share=share, seat=ends[1], drawn=one.name)
+            yield row._replace(wave=wave, tone=group.tone)
 
 
 def _law_directions(link: Link) -> tuple[int, ...]:
@@ -385,21 +400,22 @@ def _round(matrix: Array) -> bool:
 
 def _link_matrix(rows: list[LinkRow], origins: Array, axes: Array, elastic: Sequence[ElasticPart]) -> Array:
     """Rows (p, N) of links; origins : (nb, 3) [m] and axes : (nb,) [rad] of the bodies."""
-    angle = np.array([row.link.angle for row in rows])
     direction = np.array([row.direction for row in rows], np.int64)
-    axis, rotation = direction % 3, direction >= 3
-    normal = np.zeros((len(rows), 3))
-    c, s = np.cos(angle), np.sin(angle)
-    normal[:, 0] = np.where(axis == 0, c, np.where(axis == 1, -s, 0.0))
-    normal[:, 1] = np.where(axis == 0, s, np.where(axis == 1, c, 0.0))
-    normal[:, 2] = axis == 2
-    point = np.array([(*row.link.centre, row.link.station) for row in rows]).reshape(-1, 3)
-    first = np.array([row.first for row in rows], np.int64)
-    own = body_rows(first, normal, point - origins[first], axes, elastic, rotation)
-    joins = np.flatnonzero([row.second >= 0 for row in rows])
+
+    def side(some: Sequence[int], links: Sequence[Link], body: NDArray[np.int64]) -> Array:
+        """Rows of some links at one of their bodies."""
+        angle, axis = np.array([link.angle for link in links]), direction[some] % 3
+        normal, (c, s) = np.zeros((len(links), 3)), (np.cos(angle), np.sin(angle))
+        normal[:, 0] = np.where(axis == 0, c, np.where(axis == 1, -s, 0.0))
+        normal[:, 1] = np.where(axis == 0, s, np.where(axis == 1, c, 0.0))
+        normal[:, 2] = axis == 2
+        point = np.array([(*link.centre, link.station) for link in links]).reshape(-1, 3)
+        return body_rows(body, normal, point - origins[body], axes, elastic, direction[some] >= 3)
+
+    every, joins = list(range(len(rows))), [i for i, row in enumerate(rows) if row.second >= 0]
+    own = side(every, [row.link for row in rows], np.array([row.first for row in rows], np.int64))
     second = np.array([rows[i].second for i in joins], np.int64)
-    lever = point[joins] - origins[second]
-    own[joins] -= body_rows(second, normal[joins], lever, axes, elastic, rotation[joins])
+    own[joins] -= side(joins, [rows[i].seat or rows[i].link for i in joins], second)
     # a share of a spring has the force of a whole one: its row, and so its load, is the share
     own *= np.array([row.share for row in rows])[:, None]
     return own

@@ -24,7 +24,7 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import lru_cache
 from html import escape
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -162,6 +162,37 @@ class LinkRows:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PassingRows:
+    """What varies in the stiffness of links that pass a body, beside the mean that K and the links hold.
+
+    K(t) = K + B diag(Re sum_l wave[:, l-1] exp(2 pi i l s f t)) B^T with f of the tone of each row.
+
+    link : (r,) ``main/ring/support/bolts``.  B : (n, r).  wave : (r, L) complex [N/m].
+    tones : exact [Hz at s = 1].  tone : (r,) index into them.
+    """
+
+    link: tuple[str, ...]
+    B: Array
+    wave: ComplexArray
+    tones: tuple[Fraction, ...]
+    tone: NDArray[np.int64]
+
+
+class VaryingRows(NamedTuple):
+    """Rows with a stiffness that varies about its mean, v of them: those of the meshes, then those of links that pass.
+
+    B : (n, v).  wave : (v, L) complex [N/m].  tones : exact [Hz].  tone : (v,) index into them.
+    of : (v,) stage or link.
+    """
+
+    B: Array
+    wave: ComplexArray
+    tones: tuple[Fraction, ...]
+    tone: NDArray[np.int64]
+    of: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Line:
     """One spectral line of the excitation at one exact frequency, the complex sum of all its causes.
 
@@ -293,6 +324,7 @@ class System:
     euler : (n, n) terms s' E q on the left side while the speed changes; empty: none are known.
     spin_up : (n,) inertial load of the nominal motion per s', on the right side [N s]; empty: none is known.
     errors : rows of the transmission errors.  sensors : of the file.
+    passing : links that pass a body, for analyses whose stiffness varies in time; None: all have their mean.
     unscaled : paths of ripple at frequencies that do not follow the speed: see `require_scaling`.
     scaled : the lines without these, where there are any.
     locked : of a train that what is held locks the torque on every body that carries one [N m]; None: the train turns.
@@ -330,10 +362,21 @@ class System:
     bearings: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     errors: ErrorRows = field(default_factory=ErrorRows)
     sensors: SensorRows = field(default_factory=SensorRows)
+    passing: PassingRows | None = None
 
     def __post_init__(self) -> None:
         """Make the arrays read-only: what follows from a System is kept by its identity."""
-        parts = (self, self.dofs, self.meshes, self.links, self.far, self.errors, self.sensors, *self.groups)
+        parts = (
+            self,
+            self.dofs,
+            self.meshes,
+            self.links,
+            self.far,
+            self.errors,
+            self.sensors,
+            self.passing,
+            *self.groups,
+        )
         for part in (one for one in (*parts, *self.lines, *self.scaled) if one is not None):
             for name in part.__dataclass_fields__:
                 values = getattr(part, name)
@@ -384,6 +427,23 @@ class System:
     def laws(self) -> Laws:
         """Laws of the groups as arrays."""
         return stacked(self.groups)
+
+    @property
+    def varying(self) -> VaryingRows:
+        """Rows of the meshes and of links that pass a body, with what varies in their stiffness."""
+        meshes, passing = self.meshes, self.passing
+        wave = meshes.stiffness[:, None] * meshes.variation
+        if passing is None:
+            return VaryingRows(meshes.B, wave, self.tones, meshes.tone, meshes.stage)
+        width = max(wave.shape[1], passing.wave.shape[1])
+        waves = [np.pad(one, ((0, 0), (0, width - one.shape[1]))) for one in (wave, passing.wave)]
+        return VaryingRows(
+            np.concatenate([meshes.B, passing.B], axis=1),
+            np.concatenate(waves),
+            self.tones + passing.tones,
+            np.concatenate([meshes.tone, passing.tone + len(self.tones)]),
+            meshes.stage + passing.link,
+        )
 
     @property
     def error_rows(self) -> Array:

@@ -8,12 +8,13 @@ frequencies to 1.5 % up to h/R = 0.3 and n = 8.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..bodies.elastic_body import ElasticBody
 from ..bodies.thin_ring import ThinRing, order_compliances
@@ -122,12 +123,16 @@ def log_rings(
                 text = f"{seat}.radius: {1e3 * radius:.4g} mm"
                 text += f"; the ring has its centre line at {1e3 * body.elastic.radius:.4g} mm"
                 log.coded("bolts-off-ring", text)
-    for bolts in passing_bolts(links, bodies, kinematics):
-        text = (
-            f"{bolts.links[0].path}: {len(bolts.links)} bolts pass the axes of the stage and their mean over the turn"
-        )
-        text += f" is taken, forces are those of one bolt at {bolts.places} places that it passes"
-        log.coded("bolts-averaged", f"{text}; of their stiffness up to {bolts.varying:.2g} varies")
+    for passing in passing_links(links, bodies, kinematics):
+        one, count = passing.links[0], len(passing.links)
+        text = f"{one.path}: {count} bolts pass" if one.second is None else f"{one.name} passes"
+        text += f" the axes of the stage, a tone of {float(passing.tone):.4g} Hz with {passing.series.shape[1]} orders"
+        text += " for response, stability and transient; all else takes the mean over the turn"
+        if one.second is None:
+            text += f", of the stiffness up to {passing.varying:.2g} varies"
+        else:
+            text += ", in which only motions along and about the axis are joined"
+        log.coded("bolts-averaged", f"{text}; forces are those of one at {passing.places} places that it passes")
 
 
 def _left_out(body: Body, meshes: Sequence[Mesh]) -> float:
@@ -144,53 +149,114 @@ def _left_out(body: Body, meshes: Sequence[Mesh]) -> float:
 
 def passes(link: Link, body: Body, bodies: Sequence[Body], kinematics: Kinematics) -> bool:
     """Whether what is on the other side of a link of a body turns against the frame of the body."""
+    return _passing_speed(link, body, bodies, kinematics) != 0
+
+
+def _passing_speed(link: Link, body: Body, bodies: Sequence[Body], kinematics: Kinematics) -> Fraction:
+    """Speed [rpm] of what is on the other side of a link of a body, against the frame of the body."""
     other = link.second if link.first == body.name else link.first
     speed, frames = kinematics.speed or {}, kinematics.frame_speed or {}
     seat = Fraction(0) if other is None else Fraction(speed.get(next(b.member for b in bodies if b.name == other), 0))
-    return seat != Fraction(frames.get(body.frame, 0))
+    return seat - Fraction(frames.get(body.frame, 0))
 
 
-class PassingBolts(NamedTuple):
-    """Bolts that pass a body that bends and whose stiffness varies with their passing.
+class PassingLinks(NamedTuple):
+    """Links that pass a body, whose stiffness on it varies with their passing.
 
-    links : them.  places : how many evenly spaced ones have their mean.  varying : largest Fourier part K_l of their
-    stiffness on mean motion and waves of the body, per its mean K_0 (Frobenius norms) [1].
+    The product of two rows of an axisymmetric body is a trigonometric polynomial of the angle, of order 2 W where W is
+    its highest number of waves.  So P > 2 W + m evenly spaced places interpolate it exactly between m-th multiples of
+    the turn: n links stand for k_j(t) = n k/P (1 + Re sum_l series[j, l-1] exp(2 pi i l tone t)) at each place j.
+    Derived here.
+
+    links : of one stiffness that share the places.  second : whether the body is the second one of the link.
+    tone : exact [rev/s].  series : (P, L) relative [1].
+    varying : largest Fourier part K_l of the stiffness on mean motion and waves of the body, per its mean K_0
+        (Frobenius norms), 1 of links to another body [1].
     """
 
     links: list[Link]
-    places: int
+    second: bool
+    tone: Fraction
+    series: NDArray[np.complex128]
     varying: float
 
+    @property
+    def places(self) -> int:
+        """P."""
+        return len(self.series)
 
-def passing_bolts(links: Sequence[Link], bodies: Sequence[Body], kinematics: Kinematics) -> list[PassingBolts]:
-    """Bolts that pass axisymmetric bodies that bend; not those whose stiffness is constant, more than twice the waves.
 
-    Uneven ones are none of them: they are refused as beside a rigid body.
+def passing_links(links: Sequence[Link], bodies: Sequence[Body], kinematics: Kinematics) -> list[PassingLinks]:
+    """Bolts that pass axisymmetric bodies that bend, and links between bodies of two frames of which one bends.
+
+    Not those whose stiffness is constant: more even bolts in the housing than twice the waves, links along z and about
+    it.  Others beside rigid bodies are none of them: they are refused.
 
     Raises
     ------
-    ModelError : bolts that are rigid, or follow a table of force, where they pass.
+    ModelError : links that are rigid, follow a law or hold a body that turns against its frame, where they pass.
     """
+    groups: dict[tuple[str, str], list[tuple[Link, Body]]] = {}
+    by_name = {body.name: body for body in bodies}
+    for link in links:
+        body = _passed(link, by_name, bodies, kinematics)
+        if body is not None:
+            own = link.path if link.second is None else link.name
+            groups.setdefault((own, body.name), []).append((link, body))
     found = []
-    for body in bodies:
-        bending = body.bending
-        groups: dict[str, list[Link]] = {}
-        for link in links if bending is not None and bending.waves is not None else ():
-            if link.first == body.name and "/bolts/" in link.name and passes(link, body, bodies, kinematics):
-                groups.setdefault(link.path, []).append(link)
-        for path, bolts in groups.items():
+    for group in groups.values():
+        passing, body = [link for link, _ in group], group[0][1]
+        one, bending, rate = passing[0], body.bending, _passing_speed(passing[0], body, bodies, kinematics) / 60
+        _require_linear(one)
+        waves = 1 if bending is None else bending.waves or 1
+        turns = np.exp(1j * (np.array([link.angle for link in passing]) - one.angle))
+        sums = {m: complex((turns**m).mean()) for m in range(1, 2 * waves + 1)}
+        orders = [m for m, value in sums.items() if abs(value) > _EVEN]
+        if one.second is not None:
+            varying = 1.0
+        else:
             assert bending is not None
-            assert bending.waves is not None
-            if bolts[0].curves or not all(map(math.isfinite, bolts[0].stiffness)):
-                problem = "turn against the axes of the stage and are rigid, or follow a table"
-                allowed = "radial, tangential and z as finite stiffnesses, or a rigid body"
-                raise ModelError(problem, path=path, allowed=allowed)
-            turns = np.exp(1j * np.array([bolt.angle for bolt in bolts]))
-            even = max(abs((turns**n).sum()) for n in (1, 2)) < _EVEN * len(bolts)
-            varying = _varying_share(bending, bending.waves, bolts, bolts[0].station - body.station) if even else 0.0
-            if varying > _EVEN:
-                found.append(PassingBolts(bolts, 2 * bending.waves + 1, varying))
+            varying = _varying_share(bending, waves, passing, one.station - body.station)
+        if varying <= _EVEN:
+            continue
+        places, step = 2 * waves + max(orders) + 1, math.gcd(*orders)
+        series = np.zeros((places, max(orders) // step), complex)
+        for m in orders:
+            wave = 2 * sums[m] * np.exp(-2j * np.pi * m * np.arange(places) / places)
+            series[:, m // step - 1] = wave if rate > 0 else wave.conj()
+        found.append(PassingLinks(passing, one.second == body.name, abs(rate) * step, series, varying))
     return found
+
+
+def _passed(link: Link, by_name: Mapping[str, Body], bodies: Sequence[Body], kinematics: Kinematics) -> Body | None:
+    """The axisymmetric body that a link passes; None where its stiffness is constant, or no body of it bends."""
+    ends = [by_name[name] for name in (link.first, link.second) if name is not None]
+    lateral = any(link.stiffness[d] for d in (0, 1, 3, 4))
+    if not lateral or all(body.bending is None for body in ends) or (len(ends) == 1 and "/bolts/" not in link.name):
+        return None
+    speed, frames = kinematics.speed or {}, kinematics.frame_speed or {}
+    for body, other in zip(ends, [*ends[1:], *ends[:1]] if len(ends) == 2 else [None], strict=True):
+        bending = body.bending
+        axisymmetric = body.branch is None if bending is None else bending.waves is not None
+        # the axes of the link are those of the other body, which has to stand still in its frame
+        still = other is None or Fraction(speed.get(other.member, 0)) == Fraction(frames.get(other.frame, 0))
+        if axisymmetric and still and passes(link, body, bodies, kinematics):
+            return body
+    return None
+
+
+def _require_linear(link: Link) -> None:
+    """Refuse a link that passes a body and has no constant finite stiffness of its own."""
+    law = link.curves or link.contacts or link.clearance or link.exponent != 1.0 or link.friction
+    if law or not all(map(math.isfinite, link.stiffness)):
+        problem = "turn against the axes of the stage and are rigid, or follow a law"
+        allowed = (
+            "finite stiffnesses in all directions, without clearance, exponent, friction and table; or rigid bodies"
+        )
+        raise ModelError(problem, path=link.path, allowed=allowed)
+    if link.second is not None and any(link.damping):
+        problem = "has dampers between bodies of different frames, whose stiffness varies with their passing"
+        raise ModelError(problem, path=link.path, allowed="damping of the train, or of other links")
 
 
 def _varying_share(body: ElasticBody, waves: int, bolts: Sequence[Link], z: float) -> float:

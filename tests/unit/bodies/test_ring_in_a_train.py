@@ -251,7 +251,7 @@ def test_bolts_that_pass_stay_those_of_the_drawing() -> None:
     names = [link.name for link in train.links if "/bolts/" in link.name]
     assert names == [f"main/ring/support/bolts/{i}" for i in range(1, 7)]
     rows = [name for name in assemble(train).links.link if "/bolts/" in name]
-    assert len(dict.fromkeys(rows)) == 11
+    assert len(dict.fromkeys(rows)) == 17  # 2 W + m + 1 places, W = 5 and m = 6
     (tilt,) = [choice for choice in choices(train) if choice.path == "stages.main.ring.support.tilt"]
     assert f"{6 * 3e7 * RADIUS**2 / 2:.4g} N m/rad" in tilt.value  # n k_z r^2/2
 
@@ -356,12 +356,13 @@ def test_speeds_reach_the_modes_of_bodies_and_not_the_waves_of_a_ring() -> None:
 
 
 @pytest.mark.parametrize("places", [{"angles": "[0, 10, 20] deg"}, {"angles": "[0, 180] deg"}, {"count": 1}])
-def test_uneven_bolts_that_pass_are_refused_as_beside_a_rigid_ring(places: dict[str, object]) -> None:
+def test_uneven_bolts_that_pass_a_rigid_ring_are_refused(places: dict[str, object]) -> None:
     more = bolts(6)
     of_one = more["stages.main.ring.support"]["bolts"]
     more["stages.main.ring.support"]["bolts"] = {k: v for k, v in of_one.items() if k != "count"} | places
+    assert assemble(train_of(modes=5, more=more)).passing is not None
     with pytest.raises(ModelError, match="three or more equal bolts evenly spaced"):
-        assemble(train_of(modes=5, more=more))
+        assemble(load("lin1999-n4", more))
 
 
 def test_a_displaced_seat_moves_the_mean_of_passing_bolts_as_the_bolts() -> None:
@@ -370,7 +371,9 @@ def test_a_displaced_seat_moves_the_mean_of_passing_bolts_as_the_bolts() -> None
     loads = []
     for count in (12, 6):
         system = assemble(train_of(modes=5, more=bolts(count) | off))
-        (line,) = [line for line in system.lines if "deviations.main.ring.position" in line.causes]
+        lines = [line for line in system.lines if "deviations.main.ring.position" in line.causes]
+        assert [line.frequency for line in lines] == ([30] if count == 12 else [30, 150, 210])
+        line = lines[0]
         at = [i for i, name in enumerate(system.dofs.names) if name.startswith("main/ring")]
         loads.append(line.force[0][at])
     assert np.abs(loads[0]).max() == pytest.approx(6 * 1.5e7 * 20e-6, rel=1e-9)

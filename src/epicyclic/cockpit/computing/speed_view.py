@@ -19,7 +19,7 @@ from ...questions.modes.modal import bending_energy
 from ...questions.response import SweepOptions
 from ...questions.response.measures import force_extremes, mean
 from ...questions.response.response import Response, respond_part, response, response_parts, unstable_speeds
-from ...questions.response.spectra import force_signal, whole_mesh_signal
+from ...questions.response.spectra import force_signal, mesh_tones, whole_mesh_signal
 from ...questions.response.sweep_table import of_one_tone, resonance_forces, speeds_of
 from ...results.dataset import largest, ranked
 from ...show.series import ring_deflection
@@ -342,7 +342,7 @@ def speed_model(system: System) -> SpeedModel:
     if len(tones) <= _TOGETHER or not whole.system.meshes.variation.any():
         return SpeedModel(whole, (whole,))
     alone = []
-    for tone in tones:
+    for tone in mesh_tones(system):
         rows = np.array([system.tones[i] == tone for i in system.meshes.tone])
         alone.append(response(of_one_tone(system, tone, rows)))
     return SpeedModel(whole, tuple(alone))

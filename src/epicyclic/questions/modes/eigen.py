@@ -49,7 +49,8 @@ class Modal:
     The weight makes |y| the root of the strain energy, so that one residual norm serves soft and stiff modes alike.
     squared : (n,) omega_r^2 [rad^2/s^2], 0 of a rigid mode.  rigid : (n,) bool.
     shapes : (n, n) Phi / weight: q = shapes @ y.  forces : (n, n) weight * Phi^T: y-row force = forces @ F.
-    gaps : (m, n) B^T shapes: mesh gap of y.  pulls : (m, n) weight * Phi^T B, transposed: force of a mesh on y rows.
+    gaps : (v, n) B^T shapes: gap of y of `System.varying`, the meshes first.  pulls : (v, n) weight * Phi^T B,
+        transposed: force of such a row on y rows.
     damping : (n,) 2 zeta_r omega_r plus the modal diagonal of the given dampers [1/s].
     coupling : transposed (n, n) operators G, Kg, Cskew and the off-diagonal part of C; absent where they are zero.
     """
@@ -190,7 +191,7 @@ def modal_form(system: System) -> Modal:
     omega = np.sqrt(squared)
     weight = modal_weights(squared, rigid)
     shapes, forces = modes / weight, weight[:, None] * modes.T
-    B = system.meshes.B
+    B = system.varying.B
     gaps, pulls = B.T @ shapes, (forces @ B).T
     # A rigid mode strains no mesh: what is left is rounding, which 1/omega^2 of a slow shaft order would blow up.
     gaps[:, rigid] = pulls[:, rigid] = 0.0

@@ -91,7 +91,8 @@ class LineLabels:
 
     def label(self, origin: Origin) -> str:
         """Label of a line: ``2 x mesh + sun run-out - 3 x carrier``."""
-        terms = [(count, f"{abs(count)} x {self._mesh(j)}") for j, count in enumerate(origin.mesh)]
+        names = self.lines.names(self.system)
+        terms = [(count, f"{abs(count)} x {names[j]}") for j, count in enumerate(origin.mesh)]
         if origin.shaft >= 0:
             terms.append((origin.sign, self.shaft_names[origin.shaft]))
         terms.append((origin.carrier, f"{abs(origin.carrier)} x carrier"))
@@ -105,9 +106,10 @@ class LineLabels:
         """Family of a line, the one word for its cause.  faulty : the line is hardly there without deviations."""
         if origin.shaft >= 0:
             return self.shaft_names[origin.shaft]
-        others = [self._mesh(j) for j, count in enumerate(origin.mesh) if count and j != self.own]
-        if others:
-            return f"{others[0]} of another stage"
+        meshes = len(self.lines.mesh_tones)
+        for j, count in enumerate(origin.mesh):
+            if count and j != self.own:
+                return f"{self.lines.names(self.system)[j]}{' of another stage' if j < meshes else ''}"
         order = origin.mesh[self.own]
         if self._passes(origin):
             return MEAN if order == 0 else PASSING if origin.carrier else MESH
@@ -163,12 +165,6 @@ class LineLabels:
         forwards = 1 if self.position.turn > 0 else -1
         # planet n meshes z_ring psi_n / 2 pi cycles earlier, the other way round where the ring's teeth come forwards
         return (-origin.mesh[self.own] * teeth + forwards * origin.carrier) % count == 0
-
-    def _mesh(self, tone: int) -> str:
-        """Name of a tone."""
-        if len(self.lines.tones) == 1:
-            return "mesh"
-        return f"{self.lines.stages(self.system)[tone]} mesh"
 
     def _shaft_word(self, shaft: Shaft, path: str) -> str:
         """``deviations.main.sun.run_out`` -> ``sun run-out``, with the order where it is not the first."""

@@ -35,7 +35,7 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
-from ...system.system import Array, ComplexArray, Index, System
+from ...system.system import Array, ComplexArray, Index, System, VaryingRows
 from ..modes.eigen import Modal
 from .lattice import Kernel, product, stiffness_series, to_complex, to_real, truncated_product
 
@@ -208,6 +208,8 @@ def _lightly_damped(modal: Modal) -> NDArray[np.bool_]:
 
 # Products with D^-1 alone, where tones are several, before the block takes over.
 _TRIAL = 16
+# Vectors before a restart with the block: shorter cycles stall where links that pass couple what they hold.
+_LONG = 200
 # Coordinates in the block: those that the variation moves by more than this part of themselves at once.  On a planetary
 # and a helical stage (53 coordinates, 1285 lattice points) 0.3 takes 94 to 132 products, 0.2 takes 61 to 78 with blocks
 # up to twice as large.
@@ -328,7 +330,8 @@ def solve(
     y, residual, scale, calls = _batched(balance, guess)
     uncertainty = _sharpen(balance, y, residual, scale)
     P, _, J, n = y.shape
-    gap = (modal.gaps @ y.reshape(-1, n).T).reshape(-1, P, 2 * J) - error
+    m, gap = len(error), (modal.gaps @ y.reshape(-1, n).T).reshape(-1, P, 2 * J)
+    gap[:m] -= error
     # without errors sums of rows tell how large the response to them is; the last solution alone needs the force of all
     whole = bool(error.any()) or kernel.joined is kernel.axes
     rows = slice(None) if whole else kernel.distinct
@@ -336,14 +339,14 @@ def solve(
     truncation_residual = _truncation_residual(modal.pulls[rows], modal, kernel, batch, truncated_force)
     return HarmonicSolution(
         y=y,
-        gap=gap,
+        gap=gap[:m],
         frequency=batch.frequency,
         residual=residual,
         truncation_residual=truncation_residual / scale[:, None],
         scale=scale,
         calls=calls,
         uncertainty=uncertainty,
-        truncated_force=truncated_force if whole else None,
+        truncated_force=truncated_force[:m] if whole and truncated_force is not None else None,
     )
 
 
@@ -374,7 +377,8 @@ def _batched(balance: _Balance, start: Guess | None) -> tuple[Array, Array, Arra
         block = resonant_block(balance.system, balance.modal, balance.kernel, balance.batch.frequency[p]) or np.asarray
         right, rows = balance.of([p]).preconditioned()
         target = tolerance * scale[[p]]
-        more, rest, used = gmres(lambda x: rows(block(x)), right - rows(y[[p]]), target=target)  # noqa: B023
+        step = right - rows(y[[p]])
+        more, rest, used = gmres(lambda x: rows(block(x)), step, target=target, basis=_LONG)  # noqa: B023
         calls += used
         if rest[0] < left[p]:
             y[p], left[p] = y[p] + block(more)[0], rest[0]
@@ -485,7 +489,7 @@ def _right(system: System, modal: Modal, kernel: Kernel, batch: Batch, error: Ar
         rate = meshes.damping[:, None, None] * batch.frequency
         pulled[:, :, :J] -= rate * error[:, :, J:]
         pulled[:, :, J:] += rate * error[:, :, :J]
-    result: Array = force + _pull(modal.pulls, pulled)
+    result: Array = force + _pull(modal.pulls[: len(error)], pulled)
     return result
 
 
@@ -529,7 +533,7 @@ def resonant_block(system: System, modal: Modal, kernel: Kernel, frequency: Arra
     -------
     A function (1, 2 J n) -> (1, 2 J n) of the preconditioned rows of the balance; None where no coordinate is resonant.
     """
-    waves = [_waves(system, modal, axis.meshes) for axis in kernel.axes]
+    waves = [_waves(system.varying, modal, axis.meshes) for axis in kernel.axes]
     w = frequency[:, None]
     D = modal.squared - w**2 + 1j * w * modal.damping
     inverse = np.divide(1.0, D, out=np.zeros_like(D), where=D != 0)
@@ -564,10 +568,10 @@ def resonant_block(system: System, modal: Modal, kernel: Kernel, frequency: Arra
     return solve
 
 
-def _waves(system: System, modal: Modal, meshes: Index) -> ComplexArray:
-    """Couplings of coordinates by each harmonic -L .. L of the stiffness of `meshes` (m_j,), (2 L + 1, n, n)."""
-    L = system.meshes.variation.shape[1]
-    series = stiffness_series(system, meshes, L, reach=L)
+def _waves(rows: VaryingRows, modal: Modal, meshes: Index) -> ComplexArray:
+    """Couplings of coordinates by each harmonic -L .. L of the stiffness of rows `meshes` (m_j,), (2 L + 1, n, n)."""
+    L = rows.wave.shape[1]
+    series = stiffness_series(rows, meshes, L, reach=L)
     pulls, gaps = modal.pulls[meshes], modal.gaps[meshes]
     waves: ComplexArray = np.array([(pulls.T * wave) @ gaps for wave in series.T])
     return waves

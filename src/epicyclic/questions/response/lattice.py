@@ -26,7 +26,7 @@ import scipy.fft
 import scipy.linalg
 from numpy.typing import NDArray
 
-from ...system.system import Array, ComplexArray, Index, System
+from ...system.system import Array, ComplexArray, Index, VaryingRows
 
 Point = tuple[int, ...]
 Integers = NDArray[np.object_]
@@ -318,12 +318,12 @@ class Kernel:
     distinct: Index
 
 
-def kernel(system: System, tone: Index, harmonics: tuple[int, ...], cross: int, *, mirrored: bool) -> Kernel:
-    """Convolution matrices of the mesh stiffness variation.
+def kernel(rows: VaryingRows, tone: Index, harmonics: tuple[int, ...], cross: int, *, mirrored: bool) -> Kernel:
+    """Convolution matrices of the stiffness variation of meshes, and of links that pass a body.
 
     Parameters
     ----------
-    tone : (m,) axis of each mesh.  harmonics : of each tone (D,).  cross : largest |a_1| + .. + |a_D| of a combination.
+    tone : (v,) axis of each row.  harmonics : of each tone (D,).  cross : largest |a_1| + .. + |a_D| of a combination.
     mirrored : harmonics of a real signal, at a . f; else around a shaft frequency.
     """
     lattice = kept_points(harmonics, cross, mirrored=mirrored)
@@ -331,14 +331,14 @@ def kernel(system: System, tone: Index, harmonics: tuple[int, ...], cross: int, 
     bundles = [bundle(lattice, j) for j in range(D)]
     lengths = []  # harmonics of the stiffness of the meshes of each tone
     for j in range(D):
-        used = np.flatnonzero(np.any(system.meshes.variation[tone == j] != 0, axis=0))
+        used = np.flatnonzero(np.any(rows.wave[tone == j] != 0, axis=0))
         lengths.append(int(used[-1]) + 1 if used.size else 0)
     truncated = _truncated_points(lattice, bundles, lengths)
     axes = tuple(
-        _axis(system, np.flatnonzero(tone == j), lengths[j], lattice, bundles[j], truncated, j) for j in range(D)
+        _axis(rows, np.flatnonzero(tone == j), lengths[j], lattice, bundles[j], truncated, j) for j in range(D)
     )
     several = np.count_nonzero(truncated, axis=1) != 1
-    distinct, weight = _distinct_rows(system.meshes.B, tone)
+    distinct, weight = _distinct_rows(rows.B, tone)
     return Kernel(
         lattice=lattice,
         truncated=truncated,
@@ -400,13 +400,13 @@ def _truncated_points(lattice: Lattice, bundles: Sequence[Bundle], lengths: Sequ
     return np.array(list(truncated), dtype=np.int64).reshape(-1, lattice.tones)
 
 
-def _axis(system: System, meshes: Index, L: int, lattice: Lattice, lines: Bundle, truncated: Index, j: int) -> Axis:
+def _axis(rows: VaryingRows, meshes: Index, L: int, lattice: Lattice, lines: Bundle, truncated: Index, j: int) -> Axis:
     """Convolution matrices of the meshes (m_j,) of axis j, towards the points kept and the truncated ones (T, D).
 
     L : harmonics of their stiffness.
     """
     H, half = (len(lattice.own[j]) - 1) // (1 if lattice.mirrored else 2), lines.take.shape[1] // 2
-    series = stiffness_series(system, meshes, L, reach=2 * max(H, half) + L)
+    series = stiffness_series(rows, meshes, L, reach=2 * max(H, half) + L)
     upper = np.arange(H + 1, H + L + 1)
     own = np.arange(0 if lattice.mirrored else -H, H + 1)
     own_truncated = upper if lattice.mirrored else np.concatenate([-upper[::-1], upper])
@@ -433,9 +433,9 @@ def _axis(system: System, meshes: Index, L: int, lattice: Lattice, lines: Bundle
     return Axis(meshes, kept, beyond)
 
 
-def stiffness_series(system: System, meshes: Index, L: int, *, reach: int) -> ComplexArray:
+def stiffness_series(rows: VaryingRows, meshes: Index, L: int, *, reach: int) -> ComplexArray:
     """Two-sided harmonics -reach .. reach of k - k0, (m_j, 2 reach + 1) [N/m]."""
-    half = system.meshes.stiffness[meshes, None] * system.meshes.variation[meshes, :L] / 2
+    half = rows.wave[meshes, :L] / 2
     series = np.zeros((len(meshes), 2 * reach + 1), complex)
     series[:, reach + 1 : reach + 1 + L] = half
     series[:, reach - L : reach] = half[:, ::-1].conj()
@@ -495,7 +495,7 @@ def _convolution(series: ComplexArray, given: Index, wanted: Index, *, mirrored:
 
 
 def product(kernel: Kernel, gap: Array, *, joined: bool = False) -> Array:
-    """(k(t) - k0) gap(t) at the points kept: gap (m, P, 2 J) [m] to (m, P, 2 J) [N].
+    """(k(t) - k0) gap(t) at the points kept: gap (m, P, 2 J) [m] to (m, P, 2 J) [N], of the first rows or of all.
 
     joined : of the `distinct` gaps (r, P, 2 J) to the sums of the forces of their rows.
     """
@@ -515,7 +515,8 @@ def _product(parts: Sequence[tuple[Index, Convolution]], gap: Array, out: Array)
         only: Array = np.matmul(gap, parts[0][1].own_matrix)
         return only
     for meshes, through in parts:
-        out[meshes] = _convolved(gap[meshes], through)
+        if meshes.size and meshes[-1] < len(gap):
+            out[meshes] = _convolved(gap[meshes], through)
     return out
 
 

@@ -499,9 +499,9 @@ def periodic(
 def periodic_by_tone(
     system: System, *, relative_speed: float = 1.0, samples: int | None = None, tolerance: float = TOLERANCE
 ) -> tuple[Periodic, ...]:
-    """The steady response once over the mesh cycle of each tone, that of the first mesh first; as `periodic`."""
+    """The steady response over the cycle of each mesh frequency, that of the first mesh first; as `periodic`."""
     ready, block = solve_speed(system, relative_speed, tolerance)
-    return tuple(_over_phase(ready, block, axis, samples, tolerance) for axis in range(len(ready.lines.tones)))
+    return tuple(_over_phase(ready, block, axis, samples, tolerance) for axis in range(len(ready.lines.mesh_tones)))
 
 
 def _over_phase(ready: Response, block: Block, axis: int, samples: int | None, tolerance: float) -> Periodic:
@@ -540,7 +540,9 @@ def _other_lines(ready: Response, force: Spectrum, motion: Spectrum, axis: int, 
     """
     pushed, moved = envelopes(force, axis, theta), envelopes(motion, axis, theta)
     known = {(s, *rest): i for i, (s, rest) in enumerate(zip(moved.shaft.tolist(), moved.rests.tolist(), strict=True))}
-    stages = list(zip(ready.lines.axis.tolist(), ready.system.meshes.stage, strict=True))
+    stages = [f"{stage} mesh" for stage in ready.system.meshes.stage]
+    words = stages + [f"{link} passing" for link in ready.system.varying.of[len(stages) :]]
+    followers = list(zip([*ready.lines.axis.tolist(), *ready.lines.passing.tolist()], words, strict=True))
     lines = []
     for i, (s, rest) in enumerate(zip(pushed.shaft.tolist(), pushed.rests.tolist(), strict=True)):
         frequency = sum((a * tone for a, tone in zip(rest, ready.lines.tones, strict=True)), Fraction(0))
@@ -548,7 +550,7 @@ def _other_lines(ready: Response, force: Spectrum, motion: Spectrum, axis: int, 
             shaft = ready.lines.shaft[s]
             frequency, causes = frequency + shaft.frequency, shaft.causes
         else:
-            causes = tuple(dict.fromkeys(f"{stage} mesh" for tone, stage in stages if rest[tone]))
+            causes = tuple(dict.fromkeys(word for tone, word in followers if rest[tone]))
         force_wave, wave = pushed.values[:, 0, i], np.zeros((moved.values.shape[0], theta.size), complex)
         if (s, *rest) in known:
             wave = moved.values[:, 0, known[s, *rest]]

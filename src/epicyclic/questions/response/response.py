@@ -81,7 +81,8 @@ class Response:
         key = (truncation, shifted)
         if key not in self.kernels:
             *harmonics, cross = truncation
-            self.kernels[key] = kernel(self.system, self.lines.axis, tuple(harmonics), cross, mirrored=not shifted)
+            axis = np.concatenate([self.lines.axis, self.lines.passing])
+            self.kernels[key] = kernel(self.system.varying, axis, tuple(harmonics), cross, mirrored=not shifted)
         return self.kernels[key]
 
     def exact_frequencies(self, truncation: Truncation, *, shifted: bool) -> tuple[Integers, int]:
@@ -170,6 +171,8 @@ def response(system: System, *, frame_speed: FrameSpeed = "kinematic", asks_laws
     ModelError : no damping; no mesh frequency; torques that do not balance.
     """
     mean = linear(system, asks_laws=asks_laws, floating=asks_laws)
+    if asks_laws and mean.passing is not None:  # its methods know the mesh frequencies alone
+        mean = replace(mean, passing=None)
     modal = modal_form(mean)
     lines = excitation(mean, modal)
     return Response(system=mean, lawful=system, modal=modal, lines=lines, frame_speed=frame_speed)
@@ -230,7 +233,7 @@ def _among(index: Index, some: Index) -> NDArray[np.bool_]:
 def initial_truncation(ready: Response) -> Index:
     """Initial harmonics of each tone and cross order, (D + 1,)."""
     several = len(ready.lines.tones) > 1
-    combined = _CROSS if several and ready.system.meshes.variation.any() else 0
+    combined = _CROSS if several and ready.system.varying.wave.any() else 0
     harmonics = [max(12 if several else 8, highest) for highest in ready.lines.highest]
     return np.array([*harmonics, combined], dtype=np.int64)
 

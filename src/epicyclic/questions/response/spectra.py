@@ -62,14 +62,16 @@ class Shaft:
 class LineExcitation:
     """Lines by kind.
 
-    tones : (D,) mesh frequencies [Hz] at the operating speed, that of the first mesh first.
-    axis : (m,) index of the tone of each mesh row.
+    tones : (D,) mesh frequencies [Hz] at the operating speed, that of the first mesh first, then those of links that
+        pass a body.
+    axis : (m,) index of the tone of each mesh row.  passing : (r,) the same of these links.
     mesh : (lattice point, line) of each line at an integer multiple of a tone, 0 included.  shaft : the others,
         grouped.
     """
 
     tones: tuple[Fraction, ...]
     axis: NDArray[np.int64]
+    passing: NDArray[np.int64]
     mesh: tuple[tuple[Point, Line], ...]
     shaft: tuple[Shaft, ...]
 
@@ -79,9 +81,20 @@ class LineExcitation:
         return self.tones[0]
 
     def stages(self, system: System) -> list[str]:
-        """Stage of each tone, that of its first mesh, (D,)."""
-        axes = self.axis.tolist()
-        return [system.meshes.stage[axes.index(axis)] for axis in range(len(self.tones))]
+        """Stage of each tone, that of its first mesh, or link that passes a body, (D,)."""
+        axes = [*self.axis.tolist(), *self.passing.tolist()]
+        return [system.varying.of[axes.index(axis)] for axis in range(len(self.tones))]
+
+    @property
+    def mesh_tones(self) -> tuple[Fraction, ...]:
+        """Those of the tones that meshes follow [Hz]."""
+        return self.tones[: int(self.axis.max()) + 1]
+
+    def names(self, system: System) -> list[str]:
+        """Name of each tone (D,): ``mesh``, ``main mesh`` of several, ``main/ring/support/bolts passing``."""
+        stages, count = self.stages(system), len(self.mesh_tones)
+        meshes = ["mesh"] if count == 1 else [f"{stage} mesh" for stage in stages[:count]]
+        return meshes + [f"{link} passing" for link in stages[count:]]
 
     def solved_together(self, *, shifted: bool) -> list[list[PlacedLine]]:
         """Groups of lines that share a solution: one of all mesh orders, or (`shifted`) one a shaft frequency.
@@ -112,12 +125,15 @@ def excitation(system: System, modal: Modal) -> LineExcitation:
     """
     system.require_turning()
     require_damping(system)
-    tones = mesh_tones(system)
+    tones, passing = mesh_tones(system), system.passing
+    first = len(tones)
+    tones += () if passing is None else passing.tones
     points = [(_multiple(tones, line.frequency), line) for line in system.lines]
     _require_balance(system, modal)
     return LineExcitation(
         tones=tones,
         axis=np.array([tones.index(system.tones[i]) for i in system.meshes.tone], dtype=np.int64),
+        passing=np.zeros(0, np.int64) if passing is None else first + passing.tone,
         mesh=tuple((point, line) for point, line in points if point is not None),
         shaft=_grouped(tones, [line for point, line in points if point is None]),
     )
@@ -532,7 +548,7 @@ def combinations(
 
 def alias_free_samples(ready: Response, harmonics: int) -> int:
     """Samples of a mesh cycle that hold so many harmonics of the force and their square without aliasing."""
-    return 2 * (harmonics + int(ready.system.meshes.variation.shape[1])) + 1
+    return 2 * (harmonics + int(ready.system.varying.wave.shape[1])) + 1
 
 
 def peak(values: Array) -> Array:

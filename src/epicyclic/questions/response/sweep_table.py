@@ -260,7 +260,8 @@ def of_one_tone(system: System, tone: Fraction, driven: NDArray[np.bool_]) -> Sy
     """A System of one mesh frequency: the meshes (m,) that are not driven by it keep their mean stiffness."""
     meshes = system.meshes
     variation = np.where(driven[:, None], meshes.variation, 0)
-    return replace(system, tones=(tone,), meshes=replace(meshes, tone=np.zeros_like(meshes.tone), variation=variation))
+    meshes = replace(meshes, tone=np.zeros_like(meshes.tone), variation=variation)
+    return replace(system, tones=(tone,), meshes=meshes, passing=None)
 
 
 _BOUND = "bound of the largest radial force in a bearing or support, over all phases of the mesh frequencies"
@@ -338,7 +339,7 @@ def empty_table(ready: Response, count: int, *, orders: int, shafts: bool, harmo
     """
     system, lines = ready.system, ready.lines
     face, dofs = faces(system.meshes), system.dofs
-    reported = reported_lines(lines, lines.stages(system), orders=orders, shafts=shafts)
+    reported = reported_lines(lines, lines.names(system), orders=orders, shafts=shafts)
     layout = Layout(
         axis=lines.axis[face.first],
         radius=dofs.radius,
@@ -424,15 +425,14 @@ def with_bounds_named(result: xr.Dataset, tones: int) -> xr.Dataset:
     return result
 
 
-def reported_lines(lines: LineExcitation, stages: Sequence[str], *, orders: int, shafts: bool) -> dict[Fraction, str]:
+def reported_lines(lines: LineExcitation, names: Sequence[str], *, orders: int, shafts: bool) -> dict[Fraction, str]:
     """At most 32 combinations of several mesh frequencies, and at most 32 shaft lines around mesh orders.
 
     Exact frequency, rising [Hz at the operating speed] -> label: cause, and the mesh orders it is shifted by.
 
     With one tone its multiples are no combinations.  If the shaft lines alone are more, all of them are reported.
-    stages : (D,) name of each tone.  orders : highest mesh order reported.  shafts : whether shaft lines count.
+    names : (D,) of the tones.  orders : highest mesh order reported.  shafts : whether shaft lines count.
     """
-    names = ["mesh"] if len(lines.tones) == 1 else [f"{stage} mesh" for stage in stages]
     labels: dict[Fraction, str] = {}
     if len(lines.tones) > 1:
         labels = _shells_up_to_limit(lines, names, [("", Fraction(0))], range(1, orders + 1))
@@ -487,7 +487,7 @@ def speeds_of(ready: Response, options: SweepOptions) -> Array:
     natural = frequencies_of_bodies(ready.system)
     low, high = range_ends(speed_range or "operation", tone, natural)
     if speed_range != "modes":
-        tones = [float(tone) for tone in ready.lines.tones]
+        tones = [float(tone) for tone in ready.lines.mesh_tones]
         return _about_operation(ready.modal, tones, points or (_POINTS_OF_MANY_TONES if len(tones) > 2 else _POINTS))
     if not natural.size:
         return np.array([1.0])

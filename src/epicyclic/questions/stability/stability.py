@@ -140,8 +140,8 @@ def resonances(system: System, modal: Modal, tones: tuple[float, ...]) -> list[R
     pairs: list[Resonance] = []
     followed = np.array([float(system.tones[i]) for i in system.meshes.tone])
     for tone in tones:
-        meshes = followed == tone
-        stage = system.meshes.stage[int(np.argmax(meshes))]
+        meshes = np.flatnonzero(followed == tone)
+        stage = system.meshes.stage[int(meshes[0])]
         for order in np.flatnonzero(np.any(system.meshes.variation[meshes] != 0, axis=0)) + 1:
             k = system.meshes.stiffness[meshes] * system.meshes.variation[meshes, order - 1]
             D = (rows[meshes].T * k) @ rows[meshes]
@@ -439,7 +439,7 @@ def parametric_system(
     for name, factor in (("variation", variation), ("damping", damping)):
         if not 0 <= factor <= _MOST_FACTOR:
             raise ModelError("out of range", path=name, given=factor, allowed=f"a factor of 0 to {_MOST_FACTOR}")
-    tones = mesh_tones(system)
+    tones = mesh_tones(system) + (() if system.passing is None else system.passing.tones)
     system.require_inertia()
     system = linear(system)
     if variation != 1.0 or damping != 1.0:
@@ -453,11 +453,10 @@ def parametric_system(
             zeta=None if system.zeta is None else damping * system.zeta,
             meshes=meshes,
         )
-    meshes = system.meshes
-    varying = [bool(row.any()) for row in meshes.variation]
-    used = {system.tones[i] for i, varies in zip(meshes.tone, varying, strict=True) if varies} or {tones[0]}
+    rows = system.varying
+    used = {rows.tones[i] for i, wave in zip(rows.tone, rows.wave, strict=True) if wave.any()} or {tones[0]}
     common = Fraction(gcd(*(t.numerator for t in used)), lcm(*(t.denominator for t in used)))
-    orders = np.flatnonzero(np.any(meshes.variation != 0, axis=0))
+    orders = np.flatnonzero(np.any(rows.wave != 0, axis=0))
     return ParametricSystem(
         system=system,
         modal=modal_form(system),
@@ -551,10 +550,26 @@ def _point(ready: ParametricSystem, frequency: float) -> _Point:
 
 def _each_alone(ready: ParametricSystem) -> list[ParametricSystem]:
     """The System with each mesh frequency that varies alone, the other meshes at their mean stiffness."""
-    system, tone = ready.system, np.asarray(ready.system.meshes.tone)
+    system, tone, passing = ready.system, np.asarray(ready.system.meshes.tone), ready.system.passing
     varying = np.unique(tone[system.meshes.variation.any(axis=1)])
     alone = {system.tones[i]: of_one_tone(system, system.tones[i], tone == i) for i in varying}
-    return [replace(ready, system=single, tones=(f,), cycles=Fraction(1), fastest=1.0) for f, single in alone.items()]
+    if passing is not None:
+        for i, f in enumerate(passing.tones):
+            wave = np.where(passing.tone[:, None] == i, passing.wave, 0)
+            alone[f] = replace(of_one_tone(system, f, tone < 0), passing=replace(passing, wave=wave))
+    own = len(system.meshes.name)
+    still = replace(ready.modal, gaps=ready.modal.gaps[:own], pulls=ready.modal.pulls[:own])
+    return [
+        replace(
+            ready,
+            system=single,
+            modal=still if single.passing is None else ready.modal,
+            tones=(f,),
+            cycles=Fraction(1),
+            fastest=1.0,
+        )
+        for f, single in alone.items()
+    ]
 
 
 def _floquet_at(ready: ParametricSystem, frequency: float, steps: int) -> Floquet:
@@ -569,22 +584,22 @@ def _floquet_at(ready: ParametricSystem, frequency: float, steps: int) -> Floque
 
 
 def _stiffness_change(ready: ParametricSystem, steps: int) -> Array:
-    """Stiffness of every mesh less its mean at equal steps of the common period, (m, steps) [N/m]."""
-    meshes, steps_done = ready.system.meshes, np.arange(steps)
+    """Stiffness of every varying row less its mean at equal steps of the common period, (v, steps) [N/m]."""
+    rows, steps_done = ready.system.varying, np.arange(steps)
     # one turn in equal steps: a phase of many cycles is one of them, without the digits that whole turns would lose
     turn = 2 * np.pi / steps * steps_done
     turn = np.stack([np.cos(turn), -np.sin(turn)])
-    change = np.zeros((len(meshes.stiffness), steps))
-    for place, tone in enumerate(ready.system.tones):
-        followers = np.flatnonzero((np.asarray(meshes.tone) == place) & meshes.variation.any(axis=1))
+    change = np.zeros((len(rows.wave), steps))
+    for place, tone in enumerate(rows.tones):
+        followers = np.flatnonzero((np.asarray(rows.tone) == place) & rows.wave.any(axis=1))
         if not followers.size:
             continue
         # whole, for the period is one of all meshes that vary
         cycles = int(tone / ready.tones[0] * ready.cycles)
         waves = turn[:, np.outer(cycles * np.arange(1, ready.harmonics + 1), steps_done) % steps]
-        varying = meshes.variation[followers, : ready.harmonics]
-        change[followers] = np.hstack([varying.real, varying.imag]) @ waves.reshape(-1, steps)
-    return meshes.stiffness[:, None] * change
+        varying = rows.wave[followers, : ready.harmonics]
+        change[followers] = np.hstack([varying.real, varying.imag]) @ waves[:, : varying.shape[1]].reshape(-1, steps)
+    return change
 
 
 def _largest(solved: Floquet) -> float:
@@ -607,7 +622,7 @@ def predicted_combinations(ready: ParametricSystem, mesh_frequency: Array) -> li
     return combinations(
         ready.system,
         ready.modal,
-        tuple(float(tone) for tone in ready.tones),
+        tuple(map(float, mesh_tones(ready.system))),  # links that pass stand still in the housing: none of their own
         low=float(usable.min()),
         high=float(usable.max()),
         turning=ready.frame_speed == "kinematic",

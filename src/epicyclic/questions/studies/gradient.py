@@ -411,6 +411,9 @@ def force_derivatives(
     ModelError : no damping, no mesh frequency, a speed not above zero, frequencies that part from each other.
     ConvergenceError : an adjoint solution does not converge.
     """
+    if system.passing is not None:
+        problem = "links pass a body: their stiffness varies beside that of the meshes, no derivative"
+        raise ModelError(problem, path=system.passing.link[0], allowed="a study, which changes the value itself")
     ready, meshes = response(system), np.arange(len(faces(system.meshes).name))
     speed = np.atleast_1d(np.asarray(relative_speed, dtype=float))
     if not speed.size or not np.all(np.isfinite(speed) & (speed > 0)):

@@ -117,8 +117,8 @@ def _stiffness(N: Numbers, tau: float, turns: Array, k: Array) -> None:
 @_inlined
 def _instant_terms(
     N: Numbers, t: float, low: int, turns: Array, k: Array, cell: Index, e: Array, de: Array, push: Array
-) -> tuple[float, float]:
-    """Fill in k (F,) [N/m], errors e (M,) [m], rates de (M,) [m/s], modal force push (n,); returns s and s'.
+) -> tuple[float, float, float]:
+    """Fill in k (F,) [N/m], errors e (M,) [m], rates de (M,) [m/s], modal force push (n,); returns s, s' and tau.
 
     t is in the interval `low` of the program.  Of a row with a table cell (F,) is the first of its cubics and k the
     place in them [cycles].
@@ -162,12 +162,15 @@ def _instant_terms(
                 for i in range(n):
                     push[i] += power * (c * N.force[0, p, j, i] - w * N.force[1, p, j, i])
             power *= s
-    return s, rise
+    return s, rise, tau
 
 
 @_jit
-def _operators(N: Numbers, s: float, rise: float, operators: Array) -> None:
-    """Fill in the operators of rate, then of position (n or 2 n, n) that depend on the speed, transposed, negative."""
+def _operators(N: Numbers, s: float, rise: float, tau: float, operators: Array) -> None:
+    """Fill in the operators of rate, then of position (n or 2 n, n), transposed, negative.
+
+    They depend on the speed, and where links pass a body on the instant.
+    """
     n = N.squared.size
     for i in range(n):
         for j in range(n):
@@ -175,6 +178,11 @@ def _operators(N: Numbers, s: float, rise: float, operators: Array) -> None:
     for i in range(operators.shape[0] - n):
         for j in range(n):
             operators[n + i, j] = -s * s * N.stiff[0, i, j] - s * N.stiff[1, i, j] - rise * N.stiff[2, i, j]
+    for q in range(N.wave_at.size):
+        c, w = np.cos(TURN * N.wave_at[q] * tau), np.sin(TURN * N.wave_at[q] * tau)
+        for i in range(n):
+            for j in range(n):
+                operators[n + i, j] -= c * N.wave[0, q, i, j] - w * N.wave[1, q, i, j]
 
 
 @_jit
@@ -428,11 +436,13 @@ def _run(
     cell, whole = np.zeros(F, np.int64), np.empty((mesh.shape[0], 3))
     y1, v1, a = np.empty(n), np.empty(n), np.empty(n)
     dy, dv = np.empty(n), np.empty(n)
-    turning = bool(np.any(N.stiff) or np.any(N.damp))
-    operators = np.zeros(((2 * n if np.any(N.stiff) else n) if turning else 0, n))
-    z, varying = np.empty(operators.shape[0]), turning and bool(np.any(N.program.speed != N.program.speed[0]))
+    passing = N.wave_at.size > 0
+    positions, turning = passing or bool(np.any(N.stiff)), passing or bool(np.any(N.stiff) or np.any(N.damp))
+    operators = np.zeros(((2 * n if positions else n) if turning else 0, n))
+    z = np.empty(operators.shape[0])
+    varying = turning and (passing or bool(np.any(N.program.speed != N.program.speed[0])))
     if turning:
-        _operators(N, N.program.speed[0], 0.0, operators)
+        _operators(N, N.program.speed[0], 0.0, 0.0, operators)
     turns = np.empty((4, F))
     low = -1
     for number in range(done, done + count):
@@ -444,9 +454,9 @@ def _run(
             # a step begins with the terms with which the one before has ended, in one interval of the program
             if stage == 1 or stage == 3 or (stage == 0 and low != before):
                 at = t if stage == 0 else (middle if stage == 1 else end)
-                s, rise = _instant_terms(N, at, low, turns, k, cell, e, de, push)
+                s, rise, tau = _instant_terms(N, at, low, turns, k, cell, e, de, push)
                 if varying:
-                    _operators(N, s, rise, operators)
+                    _operators(N, s, rise, tau, operators)
             if stage == 0:
                 for i in range(n):
                     y1[i], v1[i] = y[i], v[i]

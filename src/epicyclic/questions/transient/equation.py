@@ -279,6 +279,7 @@ class Numbers(NamedTuple):
     """All arrays of the equation.  n coordinates; F flanks (m loaded, then the far ones); R rows of groups; M = F + R.
 
     squared, rate : (n,) omega_r^2, d_r.  damp : (n, n) transposed C, G (P, ..).  stiff : transposed Kg, Cskew, E.
+    wave_at : (Q,) [Hz] and wave : (2, Q, n, n) transposed, of links that pass a body.
     gaps : (n, M).  pulls : (M, n).  linear : (F,) k0 inside omega_r^2; the tangents of `link` are inside it too.
     flank, link : laws of flanks and groups.  program : of speed and loads.
     drag, opening : (F,) damper, backlash.  tone : (F,) index into tones : (D,) [Hz].
@@ -293,6 +294,8 @@ class Numbers(NamedTuple):
     rate: Array
     damp: Array
     stiff: Array
+    wave_at: Array
+    wave: Array
     gaps: Array
     pulls: Array
     linear: Array
@@ -418,7 +421,7 @@ def in_modes_of_its_speed(moving: Motion) -> Motion:
     """
     N, rigid = moving.numbers, moving.rigid
     speed = float(N.program.speed[0])
-    if not moving.program.steady or N.stiff[1].any() or not N.stiff[0].any():
+    if not moving.program.steady or N.wave_at.size or N.stiff[1].any() or not N.stiff[0].any():
         return moving
     if N.stiff[0][rigid].any() or N.stiff[0][:, rigid].any():
         return moving
@@ -525,12 +528,15 @@ def _numbers(
     gap_at, gap = _gap_lines(system, len(pressing.mesh), linear)
     force_at, force = _force_lines(system, shapes)
     tones = np.array([float(tone) for tone in system.tones]) if system.tones else np.zeros(1)
+    wave_at, wave = _passing_waves(system, shapes, squared == 0)
     stiff = _modal_operators([system.Kg, system.Cskew, system.euler], shapes, top)
     return Numbers(
         squared=squared.copy(),  # the modes are read-only, which is another type to the compiler
         rate=2 * (system.zeta or 0.0) * np.sqrt(squared),
         damp=_modal_operators([system.C, system.G], shapes, np.sqrt(top)),
         stiff=_without_nominal_motion(stiff, system, shapes, squared == 0),
+        wave_at=wave_at,
+        wave=wave,
         gaps=gaps,
         pulls=pulls,
         linear=pressing.linear,
@@ -565,6 +571,22 @@ def _modal_operators(matrices: list[Array], shapes: Array, scale: float) -> Arra
             modal = shapes.T @ matrix @ shapes
             target[:] = np.where(np.abs(modal) > _ROUNDING * scale, modal, 0.0).T
     return result
+
+
+def _passing_waves(system: System, shapes: Array, rigid: NDArray[np.bool_]) -> tuple[Array, Array]:
+    """Frequencies (Q,) [Hz] and modal operators (2, Q, n, n), real and imaginary parts, of links that pass a body."""
+    n, passing = len(shapes), system.passing
+    if passing is None:
+        return np.zeros(0), np.zeros((2, 0, n, n))
+    rows, frequency, waves = shapes.T @ passing.B, list[float](), list[ComplexArray]()
+    rows[rigid] = 0.0  # a rigid mode strains nothing
+    for place, tone in enumerate(passing.tones):
+        own = passing.tone == place
+        for order in np.flatnonzero(passing.wave[own].any(axis=0)).tolist():
+            frequency.append(float((order + 1) * tone))
+            waves.append((rows[:, own] * passing.wave[own, order]) @ rows[:, own].T)
+    values = np.array(waves)
+    return np.array(frequency), np.ascontiguousarray(np.stack([values.real, values.imag]))
 
 
 def _without_nominal_motion(stiff: Array, system: System, shapes: Array, rigid: NDArray[np.bool_]) -> Array:
@@ -642,5 +664,6 @@ def _stiffest(moving: Motion) -> Array:
     N = moving.numbers
     extra = np.concatenate([moving.flanks.stiffest - N.linear, N.link.stiffest])
     stiff = np.diag(N.squared) + (N.gaps * np.maximum(extra, 0.0)) @ N.pulls
+    stiff += np.eye(len(stiff)) * sum(np.linalg.norm(wave, 2) for wave in N.wave[0] + 1j * N.wave[1])
     symmetric: Array = (stiff + stiff.T) / 2
     return symmetric

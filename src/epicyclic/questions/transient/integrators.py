@@ -50,6 +50,7 @@ class InstantTerms(NamedTuple):
     speed, rise : s [1], s' [1/s].  flanks : laws at the phases of the instant, P = 1.
     k : (F,) of flanks that pull too [N/m]; (0,) where laws hold.
     error, error_rate : (M,) [m], [m/s], the backlash in it.  push : (n,) modal force.
+    stiff : (n, n) transposed, what the speed and links that pass a body add to the stiffness [1/s^2].
     """
 
     speed: float
@@ -59,6 +60,7 @@ class InstantTerms(NamedTuple):
     error: Array
     error_rate: Array
     push: Array
+    stiff: Array
 
 
 def instant_terms(moving: Motion, t: float, middle: float) -> InstantTerms:
@@ -84,7 +86,10 @@ def instant_terms(moving: Motion, t: float, middle: float) -> InstantTerms:
     push = push + np.einsum("p,pjn,j->n", powers, N.force[0], c) - np.einsum("p,pjn,j->n", powers, N.force[1], w)
     turned = np.atleast_1d(tau)
     k = tangent_series(moving, turned)[0] if N.pull else np.zeros(0)
-    return InstantTerms(s, rise, moving.flanks.at(phases_at(moving, turned)), k, error, rate, push)
+    stiff = s * s * N.stiff[0] + s * N.stiff[1] + rise * N.stiff[2]
+    for frequency, real, imaginary in zip(N.wave_at, *N.wave, strict=True):
+        stiff += np.cos(2 * np.pi * frequency * tau) * real - np.sin(2 * np.pi * frequency * tau) * imaginary
+    return InstantTerms(s, rise, moving.flanks.at(phases_at(moving, turned)), k, error, rate, push, stiff)
 
 
 def row_force(moving: Motion, at: InstantTerms, stretch: Array, rate: Array, slider: Array | None = None) -> Array:
@@ -152,10 +157,9 @@ def acceleration_and_force(
     press = -force[:F]
     force[:F] += N.linear * stretch[:F]
     force[F:] += times(stretch[F:], N.link.tangent)
-    s = at.speed
     result: Array = at.push - N.squared * y - N.rate * v + times(force, N.pulls)
-    result -= times(v, N.damp[0] + s * N.damp[1])
-    result -= times(y, s * s * N.stiff[0] + s * N.stiff[1] + at.rise * N.stiff[2])
+    result -= times(v, N.damp[0] + at.speed * N.damp[1])
+    result -= times(y, at.stiff)
     return result, press
 
 
@@ -246,8 +250,7 @@ def _first_guess(moving: Motion, at: InstantTerms, start: float, slider: Array) 
 def _newton_step(moving: Motion, at: InstantTerms, y: Array, left: Array, slider: Array) -> Array:
     """A Newton step (n,) with the tangents of the laws, from the acceleration `left` (n,)."""
     N = moving.numbers
-    F, s = N.drag.size, at.speed
-    stretch = y @ N.gaps
+    F, stretch = N.drag.size, y @ N.gaps
     tangent = np.zeros((stretch.size, stretch.size))
     tangent[:F, :F] = np.diag(at.k if N.pull else at.flanks.evaluate((stretch - at.error)[None, :F])[1][0])
     if stretch.size > F:
@@ -256,7 +259,7 @@ def _newton_step(moving: Motion, at: InstantTerms, y: Array, left: Array, slider
     mean[:F, :F] = np.diag(N.linear)
     mean[F:, F:] = N.link.tangent
     stiff = np.diag(N.squared) + (N.gaps @ (tangent - mean) @ N.pulls).T
-    stiff += (s * s * N.stiff[0] + s * N.stiff[1] + at.rise * N.stiff[2]).T
+    stiff += at.stiff.T
     scale = _scale(moving)
     step: Array = scale * np.linalg.lstsq(scale[:, None] * stiff * scale, scale * left, rcond=_FREE)[0]
     return step
