@@ -128,7 +128,7 @@ def assemble(train: Train) -> System:
         bearings=_named_bearings(train),
         errors=error_rows(train, structure, T),
         sensors=sensor_rows(train, structure, T),
-        passing=_passing(structure, L),
+        passing=_passing(structure, T),
     )
 
 
@@ -374,21 +374,18 @@ def _links(structure: Structure, L: Array, damping: Array, turning: Array) -> Li
     )
 
 
-def _passing(structure: Structure, L: Array) -> PassingRows | None:
-    """What varies in the stiffness of links that pass a body; L : (p, n)."""
-    rows = [i for i, row in enumerate(structure.links) if row.wave is not None and row.stiffness]
+def _passing(structure: Structure, T: Array) -> PassingRows | None:
+    """What varies in the stiffness of links that pass a body; T : (N, n)."""
+    rows = structure.passings
     if not rows:
         return None
-    of = [structure.links[i] for i in rows]
-    waves, tones = [row.wave for row in of if row.wave is not None], tuple(dict.fromkeys(row.tone for row in of))
-    width = max(len(wave) for wave in waves)
-    stiffness = np.array([row.stiffness for row in of])
+    tones, width = tuple(dict.fromkeys(row.tone for row in rows)), max(len(row.wave) for row in rows)
     return PassingRows(
-        link=tuple(row.link.name.rpartition("/")[0] for row in of),
-        B=L[rows].T,
-        wave=stiffness[:, None] * np.array([np.pad(wave, (0, width - len(wave))) for wave in waves]),
+        link=tuple(row.link for row in rows),
+        B=(structure.passing @ T).T,
+        wave=np.array([np.pad(row.wave, (0, width - len(row.wave))) for row in rows]),
         tones=tones,
-        tone=np.array([tones.index(row.tone) for row in of], np.int64),
+        tone=np.array([tones.index(row.tone) for row in rows], np.int64),
     )
 
 

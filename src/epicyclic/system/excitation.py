@@ -52,7 +52,7 @@ class FullModel:
 class _FullLine:
     """Amplitudes at one frequency, in unreduced rows.  An error of a mesh itself is on one of its flanks.
 
-    mesh (m,), far (c,), link (p,), rigid (r,) : errors of the rows [m].  force : (3, N) by power of s and
+    mesh (m,), far (c,), link (p,), rigid (r,), passing (q,) : errors of the rows [m].  force : (3, N) by power of s and
     ramp : (N,) per s' [N, N m].  ripple : (N,) torques beside them [N m].
     """
 
@@ -60,6 +60,7 @@ class _FullLine:
     far: ComplexArray
     link: ComplexArray
     rigid: ComplexArray
+    passing: ComplexArray
     force: ComplexArray
     ramp: ComplexArray
     ripple: ComplexArray
@@ -82,10 +83,10 @@ class _Lines:
             vector = vector.real.astype(complex)
         if frequency not in self.by_frequency:
             rows, size = self.structure, self.structure.mesh.shape[1]
-            kinds = (rows.mesh, rows.far, rows.link, rows.rigid)
-            mesh, far, link, rigid = (np.zeros(len(kind), complex) for kind in kinds)
+            kinds = (rows.mesh, rows.far, rows.link, rows.rigid, rows.passing)
+            mesh, far, link, rigid, passing = (np.zeros(len(kind), complex) for kind in kinds)
             force, ramp, ripple = np.zeros((3, size), complex), *np.zeros((2, size), complex)
-            self.by_frequency[frequency] = _FullLine(mesh, far, link, rigid, force, ramp, ripple)
+            self.by_frequency[frequency] = _FullLine(mesh, far, link, rigid, passing, force, ramp, ripple)
         full = self.by_frequency[frequency]
         full.causes += [cause for cause in causes if cause not in full.causes]
         return full, vector
@@ -111,12 +112,13 @@ class _Lines:
                 off = lever * np.array([vector[4], -vector[3], 0, 0, 0, 0])
                 moved.append((slice(6 * i, 6 * i + 6), vector + off))
         links = set(feature.links)
-        for matrix, rows, target in (
-            (structure.link, structure.links, full.link),
-            (structure.rigid, structure.rigids, full.rigid),
+        for matrix, drawn, target in (
+            (structure.link, [row.drawn for row in structure.links], full.link),
+            (structure.rigid, [row.drawn for row in structure.rigids], full.rigid),
+            (structure.passing, [row.drawn for row in structure.passings], full.passing),
         ):
-            for i, row in enumerate(rows):
-                if row.drawn in links:
+            for i, name in enumerate(drawn):
+                if name in links:
                     target[i] += sign * sum(matrix[i, columns] @ motion for columns, motion in moved)
 
     def mesh_error(self, error: MeshError) -> None:
@@ -206,15 +208,15 @@ def excitation_lines(train: Train, structure: Structure, model: FullModel) -> tu
 def _add_passing(lines: _Lines, model: FullModel) -> None:
     """Add the forces of errors of links that pass a body: those at multiples of their tone beside each line."""
     structure = lines.structure
-    rows = [(i, row) for i, row in enumerate(structure.links) if row.wave is not None]
-    for frequency, full in list(lines.by_frequency.items()) if rows else ():
-        error = full.link - structure.link @ (model.S @ full.rigid)
+    for frequency, full in list(lines.by_frequency.items()) if structure.passings else ():
+        error = full.passing - structure.passing @ (model.S @ full.rigid)
         forces: dict[Fraction, ComplexArray] = {}
-        for i, row in rows:
-            for order, wave in enumerate(row.wave if error[i] and row.wave is not None else (), start=1):
+        for i in np.flatnonzero(error).tolist():
+            row = structure.passings[i]
+            for order, wave in enumerate(row.wave.tolist(), start=1):
                 for amplitude, sense in ((error[i], 1), (error[i].conjugate(), -1)):
                     at = order * row.tone + sense * frequency
-                    force = row.stiffness * wave * amplitude / 2 * structure.link[i]
+                    force = wave * amplitude / 2 * structure.passing[i]
                     forces[at] = forces.get(at, np.zeros(structure.size, complex)) + force
         for at, force in forces.items():
             beside, amplitudes = lines.at(at, force, *full.causes)

@@ -20,7 +20,8 @@ from fractions import Fraction
 import numpy as np
 
 from ..train.train import Sensor, Train
-from .structure import Structure, body_rows, own_centres
+from .link_rows import body_rows
+from .structure import Structure, own_centres
 from .system import NEGLIGIBLE, Array, ComplexArray, SensorRows
 
 

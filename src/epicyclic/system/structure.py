@@ -10,10 +10,9 @@ are those of `system.flank_laws` and `system.link_laws`.
 
 from __future__ import annotations
 
-import cmath
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import lru_cache
@@ -22,7 +21,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..bodies.elastic_body import ElasticBody, about_z
 from ..errors import ModelError
 from ..teeth.form import PLAIN
 from ..train.rings import passing_links
@@ -31,68 +29,14 @@ from ..warning_codes import CodedText, coded
 from .contact_sets import ContactSetLaw
 from .flank_laws import LawRows, TabulatedLaw
 from .link_laws import Law, LawGroup, RadialLaw, RadialTable
+from .link_rows import ElasticPart, LinkRow, body_rows, link_matrix
+from .passing_rows import PassingRow, passing_rows
 from .system import Array
 
 # Angles and stiffnesses of a drawing carry 1e-12 of rounding; a support anisotropic by less than this is isotropic.
 _ROUND = 1e-9
 # Singular values below this share of the largest are those of dependent rows.
 _SAME = 1e-9
-
-
-class ElasticPart(NamedTuple):
-    """A body that bends.  body : its index.  columns : its coordinates beside the six, in those of all bodies."""
-
-    body: int
-    columns: slice
-    elastic: ElasticBody
-
-    @property
-    def all_columns(self) -> NDArray[np.int64]:
-        """Its six coordinates, then the others (6 + e,)."""
-        six = np.arange(6 * self.body, 6 * self.body + 6)
-        return np.concatenate([six, np.arange(self.columns.start, self.columns.stop)])
-
-
-class LinkRow(NamedTuple):
-    """One direction of one link, or a spring of a body that bends.
-
-    first, second : body indices, -1 = the frame.  law : it has one, see `law_groups`.  spring : name and stiffness
-    [N/m] of a spring by which a body bends or a foundation holds it.
-    Of links that pass a body, `train.rings.PassingLinks`: share : how many stand at its place in the mean.  seat : the
-    link at the other body.  drawn : name of one that is drawn.  wave : (L,) of its stiffness, tone : [rev/s].
-    """
-
-    link: Link
-    direction: int
-    first: int
-    second: int
-    law: bool
-    spring: tuple[str, float] | None = None
-    share: float = 1.0
-    seat: Link | None = None
-    drawn: str = ""
-    wave: NDArray[np.complex128] | None = None
-    tone: Fraction = Fraction(0)
-
-    @property
-    def name(self) -> str:
-        """``main/sun/support/x``."""
-        return f"{self.link.name}/{DIRECTIONS[self.direction] if self.spring is None else self.spring[0]}"
-
-    @property
-    def stiffness(self) -> float:
-        """Of this direction, inf = rigid [N/m, N m/rad]."""
-        return self.link.stiffness[self.direction] / self.share if self.spring is None else self.spring[1]
-
-    @property
-    def damping(self) -> float:
-        """Of this direction [N s/m, N m s/rad]."""
-        return self.link.damping[self.direction] / self.share
-
-    @property
-    def to_housing(self) -> bool:
-        """Whether what stands on the other side is no body."""
-        return self.second < 0
 
 
 class MeshRow(NamedTuple):
@@ -115,6 +59,7 @@ class Structure:
     mesh : (m, N), of the rows `meshes`, slices counted one by one.
     far : (c, N), of the far flanks of the mesh rows far_of (c,), those with a finite backlash.
     link, links : (p, N) elastic rows and their data, those with a law among them, and the springs of bodies that bend.
+    passing, passings : (q, N) rows whose stiffness varies as links pass a body, and their data.
     rigid, rigids, pivots : rows (r, N) of rigid directions, their data, and the coordinate (r,) to eliminate.
     """
 
@@ -132,6 +77,8 @@ class Structure:
     rigid: Array
     rigids: tuple[LinkRow, ...]
     pivots: NDArray[np.int64]
+    passing: Array
+    passings: tuple[PassingRow, ...]
     elastic: tuple[ElasticPart, ...] = ()
 
     @property
@@ -168,7 +115,7 @@ def structure_of(train: Train) -> Structure:
 
     elastic = _elastic_parts(train)
     rows = _link_rows(train, index, frame_turn)
-    link = _link_matrix(rows, origins, axes, elastic)
+    link = link_matrix(rows, origins, axes, elastic)
     _check_isotropy(rows, link, frame_turn, spin_turn)
     rigid = np.array([math.isinf(row.stiffness) for row in rows], bool)
     rigids = tuple(row for row in rows if math.isinf(row.stiffness))
@@ -180,6 +127,7 @@ def structure_of(train: Train) -> Structure:
     mesh_matrix = _mesh_matrix(flanks, np.concatenate([ends, ends[far_of]]), origins, axes, elastic)
     mesh, far = np.split(mesh_matrix, [len(meshes)])
     springs, bent = _springs(train, elastic, link.shape[1])
+    seats, seat, passings, passing = passing_rows(train, index, origins, axes, elastic)
     return Structure(
         index=index,
         frame_speed=np.array([2 * math.pi * float(turn) for turn in frame_turn]),
@@ -190,12 +138,14 @@ def structure_of(train: Train) -> Structure:
         mesh=mesh,
         far=far,
         far_of=far_of,
-        link=np.concatenate([link[~rigid], bent]),
-        links=(*(row for row in rows if not math.isinf(row.stiffness)), *springs),
+        link=np.concatenate([link[~rigid], seat, bent]),
+        links=(*(row for row in rows if not math.isinf(row.stiffness)), *seats, *springs),
         rigid=link[rigid],
         rigids=rigids,
         pivots=np.array([6 * (r.first if r.second < 0 else r.second) + r.direction for r in rigids], np.int64),
         elastic=elastic,
+        passing=passing,
+        passings=passings,
     )
 
 
@@ -241,13 +191,18 @@ def _turn(speeds: Mapping[str, Fraction] | None, name: str) -> Fraction:
 
 
 def _link_rows(train: Train, index: dict[str, int], frame_turn: tuple[Fraction, ...]) -> list[LinkRow]:
-    """Rows of all directions in which a link is stiff or damps; frame_turn : (nb,) [rev/s]."""
-    rows = []
-    for one in _standing(train, index):
-        link, first, second = one.link, one.first, one.second
+    """Rows of all directions in which a link is stiff or damps, but of those that pass; frame_turn : (nb,) [rev/s]."""
+    rows, passing = (
+        [],
+        {link.name for group in passing_links(train.links, train.bodies, train.kinematics) for link in group.links},
+    )
+    for link in train.links:
+        if link.name in passing:
+            continue
+        first, second = index[link.first], -1 if link.second is None else index[link.second]
         lawful = _law_directions(link)
         lateral = any(link.stiffness[d] or d in lawful for d in (0, 1, 3, 4))
-        if second >= 0 and lateral and one.wave is None and frame_turn[second] != frame_turn[first]:
+        if second >= 0 and lateral and frame_turn[second] != frame_turn[first]:
             raise ModelError(
                 "joins bodies whose frames turn at different speeds: x, y, rx, ry would vary in time there",
                 path=link.path,
@@ -255,35 +210,8 @@ def _link_rows(train: Train, index: dict[str, int], frame_turn: tuple[Fraction, 
             )
         for direction, (k, c) in enumerate(zip(link.stiffness, link.damping, strict=True)):
             if k != 0.0 or c != 0.0 or direction in lawful:
-                rows.append(one._replace(direction=direction, law=direction in lawful))
+                rows.append(LinkRow(link, direction, first, second, direction in lawful, None, link.name))
     return rows
-
-
-def _standing(train: Train, index: dict[str, int]) -> Iterator[LinkRow]:
-    """Links that stand in the axes of their bodies, as one row each.
-
-    Those that pass a body stand at evenly spaced places of it, with their mean stiffness and its wave.  A share of a
-    link there has the force of a whole one.
-    """
-    groups = passing_links(train.links, train.bodies, train.kinematics)
-    passing = {link.name for group in groups for link in group.links}
-    for link in train.links:
-        if link.name not in passing:
-            second = -1 if link.second is None else index[link.second]
-            yield LinkRow(link, 0, index[link.first], second, False, drawn=link.name)
-    for group in groups:
-        one, share = group.links[0], len(group.links) / group.places
-        second = -1 if one.second is None else index[one.second]
-        for number, wave in enumerate(group.series):
-            turn = math.tau * number / group.places
-            centre = complex(*one.centre) * cmath.exp(1j * turn)
-            angle = (one.angle + turn) % math.tau
-            name = one.name if one.second is not None else one.name.rpartition("/")[0]
-            name = f"{name}/{round(math.degrees(angle), 1):g} deg"
-            placed = replace(one, name=name, centre=(centre.real, centre.imag), angle=angle)
-            ends = (replace(one, name=name), placed) if group.second else (placed, one)
-            row = LinkRow(ends[0], 0, index[one.first], second, False, share=share, seat=ends[1], drawn=one.name)
-            yield row._replace(wave=wave, tone=group.tone)
 
 
 def _law_directions(link: Link) -> tuple[int, ...]:
@@ -398,53 +326,6 @@ def _round(matrix: Array) -> bool:
     return bool(np.all(np.abs(matrix @ turn - turn @ matrix) <= _ROUND * np.outer(diagonal, diagonal)))
 
 
-def _link_matrix(rows: list[LinkRow], origins: Array, axes: Array, elastic: Sequence[ElasticPart]) -> Array:
-    """Rows (p, N) of links; origins : (nb, 3) [m] and axes : (nb,) [rad] of the bodies."""
-    direction = np.array([row.direction for row in rows], np.int64)
-
-    def side(some: Sequence[int], links: Sequence[Link], body: NDArray[np.int64]) -> Array:
-        """Rows of some links at one of their bodies."""
-        angle, axis = np.array([link.angle for link in links]), direction[some] % 3
-        normal, (c, s) = np.zeros((len(links), 3)), (np.cos(angle), np.sin(angle))
-        normal[:, 0] = np.where(axis == 0, c, np.where(axis == 1, -s, 0.0))
-        normal[:, 1] = np.where(axis == 0, s, np.where(axis == 1, c, 0.0))
-        normal[:, 2] = axis == 2
-        point = np.array([(*link.centre, link.station) for link in links]).reshape(-1, 3)
-        return body_rows(body, normal, point - origins[body], axes, elastic, direction[some] >= 3)
-
-    every, joins = list(range(len(rows))), [i for i, row in enumerate(rows) if row.second >= 0]
-    own = side(every, [row.link for row in rows], np.array([row.first for row in rows], np.int64))
-    second = np.array([rows[i].second for i in joins], np.int64)
-    own[joins] -= side(joins, [rows[i].seat or rows[i].link for i in joins], second)
-    # a share of a spring has the force of a whole one: its row, and so its load, is the share
-    own *= np.array([row.share for row in rows])[:, None]
-    return own
-
-
-def body_rows(
-    body: NDArray[np.int64],
-    normal: Array,
-    point: Array,
-    axes: Array,
-    elastic: Sequence[ElasticPart],
-    rotation: NDArray[np.bool_],
-) -> Array:
-    """Coefficients (R, N) of gap rows on one body each, those by which it bends among them; axes : (nb,).
-
-    Other arguments as of `gap_rows`.
-    """
-    six = gap_rows(normal, point, axes[body], rotation=rotation)
-    matrix = np.zeros((len(body), 6 * axes.size + sum(len(part.elastic.names) for part in elastic)))
-    np.put_along_axis(matrix, 6 * body[:, None] + np.arange(6), six, axis=1)
-    for part in elastic:
-        rows = np.flatnonzero(body == part.body)
-        n, P = (about_z(vectors[rows], -axes[part.body]) for vectors in (normal, point))
-        moved = part.elastic.shape(P)
-        moved = np.where(rotation[rows, None, None], moved[:, 3:], moved[:, :3])
-        matrix[rows, part.columns] = np.einsum("ra,rae->re", n, moved)
-    return matrix
-
-
 # meshes ---------------------------------------------------------------------------------------------------------------
 
 
@@ -495,25 +376,6 @@ def _mesh_matrix(
         point = np.concatenate([place, (values("station") - origins[body, 2])[:, None]], axis=1)
         sides.append(body_rows(body, normal, point, axes, elastic, np.zeros(len(meshes), bool)))
     return sides[0] - sides[1]
-
-
-def gap_rows(normal: Array, point: Array, axes: Array, *, rotation: NDArray[np.bool_]) -> Array:
-    """Six coefficients [n, r x n] or [0, n] of R gap rows in their bodies (docs/conventions.md, The mesh row).
-
-    Parameters
-    ----------
-    normal : (R, 3) unit vectors in frame axes.
-    point : (R, 3) from the body's origin, in frame axes [m].
-    axes : (R,) polar angle of the body's own x axis in frame axes [rad].
-    rotation : (R,) True where the row is an angle (rx, ry, rz), not a displacement.
-
-    Returns
-    -------
-    (R, 6) in the body's own axes, order x y z rx ry rz.
-    """
-    turned = rotation[:, None]
-    parts = np.where(turned, 0.0, normal), np.where(turned, normal, np.cross(point, normal))
-    return np.hstack([about_z(part, -axes) for part in parts])
 
 
 def law_groups(

@@ -129,10 +129,11 @@ def log_rings(
         text += f" the axes of the stage, a tone of {float(passing.tone):.4g} Hz with {passing.series.shape[1]} orders"
         text += " for response, stability and transient; all else takes the mean over the turn"
         if one.second is None:
-            text += f", of the stiffness up to {passing.varying:.2g} varies"
+            text += f", of the stiffness up to {passing.varying:.2g} varies; forces are those of one bolt at"
+            text += f" {passing.places} places that it passes"
         else:
-            text += ", in which only motions along and about the axis are joined"
-        log.coded("bolts-averaged", f"{text}; forces are those of one at {passing.places} places that it passes")
+            text += ", which joins only motions along and about the axis"
+        log.coded("bolts-averaged", text)
 
 
 def _left_out(body: Body, meshes: Sequence[Mesh]) -> float:
@@ -168,7 +169,9 @@ class PassingLinks(NamedTuple):
     the turn: n links stand for k_j(t) = n k/P (1 + Re sum_l series[j, l-1] exp(2 pi i l tone t)) at each place j.
     Derived here.
 
-    links : of one stiffness that share the places.  second : whether the body is the second one of the link.
+    Of links between two bodies, whose places on the other body differ, each stands for k_j(t) with n = 1.
+
+    links : of one stiffness.  second : whether the body is the second one of the links.
     tone : exact [rev/s].  series : (P, L) relative [1].
     varying : largest Fourier part K_l of the stiffness on mean motion and waves of the body, per its mean K_0
         (Frobenius norms), 1 of links to another body [1].
@@ -201,8 +204,7 @@ def passing_links(links: Sequence[Link], bodies: Sequence[Body], kinematics: Kin
     for link in links:
         body = _passed(link, by_name, bodies, kinematics)
         if body is not None:
-            own = link.path if link.second is None else link.name
-            groups.setdefault((own, body.name), []).append((link, body))
+            groups.setdefault((link.path, body.name), []).append((link, body))
     found = []
     for group in groups.values():
         passing, body = [link for link, _ in group], group[0][1]
@@ -210,7 +212,7 @@ def passing_links(links: Sequence[Link], bodies: Sequence[Body], kinematics: Kin
         _require_linear(one)
         waves = 1 if bending is None else bending.waves or 1
         turns = np.exp(1j * (np.array([link.angle for link in passing]) - one.angle))
-        sums = {m: complex((turns**m).mean()) for m in range(1, 2 * waves + 1)}
+        sums = {m: 1.0 + 0j if one.second else complex((turns**m).mean()) for m in range(1, 2 * waves + 1)}
         orders = [m for m, value in sums.items() if abs(value) > _EVEN]
         if one.second is not None:
             varying = 1.0
