@@ -205,7 +205,7 @@ def _enter_forces(
     entries = np.flatnonzero(crossings.tone == number)
     speeds, column = np.unique(crossings.relative_speed[entries], return_inverse=True)
     driven = np.array([system.tones[i] == tone for i in meshes.tone])
-    excited = system if len(tones) == 1 else of_one_tone(system, tone, driven)
+    excited = replace(system, passing=None) if len(tones) == 1 else of_one_tone(system, tone, driven)
     ready, options = response(excited), SweepOptions(orders=MESH_ORDERS, forces_alone=True, **how)
     swept = solved_table(ready, speeds, options).values
     factors, lowest, face = swept["dynamic_factor"], swept["mesh_force_minimum"], faces(meshes)
