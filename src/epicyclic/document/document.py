@@ -346,50 +346,6 @@ def _pitch_list(name: str, path: str, folder: Path | None) -> str:
     return f"[{', '.join(map(repr, table.numbers(len(table.heading) - 1)))}] {unit}"
 
 
-# histories ------------------------------------------------------------------------------------------------------------
-
-_MOST_HISTORY_BYTES = 200_000_000
-_HISTORY_HEADING = "time [s], sun [N m]"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TorqueTable:
-    """Rows of a history: time [s], member -> torque [N m], and the line of the file each row stands in."""
-
-    time: tuple[float, ...]
-    torque: dict[str, tuple[float, ...]]
-    line: tuple[int, ...]
-
-
-def read_history(path: str | Path) -> TorqueTable:
-    """Read ``time [s], sun [N m], ...``.
-
-    Raises
-    ------
-    ModelError : no such file, a header without time, names or units, a hole, a text that is no finite number, times
-        that do not rise, fewer than two rows; with the number of the line.
-    """
-    table = read_table(path, most=_MOST_HISTORY_BYTES, allowed=_HISTORY_HEADING)
-    names = [name for name, _ in table.columns]
-    kinds = ["time" if name == "time" else "torque" for name in names]
-    for column, kind in enumerate(kinds):
-        table.scale(column, kind, allowed=_HISTORY_HEADING)
-    if "time" not in names or len(names) < 2:
-        problem = "a history needs a column of time and one of a member"
-        raise table.error(table.lines[0], problem, given=", ".join(names), allowed=_HISTORY_HEADING)
-    if len(set(names)) < len(names):
-        raise table.error(table.lines[0], "a name stands in two columns", given=", ".join(names))
-    if len(table.rows) < 2:
-        raise ModelError("too few rows", path=str(path), given=len(table.rows), allowed="two or more")
-    values = {
-        name: tuple(table.quantities(column, kind, allowed=_HISTORY_HEADING))
-        for column, (name, kind) in enumerate(zip(names, kinds, strict=True))
-    }
-    time = values.pop("time")
-    table.check_rising(time)
-    return TorqueTable(time=time, torque=values, line=tuple(table.lines[1:]))
-
-
 def check_assumed(layer: PlainTable, data: PlainTable, names: Names) -> None:
     """Raise ModelError for an assumed path of a layer that is not in `data`, with the nearest one that is.
 
