@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 
 from ..errors import ModelError
 from ..teeth.geometry import Angle, Phase, driver_tooth, mate_tooth, shift_term
-from .kinematics import whole_solution
+from .kinematics import merged, whole_solution
 
 Number = Fraction | float
 ASSEMBLY_TOLERANCE = 1e-3  # [pitches] angles given with a few decimals count as buildable: far below any backlash
@@ -271,13 +271,11 @@ def _rows(
 
 def _starts(table: Mapping[str, ToothedGear], meshes: Sequence[ToothMesh]) -> list[ToothMesh]:
     """The first mesh of each set of solids that meshes tie together."""
-    group = {name: name for mesh in meshes for name in (_solid(table, mesh.a)[0], _solid(table, mesh.b)[0])}
-    for mesh in meshes:
-        old, new = group[_solid(table, mesh.b)[0]], group[_solid(table, mesh.a)[0]]
-        group = {name: new if of == old else of for name, of in group.items()}
+    pairs = [(_solid(table, mesh.a)[0], _solid(table, mesh.b)[0]) for mesh in meshes]
+    group = merged({name: name for pair in pairs for name in pair}, pairs)
     first: dict[str, ToothMesh] = {}
-    for mesh in meshes:
-        first.setdefault(group[_solid(table, mesh.a)[0]], mesh)
+    for (a, _), mesh in zip(pairs, meshes, strict=True):
+        first.setdefault(group[a], mesh)
     return list(first.values())
 
 

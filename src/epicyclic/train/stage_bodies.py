@@ -23,7 +23,7 @@ from ..errors import ModelError
 from ..teeth.mesh_stiffness import ToothPair, face_average
 from .centres import StageShape
 from .gears import half_station
-from .kinematics import Kinematics, tones
+from .kinematics import Kinematics, merged, tones
 from .mesh_laws import MeshLaw, MeshSide, mesh_law, tooth_pair
 from .phasing import StagePhases, ToothedGear, ToothMesh, chain_signs, flank_of_torque, shift_of, stage_leads, staggered
 from .rings import ring_of
@@ -81,16 +81,12 @@ def tilt_groups(bodies: Sequence[Body], links: Sequence[Link], misaligned: Colle
 
     misaligned : names of bodies whose seats are tilted, which join them to nothing here.
     """
-    group = {body.name: body.name for body in bodies} | {"": ""}
     joined: dict[tuple[str, str], list[Link]] = {}
     for link in links:
         if seated(link) not in misaligned:
             joined.setdefault((link.first, link.second or ""), []).append(link)
-    for (first, second), between in joined.items():
-        if group[first] != group[second] and _rigid(between):
-            low, high = sorted((group[first], group[second]))  # "" sorts first
-            group = {name: low if own == high else own for name, own in group.items()}
-    return group
+    rigid = [ends for ends, between in joined.items() if _rigid(between)]
+    return merged({body.name: body.name for body in bodies} | {"": ""}, rigid)  # "" sorts first
 
 
 def seated(link: Link) -> str:
