@@ -46,7 +46,7 @@ from typing import Literal, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..errors import ModelError
+from ..errors import ModelError, in_mm
 from ..warning_codes import CodedText, coded
 from . import geometry
 from .compliance import ToothCompliance, tooth_compliance
@@ -287,7 +287,7 @@ def check_pair(pair: ContactPair, *, path: str = "", paths: tuple[str, str] = ("
     plane = pair.plane
     if not plane.width > 0:
         raise ModelError(
-            "the faces do not overlap", path=path or "face_width", given=f"{plane.width * 1e3:.4g} mm", allowed="> 0"
+            "the faces do not overlap", path=path or "face_width", given=in_mm(plane.width, 4), allowed="> 0"
         )
     ratio = plane.limits[1] - plane.limits[0]
     if not ratio >= 1:
@@ -493,9 +493,9 @@ def interference_warnings(
     ]
     warnings = []
     for depth, (reached, mate), tooth in zip(depths, (names, names[::-1]), (mesh.b, mesh.a), strict=True):
-        text = f"the tips of {mate} reach {depth * 1e3:.3g} mm below the involute of {reached}"
+        text = f"the tips of {mate} reach {in_mm(depth, 3)} below the involute of {reached}"
         if depth > _REFUSED * tooth.gear.module:
-            reached_radius = f"tip radius {tooth.gear.tip * 1e3:.5g} mm"
+            reached_radius = f"tip radius {in_mm(tooth.gear.tip, 5)}"
             allowed = "a shorter tip, or another profile shift"
             raise ModelError(f"{text}: they interfere", path=path, given=reached_radius, allowed=allowed)
         if depth > _WARNED * tooth.gear.module:

@@ -20,7 +20,7 @@ import numpy as np
 from ..document.schema import ModelFile, ProfileTable, ReliefTable, VariationTable
 from ..document.schema_fields import MeshForceTable
 from ..document.units import Quantity
-from ..errors import ModelError
+from ..errors import ModelError, in_mm
 from ..teeth import geometry
 from ..teeth import mesh_stiffness as teeth_stiffness
 from ..teeth.form import PLAIN, Flank, GearForm, Relief, Wave, amounts, check_flank
@@ -241,8 +241,8 @@ def tooth_pair(at: MeshSide) -> ToothPair | None:
                 key, *within = name.split(".")
                 stating = stated(subtables(plan.levels(gear, side), "flank"), key)
                 path = ".".join([stating.path if stating else key, *within])
-                words = f"more than a tenth of a module ({a.module * 1e3:.4g} mm); is the unit right?"
-                log.coded("modification-large", f"{path} = {size * 1e3:.4g} mm is {words}")
+                words = f"more than a tenth of a module ({in_mm(a.module, 4)}); is the unit right?"
+                log.coded("modification-large", f"{path} = {in_mm(size, 4)} is {words}")
     return teeth
 
 

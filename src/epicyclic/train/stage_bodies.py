@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from ..document.schema import MemberTable, ModelFile
 from ..document.schema_fields import ForceTableOf, LinkTable
 from ..document.units import Quantity
-from ..errors import ModelError
+from ..errors import ModelError, in_mm
 from ..teeth.mesh_stiffness import ToothPair, face_average
 from .centres import StageShape
 from .gears import half_station
@@ -251,14 +251,13 @@ def _masses(
         key = "outer_diameter" if gear is not None and gear.internal else "bore"
         limit = f"{'above' if key != 'bore' else 'below'} {(gear.reference_radius if gear else NAN) * 2e3:.6g} mm"
         path = f"{plan.member_path(name)}.{key}"
-        raise ModelError(
-            "leaves no solid beside the pitch circle", path=path, given=_in_mm(getattr(member, key)), allowed=limit
-        )
+        given = in_mm(getattr(member, key) or 0.0)
+        raise ModelError("leaves no solid beside the pitch circle", path=path, given=given, allowed=limit)
     if 0 < inner < _BORE * outer and not (gear is not None and gear.internal):
         raise ModelError(
             "is no bore of a gear",
             path=f"{plan.member_path(name)}.bore",
-            given=_in_mm(member.bore),
+            given=in_mm(member.bore or 0.0),
             allowed=f"0, or from {2e3 * _BORE * outer:.2g} mm, a thousandth of the pitch circle",
         )
     if mass is None:
@@ -277,11 +276,6 @@ def _width(gear: GearData | None, side: str | None) -> float:
     if side is not None:  # the gap counts, to one half its half
         return gear.face_width + gear.gap / 2
     return 2 * gear.face_width + gear.gap if gear.herringbone else gear.face_width
-
-
-def _in_mm(length: float | None) -> str:
-    """A length [m] as a message has it."""
-    return f"{1e3 * (length or 0.0):.6g} mm"
 
 
 def _stated_inertia(plan: Plan, name: str, side: str | None, key: str, radius: float) -> float | None:
