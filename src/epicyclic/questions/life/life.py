@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...bearings.element_loads import displacement
+from ...bearings.element_loads import LAMINAE, displacement
 from ...bearings.rating_life import (
     basic_life,
     distributed_life,
@@ -51,7 +51,6 @@ from ..response import SteadyOptions
 from ..response.steady import link_row_forces, steady
 from . import LifeOptions
 from .bearing_state import (
-    LAMINAE,
     NO_LOAD,
     State,
     bearing_coords,
