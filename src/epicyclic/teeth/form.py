@@ -22,6 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import ModelError, in_mm
 from . import geometry
+from .path_of_contact import PlaneOfAction
 
 Array = NDArray[np.float64]
 
@@ -435,6 +436,16 @@ def check_flank(flank: Flank, *, height: float, width: float, teeth: int, path: 
         raise ModelError("heights below the tip must rise", path=f"{path}.profile", given=heights)
     if flank.pitch and len(flank.pitch) != teeth:
         raise ModelError("one deviation a tooth", path=f"{path}.pitch", given=len(flank.pitch), allowed=str(teeth))
+
+
+def check_flanks(
+    plane: PlaneOfAction, flanks: tuple[Flank, Flank], teeth: tuple[int, int], paths: tuple[str, str]
+) -> None:
+    """Refuse micro-geometry that does not fit the flank of either gear of a pair, as `check_flank`."""
+    sides = (plane.radius_a, plane.face_a), (plane.radius_b, plane.face_b)
+    for flank, (radius, face), number, path in zip(flanks, sides, teeth, paths, strict=True):
+        height = abs(float(radius(plane.limits[1]) - radius(plane.limits[0])))
+        check_flank(flank, height=height, width=face[1] - face[0], teeth=number, path=path)
 
 
 def amounts(flank: Flank) -> Iterator[tuple[str, float]]:

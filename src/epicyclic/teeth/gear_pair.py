@@ -50,7 +50,7 @@ from ..errors import ModelError, in_mm
 from ..warning_codes import CodedText, coded
 from . import geometry
 from .compliance import ToothCompliance, tooth_compliance
-from .form import PLAIN, Flank, check_flank
+from .form import PLAIN, Flank, check_flanks
 from .mesh_stiffness import DEFAULT_HARMONICS, ComplexArray, ToothPair
 from .path_of_contact import PlaneOfAction, pair_places
 
@@ -300,12 +300,7 @@ def check_pair(pair: ContactPair, *, path: str = "", paths: tuple[str, str] = ("
             raise ModelError(f"interference: the mate's tip reaches inside the base circle of gear {name}", path=path)
     if pair.slices < 1:
         raise ModelError("pieces of the face", path=path, given=pair.slices, allowed="1 or more")
-    for flank, radius, face, teeth, where in (
-        (pair.flank_a, plane.radius_a, plane.face_a, pair.teeth[0], paths[0]),
-        (pair.flank_b, plane.radius_b, plane.face_b, pair.teeth[1], paths[1]),
-    ):
-        height = abs(float(radius(plane.limits[1]) - radius(plane.limits[0])))
-        check_flank(flank, height=height, width=face[1] - face[0], teeth=teeth, path=where)
+    check_flanks(plane, (pair.flank_a, pair.flank_b), pair.teeth, paths)
 
 
 def uniform_along_face(pair: ContactPair) -> bool:
