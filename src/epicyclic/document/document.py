@@ -38,7 +38,7 @@ from .units import KINDS, BareNumber, finite_float, to_si
 from .validation import bare_numbers, validate
 
 _NAME_AND_UNIT = re.compile(r"([^\[\]]*)(?:\[([^\[\]]*)\])?")
-_MOST_BYTES = 4_000_000  # of a file that a document names, as of a model file
+MAX_BYTES = 4_000_000  # of a model file, and of each file that one names
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -265,7 +265,7 @@ def _torque_table(name: str, path: str, folder: Path | None) -> PlainTable:
     """Return angles and torques of a file that a ripple names."""
     heading = "angle [deg], torque [N m]"
     allowed = f"a CSV file beside the model file: {heading}"
-    table = read_table((folder or Path()) / name, most=_MOST_BYTES, allowed=allowed, path=path, given=name)
+    table = read_table((folder or Path()) / name, most=MAX_BYTES, allowed=allowed, path=path, given=name)
     if [column for column, _ in table.columns] != ["angle", "torque"] or not table.rows:
         given = ", ".join(table.heading)
         raise table.error(table.lines[0], "no table of torques over a turn", given=given, allowed=heading)
@@ -296,7 +296,7 @@ def _with_pitches(value: Any, path: str, read: Callable[[str, str], str]) -> Any
 def _force_table(name: str, path: str, folder: Path | None) -> dict[str, object]:
     """Return deflections and forces of a CSV file as a model file states them. Raises ModelError."""
     allowed = f"a CSV file beside the model file: {_FORCE_HEADING}"
-    table = read_table((folder or Path()) / name, most=_MOST_BYTES, allowed=allowed, path=path, given=name)
+    table = read_table((folder or Path()) / name, most=MAX_BYTES, allowed=allowed, path=path, given=name)
     columns: dict[str, list[int]] = {key: [] for key in _COLUMNS}
     for column, (heading, unit) in enumerate(table.columns):
         match = _FORCE_NAME.fullmatch(heading)
@@ -338,7 +338,7 @@ def _is_file_name(value: object) -> bool:
 def _pitch_list(name: str, path: str, folder: Path | None) -> str:
     """Return the last column of a CSV file as a list with its unit, m without a heading. Raises ModelError."""
     allowed = "a CSV file beside the model file: one tooth a line, heading `pitch [um]` for a unit other than m"
-    table = read_table((folder or Path()) / name, most=_MOST_BYTES, allowed=allowed, path=path, given=name)
+    table = read_table((folder or Path()) / name, most=MAX_BYTES, allowed=allowed, path=path, given=name)
     unit = table.columns[-1][1]
     if not unit:  # the first line is a tooth too
         rows, lines = [table.heading, *table.rows], [0, *table.lines]
@@ -407,7 +407,6 @@ def _check_units_stated(
         raise ModelError(f"{first.problem}{more}", path=path, given=first.given, allowed=first.allowed)
 
 
-MAX_BYTES = 4_000_000
 Source = str | Path | Mapping[str, object]
 Origin = Literal["given", "set"]
 
