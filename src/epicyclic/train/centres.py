@@ -129,7 +129,8 @@ def _working(
     turns as a whole stresses no tooth.
     """
     a, b = teeth[p.a], teeth[p.b]
-    if p.internal and b.base_radius <= a.base_radius:
+    least = b.base_radius - a.base_radius if p.internal else b.base_radius + a.base_radius
+    if least <= 0:
         raise ModelError(
             f"the ring is smaller than {p.a}, which turns in it",
             path=f"{plan.member_path(p.b)}.teeth",
@@ -137,8 +138,7 @@ def _working(
             allowed=f"more teeth than {a.teeth}",
         )
     if p.keys.pressure_angle is not None:
-        radii = b.base_radius - a.base_radius if p.internal else b.base_radius + a.base_radius
-        by_angle = radii / math.cos(p.keys.pressure_angle)
+        by_angle = least / math.cos(p.keys.pressure_angle)
         return p.keys.pressure_angle, by_angle if given is None else given.value
     angle, distance = distance_from_shifts(p, teeth, shifts[p.a][0], shifts[p.b][0])
     if given is None or same(given.value, distance, 1e-12):
@@ -155,7 +155,6 @@ def _working(
             allowed=f"about {in_mm(distance)}, the distance of teeth and module",
         )
     if math.isnan(angle):
-        least = abs(b.base_radius - a.base_radius) if p.internal else b.base_radius + a.base_radius
         raise ModelError(
             "the centre distance is below the base circles",
             path=given.path,

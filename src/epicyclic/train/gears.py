@@ -363,11 +363,9 @@ def profile_shifts(
         total = _shift_sum(p, teeth, distance[p.name])
         if total is None:
             continue
-        known.setdefault(p.a if p.b not in known else p.b, (0.0, "default"))
-        if p.a not in known:
-            known[p.a] = (total - known[p.b][0], "geometry")
-        elif p.b not in known:
-            known[p.b] = (total - known[p.a][0], "geometry")
+        # one of the two is known, else that of a is 0
+        one, other = (p.b, p.a) if p.b in known else (p.a, p.b)
+        known[other] = (total - known.setdefault(one, (0.0, "default"))[0], "geometry")
     for name, (shift, _) in known.items():
         if abs(shift) > LARGEST_SHIFT:
             raise ModelError(
