@@ -71,12 +71,9 @@ class DeviationScope:
             return self.relative(body)
         if speed is None or frames is None or body.branch is not None:
             return Fraction(0)
-        frame = frames.get(body.frame, Fraction(0))
         carrier = next((link.second for link in seats if link.second is not None), None)
-        if carrier is None:
-            return -frame / 60
-        member = next(b.member for b in self.bodies if b.name == carrier)
-        return (speed[member] - frame) / 60
+        turn = next((speed[b.member] for b in self.bodies if b.name == carrier), Fraction(0))
+        return (turn - frames.get(body.frame, Fraction(0))) / 60
 
     def seats(self, body: Body) -> list[Link]:
         """The supports or bearings that carry a body; of a gear that has none, the shaft it sits on."""
@@ -485,12 +482,7 @@ def module_of(member: str, bodies: Sequence[Body]) -> float:
 def _reach(member: str, bodies: Sequence[Body]) -> float:
     """Half the width over all teeth of a member [m]; 0 where it has none or no width is given."""
     gears = [b.gear for b in bodies if b.gear is not None and (b.member == member or member.startswith(f"{b.member}."))]
-    halves = [
-        gear.face_width + gear.gap / 2 if gear.herringbone else gear.face_width / 2
-        for gear in gears
-        if gear.face_width is not None
-    ]
-    return max(halves, default=0.0)
+    return max((gear.whole_width / 2 for gear in gears if gear.face_width is not None), default=0.0)
 
 
 def _check(path: str, size: float, module: float, data: Mapping[str, Any], log: ResolutionLog) -> None:

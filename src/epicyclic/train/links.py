@@ -266,8 +266,7 @@ def _inside_gear(site: LinkSite, path: str, table: BearingTable, bearing: Rollin
     ModelError : it does, at a place within the face of the gear.
     """
     gear, outside = site.first.gear, bearing.pitch_diameter + bearing.element_diameter
-    face = math.inf if gear is None or gear.face_width is None else gear.face_width
-    face = 2 * face + gear.gap if gear is not None and gear.herringbone else face
+    face = math.inf if gear is None or gear.face_width is None else gear.whole_width
     aside = abs((site.station if table.at is None else site.centre + table.at) - site.first.station)
     if site.kind != "bearing" or gear is None or aside >= face / 2:
         return

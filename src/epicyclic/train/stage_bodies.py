@@ -269,11 +269,8 @@ def _masses(
 
 def _width(gear: GearData | None, side: str | None) -> float:
     """Width of the solid of a gear or of one half of it [m], nan where it is not known."""
-    if gear is None or gear.face_width is None:
-        return NAN
-    if side is not None:  # the gap counts, to one half its half
-        return gear.face_width + gear.gap / 2
-    return 2 * gear.face_width + gear.gap if gear.herringbone else gear.face_width
+    # the gap counts, to one half its half
+    return NAN if gear is None else gear.whole_width + (0.0 if side is None else gear.gap / 2)
 
 
 def _stated_inertia(plan: Plan, name: str, side: str | None, key: str, radius: float) -> float | None:
