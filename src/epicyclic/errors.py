@@ -62,3 +62,8 @@ def needs_turning() -> ModelError:
         path="operation.held",
         allowed="fewer held members, and the speed of one that turns",
     )
+
+
+def in_mm(length: float, digits: int = 6) -> str:
+    """A length [m] as a message has it."""
+    return f"{1e3 * length:.{digits}g} mm"

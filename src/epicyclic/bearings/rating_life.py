@@ -214,10 +214,3 @@ def life_modification(bearing: RollingBearing, load: ArrayLike, *, kappa: float,
         base, power = 1 - film * relative**0.4, -9.185
     least = (_MOST / 0.1) ** (1 / power)  # of the base, where a_ISO is 50
     return np.asarray(0.1 * np.maximum(base, least) ** power)
-
-
-def miner_life(lives: ArrayLike, revolutions: ArrayLike) -> float:
-    """Life [10^6 revolutions] of cases with lives (N,) and revolutions (N,), in any unit: sum n / sum (n / L)."""
-    share = np.asarray(revolutions, dtype=float)
-    damage = float((share / np.asarray(lives, dtype=float)).sum())
-    return float(share.sum()) / damage if damage > 0 else math.inf

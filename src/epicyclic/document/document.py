@@ -38,7 +38,7 @@ from .units import KINDS, BareNumber, finite_float, to_si
 from .validation import bare_numbers, validate
 
 _NAME_AND_UNIT = re.compile(r"([^\[\]]*)(?:\[([^\[\]]*)\])?")
-_MOST_BYTES = 4_000_000  # of a file that a document names, as of a model file
+MAX_BYTES = 4_000_000  # of a model file, and of each file that one names
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -265,7 +265,7 @@ def _torque_table(name: str, path: str, folder: Path | None) -> PlainTable:
     """Return angles and torques of a file that a ripple names."""
     heading = "angle [deg], torque [N m]"
     allowed = f"a CSV file beside the model file: {heading}"
-    table = read_table((folder or Path()) / name, most=_MOST_BYTES, allowed=allowed, path=path, given=name)
+    table = read_table((folder or Path()) / name, most=MAX_BYTES, allowed=allowed, path=path, given=name)
     if [column for column, _ in table.columns] != ["angle", "torque"] or not table.rows:
         given = ", ".join(table.heading)
         raise table.error(table.lines[0], "no table of torques over a turn", given=given, allowed=heading)
@@ -296,7 +296,7 @@ def _with_pitches(value: Any, path: str, read: Callable[[str, str], str]) -> Any
 def _force_table(name: str, path: str, folder: Path | None) -> dict[str, object]:
     """Return deflections and forces of a CSV file as a model file states them. Raises ModelError."""
     allowed = f"a CSV file beside the model file: {_FORCE_HEADING}"
-    table = read_table((folder or Path()) / name, most=_MOST_BYTES, allowed=allowed, path=path, given=name)
+    table = read_table((folder or Path()) / name, most=MAX_BYTES, allowed=allowed, path=path, given=name)
     columns: dict[str, list[int]] = {key: [] for key in _COLUMNS}
     for column, (heading, unit) in enumerate(table.columns):
         match = _FORCE_NAME.fullmatch(heading)
@@ -338,56 +338,12 @@ def _is_file_name(value: object) -> bool:
 def _pitch_list(name: str, path: str, folder: Path | None) -> str:
     """Return the last column of a CSV file as a list with its unit, m without a heading. Raises ModelError."""
     allowed = "a CSV file beside the model file: one tooth a line, heading `pitch [um]` for a unit other than m"
-    table = read_table((folder or Path()) / name, most=_MOST_BYTES, allowed=allowed, path=path, given=name)
+    table = read_table((folder or Path()) / name, most=MAX_BYTES, allowed=allowed, path=path, given=name)
     unit = table.columns[-1][1]
     if not unit:  # the first line is a tooth too
         rows, lines = [table.heading, *table.rows], [0, *table.lines]
         unit, table = "m", replace(table, heading=["pitch"], rows=rows, lines=lines)
     return f"[{', '.join(map(repr, table.numbers(len(table.heading) - 1)))}] {unit}"
-
-
-# histories ------------------------------------------------------------------------------------------------------------
-
-_MOST_HISTORY_BYTES = 200_000_000
-_HISTORY_HEADING = "time [s], sun [N m]"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TorqueTable:
-    """Rows of a history: time [s], member -> torque [N m], and the line of the file each row stands in."""
-
-    time: tuple[float, ...]
-    torque: dict[str, tuple[float, ...]]
-    line: tuple[int, ...]
-
-
-def read_history(path: str | Path) -> TorqueTable:
-    """Read ``time [s], sun [N m], ...``.
-
-    Raises
-    ------
-    ModelError : no such file, a header without time, names or units, a hole, a text that is no finite number, times
-        that do not rise, fewer than two rows; with the number of the line.
-    """
-    table = read_table(path, most=_MOST_HISTORY_BYTES, allowed=_HISTORY_HEADING)
-    names = [name for name, _ in table.columns]
-    kinds = ["time" if name == "time" else "torque" for name in names]
-    for column, kind in enumerate(kinds):
-        table.scale(column, kind, allowed=_HISTORY_HEADING)
-    if "time" not in names or len(names) < 2:
-        problem = "a history needs a column of time and one of a member"
-        raise table.error(table.lines[0], problem, given=", ".join(names), allowed=_HISTORY_HEADING)
-    if len(set(names)) < len(names):
-        raise table.error(table.lines[0], "a name stands in two columns", given=", ".join(names))
-    if len(table.rows) < 2:
-        raise ModelError("too few rows", path=str(path), given=len(table.rows), allowed="two or more")
-    values = {
-        name: tuple(table.quantities(column, kind, allowed=_HISTORY_HEADING))
-        for column, (name, kind) in enumerate(zip(names, kinds, strict=True))
-    }
-    time = values.pop("time")
-    table.check_rising(time)
-    return TorqueTable(time=time, torque=values, line=tuple(table.lines[1:]))
 
 
 def check_assumed(layer: PlainTable, data: PlainTable, names: Names) -> None:
@@ -451,7 +407,6 @@ def _check_units_stated(
         raise ModelError(f"{first.problem}{more}", path=path, given=first.given, allowed=first.allowed)
 
 
-MAX_BYTES = 4_000_000
 Source = str | Path | Mapping[str, object]
 Origin = Literal["given", "set"]
 

@@ -21,6 +21,7 @@ from .schema import BY_MEMBER, LOADING, SIDES, STAGE_KEYS, Names, full_path, mes
 from .schema_fields import LINK_KEYS
 
 PlainTable = dict[str, Any]
+Ends = Callable[[Mapping[str, Any]], bool]
 MAX_DEPTH = 24
 # points of one dotted key: tomllib takes time as the square of their number, and there are 24 levels at most
 _MAX_POINTS = 300
@@ -173,23 +174,18 @@ def value_at(table: object, path: Iterable[str]) -> Any:
     return table
 
 
-def leaves(
-    table: PlainTable, path: str = "", ends: Callable[[PlainTable], bool] = not_
-) -> Iterator[tuple[str, object]]:
-    """Yield the path and value of everything that is no table, and of the tables at which a path ends: empty ones."""
-    for name, value in table.items():
-        where = f"{path}.{name}" if path else name
-        if isinstance(value, dict) and not ends(value):
-            yield from leaves(value, where, ends)
-        else:
-            yield where, value
+def leaves(table: Mapping[str, Any], ends: Ends = not_) -> Iterator[tuple[str, object]]:
+    """Path and value of everything that is no table, and of the tables at which a path ends: empty ones."""
+    return ((".".join(keys), value) for keys, value in keyed(table, ends=ends))
 
 
-def keyed(table: Mapping[str, Any], above: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], object]]:
-    """Keys from the top down, and value, of everything that is no table, and of empty tables."""
+def keyed(
+    table: Mapping[str, Any], above: tuple[str, ...] = (), *, ends: Ends = not_
+) -> Iterator[tuple[tuple[str, ...], object]]:
+    """The same by keys from the top down."""
     for key, value in table.items():
-        if isinstance(value, Mapping) and value:
-            yield from keyed(value, (*above, key))
+        if isinstance(value, Mapping) and not ends(value):
+            yield from keyed(value, (*above, key), ends=ends)
         else:
             yield (*above, key), value
 
@@ -484,12 +480,12 @@ def _tolerances(table: PlainTable, names: Names) -> PlainTable:
     return result
 
 
-def _is_entry(table: PlainTable) -> bool:
+def _is_entry(table: Mapping[str, Any]) -> bool:
     """Whether a table is empty, or holds the distributions of one entry: its own, and that common to all planets."""
     return not table or (bool({"own", "common"} & set(table)) and _holds_no_table(table))
 
 
-def _holds_no_table(table: PlainTable) -> bool:
+def _holds_no_table(table: Mapping[str, Any]) -> bool:
     return not any(isinstance(value, dict) for value in table.values())
 
 

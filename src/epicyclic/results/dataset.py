@@ -71,7 +71,7 @@ def largest(values: ArrayLike, *, equal: float = _ROUNDING) -> int:
     return int(np.argmax(known >= most - equal * abs(most))) if math.isfinite(most) else int(np.argmax(known == most))
 
 
-def first_largest(values: ArrayLike, *, equal: float = EQUAL) -> tuple[int, ...]:
+def first_largest(values: ArrayLike) -> tuple[int, ...]:
     """Indices of the largest of values of any shape, as of `largest`.
 
     ValueError where none is known, as of numpy.nanargmax.
@@ -79,7 +79,7 @@ def first_largest(values: ArrayLike, *, equal: float = EQUAL) -> tuple[int, ...]
     array = np.asarray(values, dtype=float)
     if np.isnan(array).all():
         raise ValueError("no value is known")
-    return tuple(int(index) for index in np.unravel_index(largest(array, equal=equal), array.shape))
+    return tuple(int(index) for index in np.unravel_index(largest(array, equal=EQUAL), array.shape))
 
 
 SUFFIXES = (".nc", ".json", ".csv", ".xlsx")

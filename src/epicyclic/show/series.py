@@ -499,11 +499,11 @@ def of_definition(result: xr.Dataset, definition: str = "") -> xr.Dataset:
     return result.isel(definition=names.index(wanted) if wanted in names else 0)
 
 
-def system_quantiles(result: xr.Dataset, probabilities: Sequence[float] = DRAWN) -> dict[float, float]:
-    """K_gamma of the train that is not exceeded with each of the probabilities that the result has."""
+def system_quantiles(result: xr.Dataset) -> dict[float, float]:
+    """K_gamma of the train that is not exceeded with each of the probabilities `DRAWN` that the result has."""
     given = np.asarray(result["probability"].values, dtype=np.float64)
     values = of_definition(result)["system_k_gamma_quantile"].values
-    pairs = {float(p): float(values[i]) for p in probabilities for i in np.flatnonzero(np.isclose(given, p))}
+    pairs = {float(p): float(values[i]) for p in DRAWN for i in np.flatnonzero(np.isclose(given, p))}
     return {p: value for p, value in pairs.items() if np.isfinite(value)}
 
 

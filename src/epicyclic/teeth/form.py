@@ -20,8 +20,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..errors import ModelError
+from ..errors import ModelError, in_mm
 from . import geometry
+from .path_of_contact import PlaneOfAction
 
 Array = NDArray[np.float64]
 
@@ -174,24 +175,24 @@ def tooth_outline(gear: GearForm, *, path: str = "") -> Outline:
 def _check(gear: GearForm, shape: Outline, path: str) -> None:
     height = shape.root - shape.tip if gear.internal else shape.tip - shape.root
     if height <= 0:
-        raise ModelError("the tip lies beyond the root: no tooth is left", path=path, given=f"{gear.tip * 1e3:.4g} mm")
+        raise ModelError("the tip lies beyond the root: no tooth is left", path=path, given=in_mm(gear.tip, 4))
     if shape.root <= 0 or (gear.internal and shape.tip < shape.base):
         word = "the tip of the ring lies inside its base circle, where there is no involute"
-        raise ModelError(word if gear.internal else "leaves no tooth", path=path, given=f"{gear.tip * 1e3:.4g} mm")
+        raise ModelError(word if gear.internal else "leaves no tooth", path=path, given=in_mm(gear.tip, 4))
     psi = float(shape.flank_angle(np.array([shape.tip]))[0][0])
     if psi <= 0:
         raise ModelError(
             "the tooth is pointed: its flanks cross below the tip circle",
             path=path,
-            given=f"tip radius {gear.tip * 1e3:.4g} mm, profile shift {gear.profile_shift:.3g}",
+            given=f"tip radius {in_mm(gear.tip, 4)}, profile shift {gear.profile_shift:.3g}",
             allowed="a smaller tip diameter, addendum or profile shift",
         )
     if gear.bore <= gear.root if gear.internal else gear.bore >= gear.root:
         raise ModelError(
             "leaves no body under the teeth",
             path=path,
-            given=f"held at a radius of {gear.bore * 1e3:.4g} mm",
-            allowed=f"{'more' if gear.internal else 'less'} than the root radius {gear.root * 1e3:.4g} mm",
+            given=f"held at a radius of {in_mm(gear.bore, 4)}",
+            allowed=f"{'more' if gear.internal else 'less'} than the root radius {in_mm(gear.root, 4)}",
         )
 
 
@@ -427,14 +428,24 @@ def check_flank(flank: Flank, *, height: float, width: float, teeth: int, path: 
             raise ModelError(
                 "more than the height of the flank: no micro-geometry",
                 path=f"{path}.{name}" if path else name,
-                given=f"{size * 1e3:.6g} mm",
-                allowed=f"at most {height * 1e3:.5g} mm",
+                given=in_mm(size),
+                allowed=f"at most {in_mm(height, 5)}",
             )
     heights = [at for at, _ in flank.profile]
     if any(b <= a for a, b in itertools.pairwise(heights)) or not np.isfinite(flank.profile).all():
         raise ModelError("heights below the tip must rise", path=f"{path}.profile", given=heights)
     if flank.pitch and len(flank.pitch) != teeth:
         raise ModelError("one deviation a tooth", path=f"{path}.pitch", given=len(flank.pitch), allowed=str(teeth))
+
+
+def check_flanks(
+    plane: PlaneOfAction, flanks: tuple[Flank, Flank], teeth: tuple[int, int], paths: tuple[str, str]
+) -> None:
+    """Refuse micro-geometry that does not fit the flank of either gear of a pair, as `check_flank`."""
+    sides = (plane.radius_a, plane.face_a), (plane.radius_b, plane.face_b)
+    for flank, (radius, face), number, path in zip(flanks, sides, teeth, paths, strict=True):
+        height = abs(float(radius(plane.limits[1]) - radius(plane.limits[0])))
+        check_flank(flank, height=height, width=face[1] - face[0], teeth=number, path=path)
 
 
 def amounts(flank: Flank) -> Iterator[tuple[str, float]]:
@@ -456,6 +467,6 @@ def _check_relief(relief: Relief | None, most: float, path: str) -> None:
         raise ModelError(
             "does not fit the flank",
             path=f"{path}.length",
-            given=f"{relief.length * 1e3:.5g} mm",
-            allowed=f"more than 0, at most {most * 1e3:.5g} mm",
+            given=in_mm(relief.length, 5),
+            allowed=f"more than 0, at most {in_mm(most, 5)}",
         )

@@ -46,11 +46,11 @@ from typing import Literal, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..errors import ModelError
+from ..errors import ModelError, in_mm
 from ..warning_codes import CodedText, coded
 from . import geometry
 from .compliance import ToothCompliance, tooth_compliance
-from .form import PLAIN, Flank, check_flank
+from .form import PLAIN, Flank, check_flanks
 from .mesh_stiffness import DEFAULT_HARMONICS, ComplexArray, ToothPair
 from .path_of_contact import PlaneOfAction, pair_places
 
@@ -287,7 +287,7 @@ def check_pair(pair: ContactPair, *, path: str = "", paths: tuple[str, str] = ("
     plane = pair.plane
     if not plane.width > 0:
         raise ModelError(
-            "the faces do not overlap", path=path or "face_width", given=f"{plane.width * 1e3:.4g} mm", allowed="> 0"
+            "the faces do not overlap", path=path or "face_width", given=in_mm(plane.width, 4), allowed="> 0"
         )
     ratio = plane.limits[1] - plane.limits[0]
     if not ratio >= 1:
@@ -300,12 +300,7 @@ def check_pair(pair: ContactPair, *, path: str = "", paths: tuple[str, str] = ("
             raise ModelError(f"interference: the mate's tip reaches inside the base circle of gear {name}", path=path)
     if pair.slices < 1:
         raise ModelError("pieces of the face", path=path, given=pair.slices, allowed="1 or more")
-    for flank, radius, face, teeth, where in (
-        (pair.flank_a, plane.radius_a, plane.face_a, pair.teeth[0], paths[0]),
-        (pair.flank_b, plane.radius_b, plane.face_b, pair.teeth[1], paths[1]),
-    ):
-        height = abs(float(radius(plane.limits[1]) - radius(plane.limits[0])))
-        check_flank(flank, height=height, width=face[1] - face[0], teeth=teeth, path=where)
+    check_flanks(plane, (pair.flank_a, pair.flank_b), pair.teeth, paths)
 
 
 def uniform_along_face(pair: ContactPair) -> bool:
@@ -493,9 +488,9 @@ def interference_warnings(
     ]
     warnings = []
     for depth, (reached, mate), tooth in zip(depths, (names, names[::-1]), (mesh.b, mesh.a), strict=True):
-        text = f"the tips of {mate} reach {depth * 1e3:.3g} mm below the involute of {reached}"
+        text = f"the tips of {mate} reach {in_mm(depth, 3)} below the involute of {reached}"
         if depth > _REFUSED * tooth.gear.module:
-            reached_radius = f"tip radius {tooth.gear.tip * 1e3:.5g} mm"
+            reached_radius = f"tip radius {in_mm(tooth.gear.tip, 5)}"
             allowed = "a shorter tip, or another profile shift"
             raise ModelError(f"{text}: they interfere", path=path, given=reached_radius, allowed=allowed)
         if depth > _WARNED * tooth.gear.module:

@@ -324,10 +324,10 @@ def _mirrored_segments(segments: ContactSegments, pair: ContactPair) -> ContactS
 # table over the load -------------------------------------------------------------------------------------------------
 
 
-def contact_table(pair: ContactPair, load: float, *, samples: int = 50, count: int = DEFAULT_HARMONICS) -> ContactTable:
+def contact_table(pair: ContactPair, load: float, *, samples: int = 50) -> ContactTable:
     """Tabulate the loaded contact of a pair around an operating load [N].
 
-    samples : phases S of a mesh cycle.  count : orders of the linear model.
+    samples : phases S of a mesh cycle.
 
     Raises
     ------
@@ -342,9 +342,9 @@ def contact_table(pair: ContactPair, load: float, *, samples: int = 50, count: i
         raise ModelError("tooth contact found no solution", given=str(contact.status[contact.status != ""][0]))
     tangent = contact.tangent
     mean, series = table_series(tangent[_OPERATING - 1])
-    series = series[:count]
+    series = series[:DEFAULT_HARMONICS]
     linear = mean * evaluate_series(series, sigma)
-    error = harmonics(contact.approach[_OPERATING - 1] - load / linear, count)
+    error = harmonics(contact.approach[_OPERATING - 1] - load / linear, DEFAULT_HARMONICS)
     gap = np.vstack([contact.no_load, contact.approach]).T - error_samples(error, samples)
     return ContactTable(
         load=load,

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from ..errors import ModelError
+from ..errors import ModelError, in_mm
 from ..teeth import geometry
 from ..teeth.geometry import Angle, Phase
 from .gears import (
@@ -129,7 +129,8 @@ def _working(
     turns as a whole stresses no tooth.
     """
     a, b = teeth[p.a], teeth[p.b]
-    if p.internal and b.base_radius <= a.base_radius:
+    least = b.base_radius - a.base_radius if p.internal else b.base_radius + a.base_radius
+    if least <= 0:
         raise ModelError(
             f"the ring is smaller than {p.a}, which turns in it",
             path=f"{plan.member_path(p.b)}.teeth",
@@ -137,8 +138,7 @@ def _working(
             allowed=f"more teeth than {a.teeth}",
         )
     if p.keys.pressure_angle is not None:
-        radii = b.base_radius - a.base_radius if p.internal else b.base_radius + a.base_radius
-        by_angle = radii / math.cos(p.keys.pressure_angle)
+        by_angle = least / math.cos(p.keys.pressure_angle)
         return p.keys.pressure_angle, by_angle if given is None else given.value
     angle, distance = distance_from_shifts(p, teeth, shifts[p.a][0], shifts[p.b][0])
     if given is None or same(given.value, distance, 1e-12):
@@ -151,16 +151,15 @@ def _working(
         raise ModelError(
             f"the centre distance is too large, the working pressure angle would be {math.degrees(angle):.3g} deg",
             path=given.path,
-            given=f"{given.value * 1e3:.6g} mm",
-            allowed=f"about {distance * 1e3:.6g} mm, the distance of teeth and module",
+            given=in_mm(given.value),
+            allowed=f"about {in_mm(distance)}, the distance of teeth and module",
         )
     if math.isnan(angle):
-        least = abs(b.base_radius - a.base_radius) if p.internal else b.base_radius + a.base_radius
         raise ModelError(
             "the centre distance is below the base circles",
             path=given.path,
-            given=f"{given.value * 1e3:.6g} mm",
-            allowed=f"at least {least * 1e3:.6g} mm, or {p.path}.pressure_angle",
+            given=in_mm(given.value),
+            allowed=f"at least {in_mm(least)}, or {p.path}.pressure_angle",
         )
     return angle, given.value
 
@@ -311,7 +310,7 @@ def _turn(plan: Plan, p: GearPair, known: float, new: float, between: float) -> 
         raise ModelError(
             f"the centre distances {known * 1e3:.6g}, {new * 1e3:.6g} and {between * 1e3:.6g} mm make no triangle",
             path=f"{p.path}.centre_distance",
-            given=f"{between * 1e3:.6g} mm",
+            given=in_mm(between),
             allowed=f"between {abs(known - new) * 1e3:.6g} and {(known + new) * 1e3:.6g} mm",
         )
     return math.acos(cosine)

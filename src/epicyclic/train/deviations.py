@@ -28,7 +28,7 @@ from ..document.deviations import (
 from ..document.document import Document
 from ..document.schema import SIDES, ModelFile
 from ..document.tables import value_at
-from ..errors import ModelError
+from ..errors import ModelError, in_mm
 from ..teeth.geometry import pitch_lines, profile_amplitude, random_phases, tooth_phase
 from .kinematics import Kinematics
 from .stage_bodies import link_row, seated
@@ -71,12 +71,9 @@ class DeviationScope:
             return self.relative(body)
         if speed is None or frames is None or body.branch is not None:
             return Fraction(0)
-        frame = frames.get(body.frame, Fraction(0))
         carrier = next((link.second for link in seats if link.second is not None), None)
-        if carrier is None:
-            return -frame / 60
-        member = next(b.member for b in self.bodies if b.name == carrier)
-        return (speed[member] - frame) / 60
+        turn = next((speed[b.member] for b in self.bodies if b.name == carrier), Fraction(0))
+        return (turn - frames.get(body.frame, Fraction(0))) / 60
 
     def seats(self, body: Body) -> list[Link]:
         """The supports or bearings that carry a body; of a gear that has none, the shaft it sits on."""
@@ -439,8 +436,8 @@ def check_sizes(document: Document, bodies: Sequence[Body], meshes: Sequence[Mes
             raise ModelError(
                 "larger than a module: no backlash of teeth",
                 path=f"{mesh.pair}.backlash" if value_at(document.data, sided.split(".")) is None else sided,
-                given=_millimetres(mesh.backlash),
-                allowed=f"at most a module, {_millimetres(module)}; leave it out where the far flank never touches",
+                given=in_mm(mesh.backlash, 4),
+                allowed=f"at most a module, {in_mm(module, 4)}; leave it out where the far flank never touches",
             )
 
 
@@ -485,12 +482,7 @@ def module_of(member: str, bodies: Sequence[Body]) -> float:
 def _reach(member: str, bodies: Sequence[Body]) -> float:
     """Half the width over all teeth of a member [m]; 0 where it has none or no width is given."""
     gears = [b.gear for b in bodies if b.gear is not None and (b.member == member or member.startswith(f"{b.member}."))]
-    halves = [
-        gear.face_width + gear.gap / 2 if gear.herringbone else gear.face_width / 2
-        for gear in gears
-        if gear.face_width is not None
-    ]
-    return max(halves, default=0.0)
+    return max((gear.whole_width / 2 for gear in gears if gear.face_width is not None), default=0.0)
 
 
 def _check(path: str, size: float, module: float, data: Mapping[str, Any], log: ResolutionLog) -> None:
@@ -501,10 +493,10 @@ def _check(path: str, size: float, module: float, data: Mapping[str, Any], log: 
             f"{words} more than a module: no deviation of a gear",
             path=path,
             given=_written(data, path, size),
-            allowed=f"at most a module, {_millimetres(module)}",
+            allowed=f"at most a module, {in_mm(module, 4)}",
         )
     if size > _DOUBTFUL * module:
-        more = f"{words} more than a tenth of a module ({_millimetres(module)}); is the unit right?"
+        more = f"{words} more than a tenth of a module ({in_mm(module, 4)}); is the unit right?"
         log.coded("deviation-large", f"{path} = {_written(data, path, size)}: {more}")
 
 
@@ -525,10 +517,8 @@ def check_contact_errors(
     width = mesh.width if math.isfinite(mesh.width) else 0.0
     for path, size in {"misalignment": misalignment * width / 2, **errors}.items():
         if abs(size) > _LARGEST * module:
-            problem = f"moves teeth by {_millimetres(abs(size))}, more than a module"
-            raise ModelError(
-                problem, path=path, allowed=f"at most a module, {_millimetres(module)}; is the unit right?"
-            )
+            problem = f"moves teeth by {in_mm(abs(size), 4)}, more than a module"
+            raise ModelError(problem, path=path, allowed=f"at most a module, {in_mm(module, 4)}; is the unit right?")
 
 
 def _gears_of(mesh: Mesh, bodies: Sequence[Body]) -> list[GearData]:
@@ -539,8 +529,4 @@ def _gears_of(mesh: Mesh, bodies: Sequence[Body]) -> list[GearData]:
 def _written(data: Mapping[str, Any], path: str, size: float) -> object:
     """Value as it stands in the document, else its size."""
     value = value_at(data, path.split("."))
-    return _millimetres(size) if value is None or isinstance(value, float) else value
-
-
-def _millimetres(length: float) -> str:
-    return f"{length * 1e3:.4g} mm"
+    return in_mm(size, 4) if value is None or isinstance(value, float) else value

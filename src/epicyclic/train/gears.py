@@ -11,7 +11,7 @@ from dataclasses import asdict, replace
 from typing import NamedTuple
 
 from ..document.writer import quantity_text
-from ..errors import ModelError
+from ..errors import ModelError, in_mm
 from ..teeth import geometry
 from .stages import GearPair, Plan, origin_of, sides_of, stated, stated_value
 from .train import GearData, ResolutionLog, Teeth, same
@@ -88,8 +88,8 @@ def _scaled_to_teeth(plan: Plan, by_teeth: Mapping[str, float], from_module: boo
         if (from_module and share[name] > FAR_RADIUS) or (plan.loaded and share[name] > ROUNDED_RADIUS):
             log.coded(
                 "base-radius-far",
-                f"{plan.member_path(name)}.base_radius = {radius * 1e3:.4g} mm is far from teeth and module, "
-                f"which give {by_teeth[name] * 1e3:.4g} mm",
+                f"{plan.member_path(name)}.base_radius = {in_mm(radius, 4)} is far from teeth and module, "
+                f"which give {in_mm(by_teeth[name], 4)}",
             )
     if not plan.loaded or not missed or not rounded:
         return set()
@@ -339,8 +339,8 @@ def _first(stated: Sequence[tuple[str, float | None]], log: ResolutionLog) -> Gi
         if not same(value, given[0].value, 1e-6):
             log.coded(
                 "centre-distances-differ",
-                f"centre distances differ: {given[0].path} {given[0].value * 1e3:.6g} mm, "
-                f"{path} {value * 1e3:.6g} mm; the first one counts",
+                f"centre distances differ: {given[0].path} {in_mm(given[0].value)}, "
+                f"{path} {in_mm(value)}; the first one counts",
             )
     return given[0] if given else None
 
@@ -363,11 +363,9 @@ def profile_shifts(
         total = _shift_sum(p, teeth, distance[p.name])
         if total is None:
             continue
-        known.setdefault(p.a if p.b not in known else p.b, (0.0, "default"))
-        if p.a not in known:
-            known[p.a] = (total - known[p.b][0], "geometry")
-        elif p.b not in known:
-            known[p.b] = (total - known[p.a][0], "geometry")
+        # one of the two is known, else that of a is 0
+        one, other = (p.b, p.a) if p.b in known else (p.a, p.b)
+        known[other] = (total - known.setdefault(one, (0.0, "default"))[0], "geometry")
     for name, (shift, _) in known.items():
         if abs(shift) > LARGEST_SHIFT:
             raise ModelError(

@@ -13,11 +13,21 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import lru_cache
-from typing import Any
+from typing import Any, TypeVar
 
 from ..errors import ModelError
 
 Row = list[Fraction]
+Label = TypeVar("Label", int, str)
+
+
+def merged(labels: Mapping[str, Label], pairs: Iterable[tuple[str, str]]) -> dict[str, Label]:
+    """Labels of names, the least one for all that pairs join with one another."""
+    result = dict(labels)
+    for a, b in pairs:
+        low, high = sorted((result[a], result[b]))
+        result = {name: low if label == high else label for name, label in result.items()}
+    return result
 
 
 def null_space(rows: Sequence[Sequence[Fraction]], order: Sequence[int]) -> dict[int, Row]:

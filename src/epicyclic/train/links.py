@@ -33,8 +33,8 @@ from ..errors import ModelError
 from ..teeth.mesh_stiffness import ForceCurve, force_curve
 from .centres import StageShape
 from .gears import gap_of, width_of
-from .stage_bodies import body_name, held_by_distance, member_bodies, member_centre
-from .stages import Plan, elastic_constants, file_material, gear_below, member_material, overlaid, sides_of
+from .stage_bodies import body_name, held_by_distance, member_bodies, member_centre, piece_of
+from .stages import Plan, elastic_constants, file_material, gear_below, member_material, overlaid
 from .train import DIRECTIONS, Body, ContactSet, Link, ResolutionLog, bodies_named, of_branch
 
 
@@ -266,8 +266,7 @@ def _inside_gear(site: LinkSite, path: str, table: BearingTable, bearing: Rollin
     ModelError : it does, at a place within the face of the gear.
     """
     gear, outside = site.first.gear, bearing.pitch_diameter + bearing.element_diameter
-    face = math.inf if gear is None or gear.face_width is None else gear.face_width
-    face = 2 * face + gear.gap if gear is not None and gear.herringbone else face
+    face = math.inf if gear is None or gear.face_width is None else gear.whole_width
     aside = abs((site.station if table.at is None else site.centre + table.at) - site.first.station)
     if site.kind != "bearing" or gear is None or aside >= face / 2:
         return
@@ -410,11 +409,11 @@ def links_of_stage(shape: StageShape, model: ModelFile, bodies: Mapping[str, Bod
     links: list[Link] = []
     for name, member in plan.stage.members.items():
         planet = not plan.central(name)
-        for branch in range(plan.branches) if planet else (None,):
+        for number in range(1, plan.branches + 1) if planet else (None,):
             if member.on is None or (member.bearing if planet else member.support) is not None:
-                for body in member_bodies(plan, name, None if branch is None else branch + 1).values():
+                for body in member_bodies(plan, name, number).values():
                     links += _seat(plan, name, bodies[body], bodies, model, log)
-            links += _joints(plan, name, branch, bodies, model, log)
+            links += _joints(plan, name, number, bodies, model, log)
         if plan.split(name) and member.neck is None:
             _check_halves(plan, name, model)
     return links
@@ -455,9 +454,8 @@ def _seat(
     seconds: list[str | None] = [_carrying(table, bodies, side, path)]
     if carried and plan.carrier is not None and (table is None or table.to is None):
         # of a split carrier the half of this side, both for a planet in one piece
-        halves = sides_of(plan, plan.carrier)
-        carrying = (side,) if side is not None and side in halves else halves
-        seconds = [body_name(plan.name, plan.carrier, None, half) for half in carrying]
+        halves = member_bodies(plan, plan.carrier, None)
+        seconds = [halves[side]] if side in halves else [*halves.values()]
     if body.name in seconds and table is not None:
         raise ModelError(
             "holds a body on itself", path=f"{path}.to", given=table.to, allowed="housing, or another body"
@@ -548,17 +546,18 @@ def _bearings_of_seat(
 
 
 def _joints(
-    plan: Plan, name: str, branch: int | None, bodies: Mapping[str, Body], model: ModelFile, log: ResolutionLog
+    plan: Plan, name: str, number: int | None, bodies: Mapping[str, Body], model: ModelFile, log: ResolutionLog
 ) -> list[Link]:
     """Neck between the halves of a member, and shaft to the member it sits on; directions that the shape of a solid
     does not give are rigid.
+
+    number : of its branch (1 ..), None of a central member.
 
     Raises
     ------
     ModelError : a diameter or a torsional rigidity without length.
     """
     member = plan.stage.members[name]
-    number = None if branch is None else branch + 1
     pieces = member_bodies(plan, name, number)
     material = elastic_constants(member_material(plan, name, model))
     # kind, name in results, the two bodies, table, and the length it has unless stated [m]
@@ -568,9 +567,8 @@ def _joints(
         between = (width_of(plan, name) or 0.0) + gap_of(plan, name)
         joints.append(("neck", body_name(plan.name, name, number), left, right, member.neck, between))
     if (below := gear_below(member)) is not None:
-        base = member_bodies(plan, below, number)
         for side, body in pieces.items():
-            first, second = bodies[base.get(side, next(iter(base.values())))], bodies[body]
+            first, second = bodies[piece_of(plan, below, number, side)], bodies[body]
             apart = abs(second.station - first.station)
             joints.append(("shaft", body, first, second, member.shaft or SolidTable(), apart))
     links = []

@@ -20,10 +20,10 @@ import numpy as np
 from ..document.schema import ModelFile, ProfileTable, ReliefTable, VariationTable
 from ..document.schema_fields import MeshForceTable
 from ..document.units import Quantity
-from ..errors import ModelError
+from ..errors import ModelError, in_mm
 from ..teeth import geometry
 from ..teeth import mesh_stiffness as teeth_stiffness
-from ..teeth.form import PLAIN, Flank, GearForm, Relief, Wave, amounts, check_flank
+from ..teeth.form import Flank, GearForm, Relief, Wave, amounts, check_flanks
 from ..teeth.mesh_stiffness import (
     STEEL_MODULUS,
     ComplexArray,
@@ -234,31 +234,18 @@ def tooth_pair(at: MeshSide) -> ToothPair | None:
             _flank_path(plan, p.b, plan.member_levels(p.b, side)),
         ),
     )
-    _check(teeth, *(_flank_path(plan, name, plan.levels(name, side)) for name in (p.a, p.b)))
+    stating_a, stating_b = (_flank_path(plan, name, plan.levels(name, side)) for name in (p.a, p.b))
+    numbers = teeth.form_a.teeth, teeth.form_b.teeth
+    check_flanks(teeth.plane(), flanks, numbers, (stating_a, stating_b))
     for gear, flank in zip((p.a, p.b), flanks, strict=True):
         for name, size in amounts(flank):
             if abs(size) > _DOUBTFUL * a.module:
                 key, *within = name.split(".")
                 stating = stated(subtables(plan.levels(gear, side), "flank"), key)
                 path = ".".join([stating.path if stating else key, *within])
-                words = f"more than a tenth of a module ({a.module * 1e3:.4g} mm); is the unit right?"
-                log.coded("modification-large", f"{path} = {size * 1e3:.4g} mm is {words}")
+                words = f"more than a tenth of a module ({in_mm(a.module, 4)}); is the unit right?"
+                log.coded("modification-large", f"{path} = {in_mm(size, 4)} is {words}")
     return teeth
-
-
-def _check(teeth: ToothPair, path_a: str, path_b: str) -> None:
-    """Raise ModelError for micro-geometry that does not fit the height and the width of its flank.
-
-    path_a, path_b : where the file states the flanks of both gears.
-    """
-    plane = teeth.plane()
-    for flank, radius, face, form, path in (
-        (teeth.flank_a, plane.radius_a, teeth.face_a, teeth.form_a, path_a),
-        (teeth.flank_b, plane.radius_b, teeth.face_b, teeth.form_b, path_b),
-    ):
-        if flank != PLAIN:
-            height = abs(float(radius(teeth.limits[1]) - radius(teeth.limits[0])))
-            check_flank(flank, height=height, width=face[1] - face[0], teeth=form.teeth, path=path)
 
 
 # micro-geometry ------------------------------------------------------------------------------------------------------

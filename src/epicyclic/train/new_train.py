@@ -18,7 +18,7 @@ from ..document.document import read
 from ..document.schema import KIND_BY_NAME, nearest
 from ..document.units import Bounds, read_quantity, stated
 from ..document.writer import commented_text, quantity_text
-from ..errors import ModelError
+from ..errors import ModelError, in_mm
 from ..teeth import geometry
 from ..user_input import checked
 from ..warning_codes import code_of
@@ -734,7 +734,7 @@ def _stage_comments(blank: Blank, train: Train) -> dict[str, str]:
     mesh = {tuple(m.pair.split(".")[-1].split("-")): m for m in train.meshes if m.pair.startswith(f"{path}.")}
     gears = {body.member: gear for body in train.bodies if (gear := body.gear) is not None}
     first = mesh[layout.pairs[0]]
-    centre = _mm(first.radius_a + first.radius_b)
+    centre = in_mm(first.radius_a + first.radius_b)
     of_stage = [f"ratio {_ratio(blank):.5g}, {' to '.join(layout.ends(blank.held))}"] * (blank.kind != "differential")
     of_stage.append(f"centre distance {centre}")
     if (rate := (train.kinematics.mesh_frequency or {}).get(blank.name)) is not None:
@@ -746,7 +746,7 @@ def _stage_comments(blank: Blank, train: Train) -> dict[str, str]:
         comments[f"{path}.carrier"] = f"pins on a circle of {centre} radius"
     for member in layout.gears:
         gear = gears[f"{blank.name}.{member}"]
-        words = [f"reference diameter {_mm(2 * gear.reference_radius)}"]
+        words = [f"reference diameter {in_mm(2 * gear.reference_radius)}"]
         if gear.profile_shift and member not in blank.shifts:
             words.append(f"profile shift {gear.profile_shift:.4g}")
         for pair in layout.pairs if member not in layout.planets else ():
@@ -823,7 +823,3 @@ def _phasing_words(sun: int, planets: int) -> str:
     if (sun + 1) % planets == 0 or (sun - 1) % planets == 0:
         return "z_s/N is not whole: at the mesh frequency torque on the sun cancels, forces across its axis add up."
     return "z_s/N is not whole: at the mesh frequency torque on the sun cancels, and so do forces across its axis."
-
-
-def _mm(length: float) -> str:
-    return f"{length * 1e3:.6g} mm"

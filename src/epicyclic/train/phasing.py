@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 
 from ..errors import ModelError
 from ..teeth.geometry import Angle, Phase, driver_tooth, mate_tooth, shift_term
-from .kinematics import whole_solution
+from .kinematics import merged, whole_solution
 
 Number = Fraction | float
 ASSEMBLY_TOLERANCE = 1e-3  # [pitches] angles given with a few decimals count as buildable: far below any backlash
@@ -271,13 +271,11 @@ def _rows(
 
 def _starts(table: Mapping[str, ToothedGear], meshes: Sequence[ToothMesh]) -> list[ToothMesh]:
     """The first mesh of each set of solids that meshes tie together."""
-    group = {name: name for mesh in meshes for name in (_solid(table, mesh.a)[0], _solid(table, mesh.b)[0])}
-    for mesh in meshes:
-        old, new = group[_solid(table, mesh.b)[0]], group[_solid(table, mesh.a)[0]]
-        group = {name: new if of == old else of for name, of in group.items()}
+    pairs = [(_solid(table, mesh.a)[0], _solid(table, mesh.b)[0]) for mesh in meshes]
+    group = merged({name: name for pair in pairs for name in pair}, pairs)
     first: dict[str, ToothMesh] = {}
-    for mesh in meshes:
-        first.setdefault(group[_solid(table, mesh.a)[0]], mesh)
+    for (a, _), mesh in zip(pairs, meshes, strict=True):
+        first.setdefault(group[a], mesh)
     return list(first.values())
 
 
@@ -391,10 +389,8 @@ def _buildable_angles(
 
 
 def _hunting_period(table: Mapping[str, ToothedGear], meshes: Sequence[ToothMesh]) -> int:
-    turns = {meshes[0].a: Fraction(1, table[meshes[0].a].teeth)}  # of each gear per cycle of the first mesh
-    for a, b, ratio in _edges(table, [(m.a, m.b) for m in meshes]):
-        turns.setdefault(b, turns[a] * abs(ratio))
-    return math.lcm(*(turn.denominator for turn in turns.values()))
+    teeth = table[meshes[0].a].teeth  # cycles of the first mesh per turn of its gear
+    return math.lcm(*((speed / teeth).denominator for speed in _speeds(table, [(m.a, m.b) for m in meshes]).values()))
 
 
 def chain_signs(gears: Sequence[ToothedGear], pairs: Sequence[tuple[str, str]], first: int) -> tuple[int, ...]:
@@ -407,24 +403,21 @@ def chain_signs(gears: Sequence[ToothedGear], pairs: Sequence[tuple[str, str]], 
     ModelError : a mesh without a gear in common with those before it.
     """
     table = {gear.name: gear for gear in gears}
-    sense = {pairs[0][0]: first}
-    for a, b, ratio in _edges(table, pairs):
-        sense.setdefault(b, sense[a] if ratio > 0 else -sense[a])
-    return tuple(sense[a] for a, _ in pairs)
+    speeds = _speeds(table, pairs)
+    return tuple(first if speeds[a] > 0 else -first for a, _ in pairs)
 
 
-def _edges(table: Mapping[str, ToothedGear], pairs: Sequence[tuple[str, str]]) -> list[tuple[str, str, Fraction]]:
-    """(known gear, new gear, speed ratio) in an order that starts at the first gear and reaches all of them."""
+def _speeds(table: Mapping[str, ToothedGear], pairs: Sequence[tuple[str, str]]) -> dict[str, Fraction]:
+    """Speed of every gear relative to the carrier per that of the first one."""
     joints = [(a, b, Fraction(table[a].teeth, table[b].teeth) * (1 if table[b].internal else -1)) for a, b in pairs]
     joints += [(gear.on, gear.name, Fraction(1)) for gear in table.values() if gear.on is not None]
     joints += [(b, a, 1 / ratio) for a, b, ratio in joints]
-    reached, edges = {pairs[0][0]}, list[tuple[str, str, Fraction]]()
-    while new := next((j for j in joints if j[0] in reached and j[1] not in reached), None):
-        reached.add(new[1])
-        edges.append(new)
-    lost = sorted({name for pair in pairs for name in pair} - reached)
+    speeds = {pairs[0][0]: Fraction(1)}
+    while new := next((j for j in joints if j[0] in speeds and j[1] not in speeds), None):
+        speeds[new[1]] = speeds[new[0]] * new[2]
+    lost = sorted({name for pair in pairs for name in pair} - speeds.keys())
     if lost:
         raise ModelError(
             "no chain of meshes and shafts leads there from the first gear", path=lost[0], given=pairs[0][0]
         )
-    return edges
+    return speeds

@@ -34,7 +34,7 @@ from numpy.typing import NDArray
 
 from ..errors import ModelError, needs_turning
 from ..teeth.path_of_contact import touches_always
-from .kinematics import Gearing, Kinematics, Tie, watts
+from .kinematics import Gearing, Kinematics, Tie, merged, watts
 
 if TYPE_CHECKING:
     from .train import Body, Mesh
@@ -108,10 +108,10 @@ def power_flow(
             path, moment = f"stages.{planet}.bearing", at_pins(planet)
             paths.append((path, planet, carrier, moment, watts(moment, speed[carrier]), math.nan))
     scale = sum(value for value in (kinematics.power or {}).values() if value > 0)
-    circulating = _circulating(
-        [(a, b, power if abs(power) > _NONE * scale else 0.0) for _, a, b, _, power, _ in paths],
-        _one_member(gearings, ties, planets),
-    )
+    flows = [(a, b, power if abs(power) > _NONE * scale else 0.0) for _, a, b, _, power, _ in paths]
+    # planets that mesh with each other or stand on one shaft count as one
+    within = [(a, b) for a, b, _ in flows if a in planets and b in planets]
+    circulating = _circulating(flows, merged({planet: planet for planet in planets}, within))
     return tuple(
         PowerPath(path=path, first=a, second=b, torque=torque, power=power, rolling=rolling, circulating=circulates)
         for (path, a, b, torque, power, rolling), circulates in zip(paths, circulating, strict=True)
@@ -172,16 +172,6 @@ def _carriers(gearings: Iterable[Gearing], ties: Iterable[Tie], planets: Collect
 def _above(planet: str, below: Mapping[str, str]) -> list[str]:
     """Planets that stand on the shaft of a planet, directly or on one another."""
     return [name for name, under in below.items() if under == planet for name in (name, *_above(name, below))]
-
-
-def _one_member(gearings: Iterable[Gearing], ties: Iterable[Tie], planets: Collection[str]) -> dict[str, str]:
-    """Name that stands for every planet: one for those that mesh with each other or stand on one shaft."""
-    name = {planet: planet for planet in planets}
-    for a, b in [*((g.a, g.b) for g in gearings), *((tie.a, tie.b) for tie in ties)]:
-        if a in name and b in name:
-            old, new = name[b], name[a]
-            name = {planet: new if one == old else one for planet, one in name.items()}
-    return name
 
 
 def _circulating(paths: Sequence[tuple[str, str, float]], one: Mapping[str, str]) -> list[bool]:

@@ -36,7 +36,7 @@ from ..document.tolerances import (
     tolerances,
     tolerances_and_costs,
 )
-from ..errors import ModelError
+from ..errors import ModelError, in_mm
 from ..teeth import geometry
 from ..teeth.geometry import FLANK_GRADES, SIZE_GRADES, in_flank_range, profile_width, run_out_width, size_width
 from ..user_input import checked
@@ -102,11 +102,10 @@ def _check_ring(shape: StageShape, p: GearPair, given: bool, log: ResolutionLog)
             log,
             code="ring-too-small",
             value=str(ring.teeth),
-            allowed=f"a root radius above {(ring.root_radius - room) * 1e3:.4g} mm; "
-            f"it is {ring.root_radius * 1e3:.4g} mm",
+            allowed=f"a root radius above {in_mm(ring.root_radius - room, 4)}; it is {in_mm(ring.root_radius, 4)}",
         )
     elif room < 0:
-        log.coded("tips-in-roots", f"{p.path}: the tips of {p.a} reach {-room * 1e3:.3g} mm into the roots of {p.b}")
+        log.coded("tips-in-roots", f"{p.path}: the tips of {p.a} reach {in_mm(-room, 3)} into the roots of {p.b}")
 
 
 def _check_rims(shape: StageShape, log: ResolutionLog) -> None:
@@ -149,9 +148,8 @@ def _check_neighbours(shape: StageShape, given: bool, log: ResolutionLog) -> Non
             continue
         told.add((a, b))
         beside = not plan.central(a) and not plan.central(b) and (a == b or (plan.axis[a], plan.axis[b]) == (a, b))
-        text = (
-            f"{_numbered(plan, a, branch_a)} and {_numbered(plan, b, branch_b)} overlap by {-gaps[i, j] * 1e3:.4g} mm"
-        )
+        both = f"{_numbered(plan, a, branch_a)} and {_numbered(plan, b, branch_b)}"
+        text = f"{both} overlap by {in_mm(-gaps[i, j], 4)}"
         _say_overlap(shape, given, log, pair=(a, b), beside=beside, text=text)
         if beside:
             return
@@ -217,7 +215,7 @@ def _check_distances(shape: StageShape, log: ResolutionLog) -> None:
         by_teeth = (b - a if p.internal else b + a) / math.cos(shape.meshes[p.name].working_angle)
         between = _axes(shape, p)
         differs |= abs(by_teeth - between) > ONE_DISTANCE * between
-        texts.append(f"{p.name} {by_teeth * 1e3:.6g} mm (axes {between * 1e3:.6g} mm)")
+        texts.append(f"{p.name} {in_mm(by_teeth)} (axes {in_mm(between)})")
     if differs:
         log.coded(
             "centre-distances-differ",

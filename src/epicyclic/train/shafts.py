@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from ..document.schema import ModelFile
 from ..document.schema_fields import SectionTable
 from ..document.validation import MOST_BODIES
-from ..errors import ModelError
+from ..errors import ModelError, in_mm
 from .links import end_to_end, shaft_stiffness
 from .stage_bodies import seated
 from .stages import Levels, Plan, density_of, elastic_constants, file_material, member_material
@@ -156,23 +156,17 @@ def _pieces(
             raise ModelError("is missing", path=f"{path}.{name}.from", allowed="where the first section begins")
         if before is not None and abs(start - before) > _SAME:
             problem = "overlaps the section before it" if start < before else "leaves a gap to the section before it"
-            raise ModelError(
-                problem, path=f"{path}.{name}.from", given=_mm(start), allowed=f"{_mm(before)}, or nothing"
-            )
+            allowed = f"{in_mm(before)}, or nothing"
+            raise ModelError(problem, path=f"{path}.{name}.from", given=in_mm(start), allowed=allowed)
         if section.to - start <= _SAME:
-            allowed = f"more than {_mm(start)}, where it begins"
-            raise ModelError("has no length", path=f"{path}.{name}.to", given=_mm(section.to), allowed=allowed)
+            allowed = f"more than {in_mm(start)}, where it begins"
+            raise ModelError("has no length", path=f"{path}.{name}.to", given=in_mm(section.to), allowed=allowed)
         bore = section.bore or 0.0
         for key, value in {"from": start, "to": section.to, "diameter": section.diameter, "bore": bore}.items():
             log.note(f"{path}.{name}.{key}", value, "m")
         elastic = density_of(material), elastic_constants(material)
         pieces.append(_Piece(centre + start, centre + section.to, section.diameter, bore, *elastic))
     return pieces
-
-
-def _mm(length: float) -> str:
-    """A length [m] as a message has it."""
-    return f"{1e3 * length:.6g} mm"
 
 
 def _seat(link: Link, body: Body, bodies: Mapping[str, Body], pieces: Sequence[_Piece]) -> tuple[float, str] | None:
@@ -207,8 +201,8 @@ def _check_reach(
     """Refuse sections that end before the first or the last place on the shaft."""
     for place in ends:
         if not pieces[0].start - _SAME <= place <= pieces[-1].end + _SAME:
-            given = f"{_mm(pieces[0].start - body.station)} to {_mm(pieces[-1].end - body.station)}"
-            allowed = f"sections that reach {names[place] or 'the centre'} at {_mm(place - body.station)}"
+            given = f"{in_mm(pieces[0].start - body.station)} to {in_mm(pieces[-1].end - body.station)}"
+            allowed = f"sections that reach {names[place] or 'the centre'} at {in_mm(place - body.station)}"
             raise ModelError("does not reach what sits on the shaft", path=path, given=given, allowed=allowed)
 
 

@@ -19,11 +19,11 @@ from numpy.typing import NDArray
 from ..document.schema import MemberTable, ModelFile
 from ..document.schema_fields import ForceTableOf, LinkTable
 from ..document.units import Quantity
-from ..errors import ModelError
+from ..errors import ModelError, in_mm
 from ..teeth.mesh_stiffness import ToothPair, face_average
 from .centres import StageShape
 from .gears import half_station
-from .kinematics import Kinematics, tones
+from .kinematics import Kinematics, merged, tones
 from .mesh_laws import MeshLaw, MeshSide, mesh_law, tooth_pair
 from .phasing import StagePhases, ToothedGear, ToothMesh, chain_signs, flank_of_torque, shift_of, stage_leads, staggered
 from .rings import ring_of
@@ -81,16 +81,12 @@ def tilt_groups(bodies: Sequence[Body], links: Sequence[Link], misaligned: Colle
 
     misaligned : names of bodies whose seats are tilted, which join them to nothing here.
     """
-    group = {body.name: body.name for body in bodies} | {"": ""}
     joined: dict[tuple[str, str], list[Link]] = {}
     for link in links:
         if seated(link) not in misaligned:
             joined.setdefault((link.first, link.second or ""), []).append(link)
-    for (first, second), between in joined.items():
-        if group[first] != group[second] and _rigid(between):
-            low, high = sorted((group[first], group[second]))  # "" sorts first
-            group = {name: low if own == high else own for name, own in group.items()}
-    return group
+    rigid = [ends for ends, between in joined.items() if _rigid(between)]
+    return merged({body.name: body.name for body in bodies} | {"": ""}, rigid)  # "" sorts first
 
 
 def seated(link: Link) -> str:
@@ -137,6 +133,12 @@ def member_bodies(plan: Plan, member: str, branch: int | None) -> dict[str | Non
     return {side: body_name(plan.name, member, branch, side) for side in sides_of(plan, member)}
 
 
+def piece_of(plan: Plan, member: str, number: int | None, side: str | None) -> str:
+    """Name of the body of a member (of one branch, counted from 1) on one side; of a split one without a side left."""
+    half = (side or "left") if plan.split(member) else None
+    return body_name(plan.name, member, None if plan.central(member) else number, half)
+
+
 def member_centre(body: Body, model: ModelFile) -> float:
     """Axial place of the centre of a body's member [m], from which places in the file count: of halves the middle."""
     if body.side is None:
@@ -180,8 +182,7 @@ def free_bodies(model: ModelFile, log: ResolutionLog) -> list[Body]:
 def _member(shape: StageShape, name: str, branch: int | None, model: ModelFile, log: ResolutionLog) -> list[Body]:
     """Bodies of one member, by side; of a planet gear those of one branch (0 ..)."""
     plan, member = shape.plan, shape.plan.stage.members[name]
-    carried = branch is not None
-    sides = sides_of(plan, name)
+    number = None if branch is None else branch + 1
     if name not in plan.gears:
         log.note(
             f"{plan.member_path(name)}.split", plan.split(name), "", "default" if member.split is None else "given"
@@ -191,7 +192,7 @@ def _member(shape: StageShape, name: str, branch: int | None, model: ModelFile, 
         log.note(f"{plan.member_path(name)}.pin_radius", shape.pin_radius, "m", origin)
     radius = shape.gear(name).base_radius if name in plan.gears else shape.pin_radius
     bodies = []
-    for side in sides:
+    for side, body in member_bodies(plan, name, number).items():
         gear = shape.gears[name][side] if name in plan.gears else None
         rim = _radii(member, gear)[0] if gear is not None and gear.internal else NAN
         masses = _masses(plan, name, side, gear, radius, model)
@@ -204,12 +205,12 @@ def _member(shape: StageShape, name: str, branch: int | None, model: ModelFile, 
             _log_masses(plan, name, side, masses, log)
         bodies.append(
             Body(
-                name=body_name(plan.name, name, branch + 1 if branch is not None else None, side),
+                name=body,
                 member=f"{plan.name}.{name}",
                 kind=member.kind,
                 frame=plan.name,
-                carried_by=_carrier_body(plan, side) if carried else None,
-                branch=branch + 1 if branch is not None else None,
+                carried_by=None if number is None or plan.carrier is None else piece_of(plan, plan.carrier, None, side),
+                branch=number,
                 side=side,
                 centre=shape.place(name, branch or 0) if name in plan.gears else (0.0, 0.0),
                 station=half_station(plan, name, side),
@@ -224,13 +225,6 @@ def _member(shape: StageShape, name: str, branch: int | None, model: ModelFile, 
             )
         )
     return bodies
-
-
-def _carrier_body(plan: Plan, side: str | None) -> str | None:
-    """The carrier body that carries a planet; of a split carrier its half, the left one for planets in one piece."""
-    if plan.carrier is None:
-        return None
-    return body_name(plan.name, plan.carrier, None, (side or "left") if plan.split(plan.carrier) else None)
 
 
 # mass and inertia ---------------------------------------------------------------------------------------------------
@@ -255,14 +249,13 @@ def _masses(
         key = "outer_diameter" if gear is not None and gear.internal else "bore"
         limit = f"{'above' if key != 'bore' else 'below'} {(gear.reference_radius if gear else NAN) * 2e3:.6g} mm"
         path = f"{plan.member_path(name)}.{key}"
-        raise ModelError(
-            "leaves no solid beside the pitch circle", path=path, given=_in_mm(getattr(member, key)), allowed=limit
-        )
+        given = in_mm(getattr(member, key) or 0.0)
+        raise ModelError("leaves no solid beside the pitch circle", path=path, given=given, allowed=limit)
     if 0 < inner < _BORE * outer and not (gear is not None and gear.internal):
         raise ModelError(
             "is no bore of a gear",
             path=f"{plan.member_path(name)}.bore",
-            given=_in_mm(member.bore),
+            given=in_mm(member.bore or 0.0),
             allowed=f"0, or from {2e3 * _BORE * outer:.2g} mm, a thousandth of the pitch circle",
         )
     if mass is None:
@@ -276,16 +269,8 @@ def _masses(
 
 def _width(gear: GearData | None, side: str | None) -> float:
     """Width of the solid of a gear or of one half of it [m], nan where it is not known."""
-    if gear is None or gear.face_width is None:
-        return NAN
-    if side is not None:  # the gap counts, to one half its half
-        return gear.face_width + gear.gap / 2
-    return 2 * gear.face_width + gear.gap if gear.herringbone else gear.face_width
-
-
-def _in_mm(length: float | None) -> str:
-    """A length [m] as a message has it."""
-    return f"{1e3 * (length or 0.0):.6g} mm"
+    # the gap counts, to one half its half
+    return NAN if gear is None else gear.whole_width + (0.0 if side is None else gear.gap / 2)
 
 
 def _stated_inertia(plan: Plan, name: str, side: str | None, key: str, radius: float) -> float | None:
@@ -425,8 +410,8 @@ def _mesh(
         stage=tone,
         branch=number,
         side=side,
-        a=_body(plan, p.a, number, side),
-        b=_body(plan, p.b, number, side),
+        a=piece_of(plan, p.a, number, side),
+        b=piece_of(plan, p.b, number, side),
         internal=p.internal,
         direction=math.tau * turns,
         pressure_angle=meshing.working_angle,
@@ -449,12 +434,6 @@ def _mesh(
         table=law.table,
         overlap_ratio=at.overlap,
     )
-
-
-def _body(plan: Plan, member: str, number: int | None, side: str | None) -> str:
-    """Name of the body that carries a gear of one branch (1 ..) on one side."""
-    bodies = member_bodies(plan, member, None if plan.central(member) else number)
-    return bodies[side] if side in bodies else bodies[None]
 
 
 # flanks, senses, leads -----------------------------------------------------------------------------------------------
@@ -614,7 +593,7 @@ def _slice_count(
     """
     given, path = p.keys.slices, f"{p.path}.slices"
     numbers = range(1, plan.branches + 1) or (None,)
-    ends = [(_body(plan, p.a, i, side), _body(plan, p.b, i, side)) for i in numbers for side in width]
+    ends = [(piece_of(plan, p.a, i, side), piece_of(plan, p.b, i, side)) for i in numbers for side in width]
     tilts, unknown = any(tilting[a] != tilting[b] for a, b in ends), any(map(math.isnan, width.values()))
     if given is not None:
         log.note(path, given)

@@ -20,6 +20,7 @@ from typing import Any, Literal, NamedTuple
 from ..document.schema import SIDES, MemberTable, MeshTable, ModelFile, StageTable
 from ..errors import ModelError
 from ..teeth.mesh_stiffness import STEEL_MODULUS
+from .kinematics import merged
 from .train import Number, ResolutionLog, turns_of
 
 LevelName = Literal["side", "member", "mesh", "stage", "file"]
@@ -346,10 +347,6 @@ def _distances(roots: Iterable[str], joints: Sequence[tuple[str, str]]) -> dict[
 
 def _chains(pairs: Sequence[GearPair], gears: Mapping[str, MemberTable], path: str) -> dict[str, int]:
     """Number of the chain of meshing gears, by gear. Raises ModelError for a gear that meshes with nothing."""
-    chain = {name: i for i, name in enumerate(gears)}
-    for p in pairs:
-        low, high = sorted((chain[p.a], chain[p.b]))
-        chain = {name: low if c == high else c for name, c in chain.items()}
     meshing = {name for p in pairs for name in (p.a, p.b)}
     for name in gears:
         if name not in meshing:
@@ -358,7 +355,7 @@ def _chains(pairs: Sequence[GearPair], gears: Mapping[str, MemberTable], path: s
                 path=f"{path}.{name}",
                 allowed=f"a mesh in {path}.meshes with one of {', '.join(g for g in gears if g != name)}",
             )
-    return chain
+    return merged({name: i for i, name in enumerate(gears)}, ((p.a, p.b) for p in pairs))
 
 
 STEEL_DENSITY = 7850.0  # [kg/m^3]

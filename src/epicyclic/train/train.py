@@ -98,6 +98,12 @@ class GearData(Teeth):
     addendum: float
     dedendum: float
 
+    @property
+    def whole_width(self) -> float:
+        """Width over both helices of this body and the gap between them, or of its one [m]; nan where not given."""
+        width = NAN if self.face_width is None else self.face_width
+        return 2 * width + self.gap if self.herringbone else width
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Body:

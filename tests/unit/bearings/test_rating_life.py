@@ -24,7 +24,6 @@ from epicyclic.bearings.rating_life import (
     fatigue_limit,
     geometric_rating,
     life_modification,
-    miner_life,
     static_rating,
     static_safety,
 )
@@ -277,13 +276,6 @@ def test_life_modification_of_the_same_examples() -> None:
     of_class = brentq(lambda limit: factor(limit, *report) - 20.7, 1.34e3, 2e3)
     assert of_class / 1.34e3 == pytest.approx(1.22, abs=0.02)
     assert factor(of_class, *example) == pytest.approx(8, rel=0.05)
-
-
-def test_miner_by_hand() -> None:
-    """A million turns at a life of 2 million and 3 at one of 12: 3/4 of the damage by 4 million."""
-    assert miner_life([2.0, 12.0], [1.0, 3.0]) == pytest.approx(4 / 0.75)
-    assert miner_life([5.0, math.inf], [1.0, 1.0]) == pytest.approx(10.0)
-    assert math.isinf(miner_life([math.inf], [1.0]))
 
 
 @pytest.mark.parametrize(("bearing", "power"), [(DEEP_GROOVE, 3), (CYLINDRICAL, 10 / 3)], ids=["ball", "roller"])

@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from epicyclic.document.document import at_files, read, read_history
+from epicyclic.document.document import at_files, read
 from epicyclic.errors import ModelError
 from epicyclic.questions.modulation.verbs import read_window
+from epicyclic.questions.transient.verbs import read_history
 
 MODEL = """\
 format = 2

@@ -226,10 +226,10 @@ def force_unit(largest: float) -> tuple[str, float]:
     return ("kN", 1e-3) if largest >= 1e3 else ("N", 1.0)
 
 
-def per_cent(share: float, digits: int = 2) -> str:
+def per_cent(share: float) -> str:
     """A share [1] in per cent, to a tenth at most."""
     value = 100 * share
-    return f"{value:.0f} %" if abs(value) >= 10 ** (digits - 1) else f"{value:.1f} %"
+    return f"{value:.0f} %" if abs(value) >= 10 else f"{value:.1f} %"
 
 
 def signed_per_cent(share: float) -> str:

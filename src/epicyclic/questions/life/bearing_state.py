@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 Columns = dict[str, tuple[Any, Any]]
 State = dict[str, Any]
 """Value of every variable of one bearing at one operating point."""
-LAMINAE = 30
 NO_LOAD = 1e-4  # force per the static rating that is none
 _ZONE = ("element_load", "element_angle", "element_pressure", "load_zone_extent", "static_safety")
 _FREQUENCIES = ("cage_frequency", "outer_race_frequency", "inner_race_frequency", "element_frequency")
@@ -89,7 +88,7 @@ def bearing_state(link: Link, force: Array, turns: Mapping[str, float]) -> State
     }
     if np.isfinite(force).all():
         most = force[largest(np.abs(force).max(axis=1) if force.shape[1] > 2 else size)]
-        zone = load_zone(bearing, displacement(bearing, most if len(most) > 2 else [*most, 0.0]), laminae=LAMINAE)
+        zone = load_zone(bearing, displacement(bearing, most if len(most) > 2 else [*most, 0.0]))
         values = zone.load[zone.most[0]], zone.angle, zone.pressure, zone.extent, static_safety(bearing, zone)
         state |= dict(zip(_ZONE, values, strict=True))
     return state

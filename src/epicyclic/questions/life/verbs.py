@@ -30,7 +30,7 @@ def life(drive: "Drive", options: LifeOptions, progress: "Callable[[float], None
     ModelError : the model or an option is wrong; no bearing is stated by its parts; a train that does not turn.
     ConvergenceError : no equilibrium.
     """
-    from .changes import with_changes
+    from .life import with_changes
 
     if not options.changes:
         return _lives(drive, options, {}, progress)

@@ -229,18 +229,18 @@ class LocusEvent:
     index: float
 
 
-def track_modes(at: Callable[[float], ModeSet], values: Sequence[float], *, depth: int = 10) -> list[ModeSet]:
+def track_modes(at: Callable[[float], ModeSet], values: Sequence[float]) -> list[ModeSet]:
     """Mode sets in the order of their loci, those of the first value rising.
 
-    Steps are halved where shapes change quickly.
+    Steps are halved where shapes change quickly, ten times at most.
 
     Parameters
     ----------
-    at : modes at a value, omega^2 rising.  values : in the order of tracking.  depth : most halvings of a step.
+    at : modes at a value, omega^2 rising.  values : in the order of tracking.
     """
     path = [at(values[0])]
     todo = [float(value) for value in values[:0:-1]]
-    smallest = abs(values[-1] - values[0]) / (len(values) - 1) / 2**depth
+    smallest = abs(values[-1] - values[0]) / (len(values) - 1) / 2**10
     while todo:
         state, correlation = match_modes(path[-1], at(todo[-1]))
         if correlation < _RELIABLE and abs(todo[-1] - path[-1].value) > smallest:

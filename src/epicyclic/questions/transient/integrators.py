@@ -171,24 +171,23 @@ def at_rest(moving: Motion) -> Array:
     return np.zeros((2, moving.numbers.squared.size))
 
 
-def at_equilibrium(moving: Motion, *, start: float = 0.0, slider: Array | None = None) -> Array:
-    """The state (2, n) in which nothing moves and nothing accelerates at one instant, centrifugal terms included.
+def at_equilibrium(moving: Motion, *, slider: Array | None = None) -> Array:
+    """The state (2, n) in which nothing moves and nothing accelerates at time 0, centrifugal terms included.
 
     The static equilibrium of what is loaded then is the first guess; Newton steps add what depends on the speed.
     Dampers act through the rate of the errors.  Motions that nothing holds are left alone.
 
     Parameters
     ----------
-    start : the instant [s].  slider : (R,) of Coulomb friction before it [m]; where the mean load has put them where
-        None.
+    slider : (R,) of Coulomb friction before it [m]; where the mean load has put them where None.
 
     Raises
     ------
     ModelError, ConvergenceError : there is no such state, or it was not found.
     """
-    N, at = moving.numbers, instant_terms(moving, start, start)
+    N, at = moving.numbers, instant_terms(moving, 0.0, 0.0)
     before = N.link.anchor if slider is None else slider
-    y = _first_guess(moving, at, start, before)
+    y = _first_guess(moving, at, before)
     still, left, scale = np.zeros_like(y), _residual(moving, at, y, before), _scale(moving)
     F = N.drag.size
     for _ in range(_STEPS):
@@ -223,13 +222,13 @@ def _scale(moving: Motion) -> Array:
     return scale
 
 
-def _first_guess(moving: Motion, at: InstantTerms, start: float, slider: Array) -> Array:
-    """Modal coordinates (n,) of the static equilibrium under the load of an instant; those of closed meshes if none."""
+def _first_guess(moving: Motion, at: InstantTerms, slider: Array) -> Array:
+    """Modal coordinates (n,) of the static equilibrium under the load at time 0; those of closed meshes if none."""
     N, m = moving.numbers, len(moving.system.meshes.name)
     if N.pull:
         return np.zeros(N.squared.size)
     load = np.asarray(np.linalg.solve(moving.shapes.T, at.push), dtype=np.float64)
-    phases = phases_at(moving, phase_at(moving.program, np.array([start])))
+    phases = phases_at(moving, phase_at(moving.program, np.zeros(1)))
     stiffness = np.concatenate([moving.flanks.linear, moving.laws.row_stiffness])
     try:
         balance = equilibrium(

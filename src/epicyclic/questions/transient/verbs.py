@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from ...engine.source import Drive
     from .scenario import History
 
+_MOST_BYTES, _HEADING = 200_000_000, "time [s], sun [N m]"  # of the file of a history
+
 
 @takes(TransientOptions, turning=True)
 def transient(drive: "Drive", options: TransientOptions, progress: Progress | None = None) -> "xr.Dataset":
@@ -29,7 +31,7 @@ def transient(drive: "Drive", options: TransientOptions, progress: Progress | No
     options = replace(
         options,
         mesh_frequency=_ends(options),
-        history=options.history if options.torque is None else _history(options.torque),
+        history=options.history if options.torque is None else read_history(options.torque),
         initial=_state(options.initial),
     )
     return run(drive.system, options, progress=progress)
@@ -56,19 +58,36 @@ def _state(initial: Any) -> Any:
     return initial
 
 
-def _history(path: str | Path) -> "History":
-    """Torques of a CSV file as the analysis takes them."""
+def read_history(path: str | Path) -> "History":
+    """Read the CSV file ``time [s], sun [N m], ...``.
+
+    Raises
+    ------
+    ModelError : no such file, a header without time, names or units, a hole, a text that is no finite number, times
+        that do not rise, fewer than two rows; with the number of the line.
+    """
     import numpy as np
 
-    from ...document.document import read_history
+    from ...document.document import read_table
     from .scenario import History
 
-    table = read_history(path)
-    return History(
-        time=np.array(table.time),
-        torque={name: np.array(values) for name, values in table.torque.items()},
-        where=tuple(f"{path}, line {line}" for line in table.line),
-    )
+    table = read_table(path, most=_MOST_BYTES, allowed=_HEADING)
+    names = [name for name, _ in table.columns]
+    kinds = ["time" if name == "time" else "torque" for name in names]
+    for column, kind in enumerate(kinds):
+        table.scale(column, kind, allowed=_HEADING)
+    if "time" not in names or len(names) < 2:
+        problem = "a history needs a column of time and one of a member"
+        raise table.error(table.lines[0], problem, given=", ".join(names), allowed=_HEADING)
+    if len(set(names)) < len(names):
+        raise table.error(table.lines[0], "a name stands in two columns", given=", ".join(names))
+    if len(table.rows) < 2:
+        raise ModelError("too few rows", path=str(path), given=len(table.rows), allowed="two or more")
+    read = [table.quantities(column, kind, allowed=_HEADING) for column, kind in enumerate(kinds)]
+    values = {name: np.array(column) for name, column in zip(names, read, strict=True)}
+    time = values.pop("time")
+    table.check_rising(time.tolist())
+    return History(time=time, torque=values, where=[f"{path}, line {line}" for line in table.lines[1:]])
 
 
 VERBS = (Verb(run=transient, gives=("transient",), examples=({"cycles": 2},)),)

@@ -127,16 +127,15 @@ def _tones(tones: dict[str, float], top: float) -> list[Mark]:
     return marks
 
 
-def energy_shares(modes: xr.Dataset, *, most: int = 40) -> go.Figure:
-    """Strain-energy shares of the connections and kinetic-energy shares of the bodies [%] in every mode.
+def energy_shares(modes: xr.Dataset) -> go.Figure:
+    """Strain-energy shares of the connections and kinetic-energy shares of the bodies [%] in the 40 lowest modes.
 
     Parameters
     ----------
     modes : Dataset of `modes`: strain_energy_share (connection, mode), kinetic_energy_share (body, mode) [1],
         frequency (mode) [Hz].
-    most : modes shown at most, the lowest.
     """
-    shown = modes.isel(mode=slice(0, most))
+    shown = modes.isel(mode=slice(0, 40))
     strain, kinetic = (
         summed_shares(texts(shown, dim), shown[f"{name}_energy_share"].transpose(dim, "mode").values)
         for name, dim in (("strain", "connection"), ("kinetic", "body"))

@@ -9,7 +9,7 @@ import pytest
 from tests.unit.questions.life.test_life import PARTS, train
 
 import epicyclic
-from epicyclic.questions.life.changes import changes_of
+from epicyclic.questions.life.life import changes_of
 from epicyclic.questions.life.views import findings, tables
 from epicyclic.train.resolution import load
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import epicyclic
-from epicyclic.document.document import read_history
 from epicyclic.errors import ModelError
+from epicyclic.questions.transient.verbs import read_history
 
 
 def written(folder: Path, text: str) -> Path:
@@ -29,10 +29,12 @@ def test_a_history_is_read(tmp_path: Path, separator: str) -> None:
         "2.5,1.5,-6000",
     ]
     text = "\r\n".join(lines).replace(",", separator)
-    table = read_history(written(tmp_path, text))
-    assert table.time == (0.0, 0.0025)
-    assert table.torque == {"sun": (1000.0, 1500.0), "main.carrier": (-4000.0, -6000.0)}
-    assert table.line == (4, 6)
+    path = written(tmp_path, text)
+    history = read_history(path)
+    assert history.time.tolist() == [0.0, 0.0025]
+    torque = {name: values.tolist() for name, values in history.torque.items()}
+    assert torque == {"sun": [1000.0, 1500.0], "main.carrier": [-4000.0, -6000.0]}
+    assert history.where == [f"{path}, line 4", f"{path}, line 6"]
 
 
 @pytest.mark.parametrize(
