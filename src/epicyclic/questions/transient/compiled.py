@@ -32,11 +32,14 @@ _PART, _FIRST = 0.1, 1000
 
 
 @_jit
-def _phase(flank: FlankNumbers, f: int, cycles: float) -> tuple[float, int]:
-    """Place [cycles] in its phase cell of a row with a table, and the first of the cubics there, so many cycles on."""
+def _phase(flank: FlankNumbers, at: Index, tones: Array, f: int, tau: float) -> tuple[float, int]:
+    """Place [cycles] in its phase cell of a row with a table, and the first of the cubics there.
+
+    at, tones : of `Numbers`.
+    """
     table = flank.tables[flank.table[f]]
     first, phases, loads = table[0], table[1], table[2]
-    sigma = flank.sense[f] * (cycles + flank.lead[f])
+    sigma = flank.sense[f] * (tones[at[f]] * tau + flank.lead[f])
     sigma -= np.floor(sigma)
     cell = min(int(sigma * phases), phases - 1)
     return sigma - cell / phases, first + 2 * loads * cell
@@ -136,7 +139,7 @@ def _instant_terms(
     if N.flank.tables.shape[0]:
         for f in range(F):
             if N.flank.table[f] >= 0:
-                k[f], cell[f] = _phase(N.flank, f, N.tones[N.tone[f]] * tau)
+                k[f], cell[f] = _phase(N.flank, N.tone, N.tones, f, tau)
     e[:] = 0.0
     de[:] = 0.0
     for f in range(F):  # arrays assigned whole would compile the words of their error, for seconds

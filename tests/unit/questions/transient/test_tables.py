@@ -82,7 +82,7 @@ def test_compiled_law_is_the_law(made: Any) -> None:
     for f in (0, 1, 3):
         assert N.flank.table[f] >= 0
         for i, tau in enumerate(turned):
-            x, row = phase(N.flank, f, N.tones[N.tone[f]] * tau)
+            x, row = phase(N.flank, N.tone, N.tones, f, tau)
             found = [law(N.flank, f, x, row, gap) for gap in gaps[:, i, f]]
             # 1e-16 of the gap over the width of a cell
             np.testing.assert_allclose(
