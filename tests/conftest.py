@@ -5,9 +5,12 @@ from __future__ import annotations
 import gc
 import os
 import signal
+import sys
 import time
 from collections.abc import Iterator
 from importlib import import_module
+from importlib.util import cache_from_source
+from pathlib import Path
 from typing import Any
 
 import known
@@ -43,6 +46,22 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
 
     scheduling._split_scope = scope
     return scheduling
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection(session: pytest.Session) -> None:
+    """Where no test is compiled yet, one process compiles them all, and the others wait for the last of them.
+
+    Each would take twelve seconds for what they write to the same place.
+    """
+    worker = getattr(session.config, "workerinput", {"workerid": "gw0"})["workerid"]
+    last = max((session.config.rootpath / "tests" / "unit" / "verbs").glob("test_*.py"))
+    compiled = Path(cache_from_source(str(last)).replace(".pyc", f"-pytest-{pytest.__version__}.pyc"))
+    if session.config.args != ["tests"] or sys.dont_write_bytecode or worker == "gw0":
+        return
+    until = time.monotonic() + 60
+    while not compiled.exists() and time.monotonic() < until:
+        time.sleep(0.1)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
