@@ -28,6 +28,8 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # One process has the browser and its server from the beginning; the longest file is not left to the end.
 _ALONE, _LONGEST = "tests/app/", "tests/unit/test_docs_run.py"
+# Priority (nice) of a job of the page.
+_BEHIND = 10
 # The results of the examples of all verbs, `example_result`, are computed in one process.
 _EXAMPLES = ("tests/unit/show/test_terminal.py", "tests/unit/test_docs.py")
 
@@ -70,6 +72,15 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 def pytest_collection_finish() -> None:
     _freeze()
+
+
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Beside other processes a test of something else than the page has the priority of the jobs of the page.
+
+    There are more processes than cores, and a job, which stands behind the page, would hardly run.
+    """
+    if hasattr(item.config, "workerinput") and not item.nodeid.startswith(_ALONE) and hasattr(os, "nice"):
+        os.nice(max(0, _BEHIND - os.nice(0)))
 
 
 def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> None:
