@@ -43,13 +43,19 @@ lint: $(VENV)/.installed-dev
 types: $(VENV)/.installed-dev
 	$(BIN)/mypy --explicit-package-bases src tests examples
 
+# The process that has the tests of the page waits for the browser: one more than cores, up to four.
+PROCESSES = $(shell $(BIN)/python -c "import os; print(min(4, os.cpu_count() + 1))")
 pytest: $(VENV)/.installed-dev
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -q -rs -n auto --maxprocesses 4 --dist loadfile --no-loadscope-reorder --durations=10
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -q -rs -n $(PROCESSES) --dist loadfile --no-loadscope-reorder --durations=10
 
 # From the drawing to the equation, and the arrows between the rooms.
 QUICK := $(addprefix tests/unit/,test_architecture.py document train teeth system statics) tests/physics
 quick: lint
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -q -n auto --maxprocesses 4 -m "not slow and not browser" $(QUICK)
+
+# The C library of Linux keeps memory that tests free: to ask the kernel for it anew takes longer than to fill it.
+pytest quick kernel oldest: export MALLOC_TRIM_THRESHOLD_ := 268435456
+pytest quick kernel oldest: export MALLOC_MMAP_THRESHOLD_ := 67108864
 
 # Numerical tests under one BLAS kernel; NoAVX2 : of NumPy 2.4 without its wide vectors too.
 kernel: $(VENV)/.installed-dev

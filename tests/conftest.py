@@ -5,9 +5,12 @@ from __future__ import annotations
 import gc
 import os
 import signal
+import sys
 import time
 from collections.abc import Iterator
 from importlib import import_module
+from importlib.util import cache_from_source
+from pathlib import Path
 from typing import Any
 
 import known
@@ -25,6 +28,8 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # One process has the browser and its server from the beginning; the longest file is not left to the end.
 _ALONE, _LONGEST = "tests/app/", "tests/unit/test_docs_run.py"
+# Priority (nice) of a job of the page.
+_BEHIND = 10
 # The results of the examples of all verbs, `example_result`, are computed in one process.
 _EXAMPLES = ("tests/unit/show/test_terminal.py", "tests/unit/test_docs.py")
 
@@ -45,12 +50,37 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
     return scheduling
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection(session: pytest.Session) -> None:
+    """Where no test is compiled yet, one process compiles them all, and the others wait for the last of them.
+
+    Each would take twelve seconds for what they write to the same place.
+    """
+    worker = getattr(session.config, "workerinput", {"workerid": "gw0"})["workerid"]
+    last = max((session.config.rootpath / "tests" / "unit" / "verbs").glob("test_*.py"))
+    compiled = Path(cache_from_source(str(last)).replace(".pyc", f"-pytest-{pytest.__version__}.pyc"))
+    if session.config.args != ["tests"] or sys.dont_write_bytecode or worker == "gw0":
+        return
+    until = time.monotonic() + 60
+    while not compiled.exists() and time.monotonic() < until:
+        time.sleep(0.1)
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     items.sort(key=lambda item: (not item.nodeid.startswith(_ALONE), not item.nodeid.startswith(_LONGEST)))
 
 
 def pytest_collection_finish() -> None:
     _freeze()
+
+
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Beside other processes a test of something else than the page has the priority of the jobs of the page.
+
+    There are more processes than cores, and a job, which stands behind the page, would hardly run.
+    """
+    if hasattr(item.config, "workerinput") and not item.nodeid.startswith(_ALONE) and hasattr(os, "nice"):
+        os.nice(max(0, _BEHIND - os.nice(0)))
 
 
 def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> None:

@@ -342,10 +342,10 @@ def test_first_touch_is_one_gap_in_every_route() -> None:
     N = motion(system).numbers
     for f in range(statics.shape[1]):
         for i in range(0, samples, 9):
-            x, row = _phase(N, f, i / samples / float(system.tones[0]))
+            x, row = _phase(N.flank, N.tone, N.tones, f, i / samples / float(system.tones[0]))
 
             def presses(gap: float, f: int = f, x: float = x, row: int = row) -> bool:
-                return bool(_tabulated(N, f, x, row, gap)[1])
+                return bool(_tabulated(N.flank, f, x, row, gap)[1])
 
             low, high = statics[i, f] - 1e-6, statics[i, f] + 1e-6
             assert presses(high)

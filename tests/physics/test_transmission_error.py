@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import epicyclic
-from epicyclic.statics.transmission_error import _largest_range, error_ranges, error_waves, ranges_of_lines
+from epicyclic.statics.transmission_error import _largest_ranges, error_ranges, error_waves, ranges_of_lines
 
 KINDS = ("rotation", "approach", "shaft")
 MESH = 4e8  # [N/m]
@@ -294,12 +294,15 @@ def test_orders_are_those_of_the_mesh_frequency_of_each_stage() -> None:
 
 
 @pytest.mark.parametrize(
-    ("share", "periodic"), [(0.03, True), (1 / 3, True), (1.0, True), (2.5, True), (0.2, False), (1.0, False)]
+    ("shares", "periodic"), [([1 / 3, 0.03, 2.5, 1.0, 0.05], True), ([0.6], True), ([1.0, 0.2], False), ([], True)]
 )
-def test_the_largest_range_is_that_of_the_window_with_the_most(share: float, periodic: bool) -> None:
+def test_the_largest_range_is_that_of_the_window_with_the_most(shares: list[float], periodic: bool) -> None:
     wave = np.random.default_rng(3).normal(size=(2, 90)).cumsum(axis=1)
     long = np.tile(wave, 4) if periodic else wave
-    size = min(ceil(share * 90) + 1, long.shape[1])
-    starts = range(90 if periodic else 91 - size)
-    windows = [np.ptp(long[:, start : start + size], axis=1) for start in starts]
-    np.testing.assert_array_equal(_largest_range(wave, share, periodic=periodic), np.max(windows, axis=0))
+    found = _largest_ranges(wave, shares, periodic=periodic)
+    assert found.shape == (len(shares), 2)
+    for share, one in zip(shares, found, strict=True):
+        size = min(ceil(share * 90) + 1, long.shape[1])
+        starts = range(90 if periodic else 91 - size)
+        windows = [np.ptp(long[:, start : start + size], axis=1) for start in starts]
+        np.testing.assert_array_equal(one, np.max(windows, axis=0))

@@ -59,6 +59,17 @@ def test_a_sweep_of_linear_contact_imports_only_what_it_needs(name: str) -> None
     assert "xarray" in modules
 
 
+def test_a_computing_process_of_the_page_starts_without_what_some_views_need() -> None:
+    """Together they took two fifths of its start."""
+    code = "import sys, epicyclic.cockpit.computing.compute; print(*sys.modules)"
+    modules = set(
+        subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    )
+    assert "xarray" in modules
+    heavy = {"scipy.interpolate", "scipy.optimize", "scipy.signal", "scipy.stats", "scipy.ndimage", "plotly", "nicegui"}
+    assert modules & heavy == set()
+
+
 @pytest.mark.parametrize("verb", ["static", "sharing"])
 def test_neither_units_nor_image_filters_are_imported_for_a_table(verb: str) -> None:
     """xarray tries by import whether labels are arrays of pint, which takes 0.1 s."""

@@ -117,13 +117,13 @@ def dataset(
     KeyError : a variable is missing from the table.
     """
     result = xr.Dataset(dict(variables), coords={name: _index(name, values) for name, values in (coords or {}).items()})
-    for name in result.variables:
+    for name, variable in result.variables.items():
         entry = OF_KIND.get((verb, str(name))) or VARIABLES.get(str(name))
         if entry is None and name in variables:
             raise KeyError(f"{name} has no entry in variables.VARIABLES")
         if entry is not None:
             unit = (units or {}).get(str(name), entry[0])
-            result[name].attrs.update({"units": unit, "long_name": entry[1]})
+            variable.attrs.update({"units": unit, "long_name": entry[1]})
     result.attrs.update(
         {
             "verb": verb,

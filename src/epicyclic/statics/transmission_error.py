@@ -89,7 +89,9 @@ def range_columns(
     }
 
 
-def error_ranges(system: System, wave: Array, period: Fraction, part: str = "") -> dict[str, Array]:
+def error_ranges(
+    system: System, wave: Array, period: Fraction, part: str = "", spectrum: ComplexArray | None = None
+) -> dict[str, Array]:
     """Ranges (k,) of errors over mesh cycles, turns of shafts and the common period, by their names.
 
     ``mesh cycle``: of the multiples of a mesh frequency alone, which every cycle repeats; of the common period alone,
@@ -98,19 +100,19 @@ def error_ranges(system: System, wave: Array, period: Fraction, part: str = "") 
     Parameters
     ----------
     wave : (k, N) over a period or a record.  period : its length, exact [s at the operating speed].  part : name of a
-        record that is not the common period of all lines.
+        record that is not the common period of all lines.  spectrum : (k, N // 2 + 1) of the waves, where it is known.
     """
-    spectrum = np.fft.rfft(wave, axis=1)
+    if spectrum is None and not part:
+        spectrum = np.fft.rfft(wave, axis=1)
     ranges: dict[str, Array] = {}
     for name, tone in _mesh_cycles(system).items():
-        if not part and (cycles := tone * period).denominator == 1 and 2 * cycles < wave.shape[1]:
+        if spectrum is not None and (cycles := tone * period).denominator == 1 and 2 * cycles < wave.shape[1]:
             orders = np.zeros_like(spectrum)
             orders[:, :: int(cycles)] = spectrum[:, :: int(cycles)]
             ranges[name] = np.ptp(np.fft.irfft(orders, wave.shape[1], axis=1), axis=1)
-    for shaft, turn in system.errors.turn.items():
-        if turn and (not part or abs(turn * period) >= 1):
-            share = float(1 / abs(turn * period))
-            ranges[f"turn of {shaft}"] = _largest_range(wave, share, periodic=not part)
+    turns = {f"turn of {shaft}": abs(turn * period) for shaft, turn in system.errors.turn.items() if turn}
+    shares = {name: float(1 / count) for name, count in turns.items() if not part or count >= 1}
+    ranges |= zip(shares, _largest_ranges(wave, list(shares.values()), periodic=not part), strict=True)
     return {**ranges, part or "common period": np.ptp(wave, axis=1)}
 
 
@@ -129,7 +131,8 @@ def ranges_of_lines(
     amplitude, frequency = amplitude[:, kept], [frequency[place] for place in kept]
     whole = _common_period(amplitude, frequency)
     if whole is not None:
-        return error_ranges(system, *whole)
+        wave, length, spectrum = whole
+        return error_ranges(system, wave, length, spectrum=spectrum)
     ranges: dict[str, Array] = {}
     for name, tone in _mesh_cycles(system).items():
         own = [place for place, one in enumerate(frequency) if (one / tone).denominator == 1]
@@ -138,8 +141,10 @@ def ranges_of_lines(
     return {**ranges, "all phases": bound}
 
 
-def _common_period(amplitude: ComplexArray, frequency: Sequence[Fraction]) -> tuple[Array, Fraction] | None:
-    """Waveforms (k, N) of lines over their common period, and its length [s]; None where that is too long."""
+def _common_period(
+    amplitude: ComplexArray, frequency: Sequence[Fraction]
+) -> tuple[Array, Fraction, ComplexArray] | None:
+    """Waveforms (k, N) of lines over their common period, its length [s], spectrum; None where that is too long."""
     unit = math.lcm(*(one.denominator for one in frequency))
     steps = [int(one * unit) for one in frequency]
     base = math.gcd(*steps)
@@ -150,7 +155,7 @@ def _common_period(amplitude: ComplexArray, frequency: Sequence[Fraction]) -> tu
     spectrum = np.zeros((len(amplitude), count // 2 + 1), complex)
     spectrum[:, np.array(orders)] = amplitude * (count / 2)
     spectrum[:, 0] = 0.0  # the mean is in no range
-    return np.fft.irfft(spectrum, count, axis=1), Fraction(unit, base)
+    return np.fft.irfft(spectrum, count, axis=1), Fraction(unit, base), spectrum
 
 
 def _mesh_cycles(system: System) -> dict[str, Fraction]:
@@ -169,18 +174,30 @@ def _stage_tones(system: System) -> dict[str, Fraction]:
     return {stage: tone for tone, stage in tones.items()}
 
 
-def _largest_range(wave: Array, share: float, *, periodic: bool) -> Array:
-    """Largest range of waveforms (k, N) within a window of a share of their length, (k,); of a record, inside it."""
-    size = math.ceil(share * wave.shape[1]) + 1
-    ranges = np.zeros(len(wave))
-    for row, one in enumerate(wave):  # one by one: they are long, and what is written anew stays in the cache
-        high = low = np.concatenate([one, one[: size - 1]]) if periodic else one
-        width, most = 1, min(size, high.size)
-        while width < most:  # a window of twice the width is two of it
-            step = min(width, most - width)
-            high, low = np.maximum(high[:-step], high[step:]), np.minimum(low[:-step], low[step:])
-            width += step
-        ranges[row] = (high - low).max()
+def _largest_ranges(wave: Array, shares: Sequence[float], *, periodic: bool) -> Array:
+    """Largest ranges of waveforms (k, N) within windows of shares of their length, (s, k); of a record, inside it."""
+    N = wave.shape[1]
+    sizes = [math.ceil(share * N) + 1 for share in shares]
+    longest = N + min(max(sizes, default=1) - 1, N) if periodic else N
+    ranges, rooms = np.zeros((len(sizes), len(wave))), np.empty((3, 2, longest))
+
+    def of_two(high: Array, low: Array, step: int, room: Array) -> Array:
+        """Highest and lowest of two windows a step apart, (2, ..), in a place for them: new memory takes longer."""
+        count = high.size - step
+        np.maximum(high[:count], high[step:], out=room[0, :count])
+        np.minimum(low[:count], low[step:], out=room[1, :count])
+        return room[:, :count]
+
+    for row, one in enumerate(wave):  # one by one: they are long
+        high = low = np.concatenate([one, one[: longest - N]])
+        width = 1
+        for place in np.argsort(sizes, kind="stable").tolist():
+            most = min(sizes[place], longest)
+            while 2 * width <= most:
+                high, low = of_two(high, low, width, rooms[width.bit_length() % 2])
+                width *= 2
+            above, below = of_two(high, low, most - width, rooms[2])
+            ranges[place, row] = np.subtract(above, below, out=above).max()
     return ranges
 
 

@@ -33,13 +33,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.interpolate import CubicSpline
 
 from . import geometry
 from .form import GearForm, Outline, tooth_outline
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
 
 Array = NDArray[np.float64]
 
@@ -399,6 +402,8 @@ def tooth_compliance(gear: GearForm, *, path: str = "") -> ToothCompliance:
     ------
     ModelError : pointed or undercut teeth, no body under them (see `outline.tooth_outline`).
     """
+    from scipy.interpolate import CubicSpline  # a sixth of the start of a command that asks no tooth
+
     shape = tooth_outline(gear, path=path)
     low, high = sorted((shape.form_radius, shape.tip))
     radius = low + (high - low) * 0.5 * (1 - np.cos(np.pi * np.arange(_KNOTS) / (_KNOTS - 1)))

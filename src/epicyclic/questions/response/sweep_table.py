@@ -109,11 +109,9 @@ def with_resonances(
         "body_share": body_share,
         **forces,
     }
-    wider = result.copy()
-    for short, values in columns.items():
-        name = f"resonance_{short}"
-        unit, meaning = VARIABLES[name]
-        wider[name] = ("resonance", values, {"units": unit, "long_name": meaning})
+    named = {f"resonance_{short}": values for short, values in columns.items()}
+    labels = {name: dict(zip(("units", "long_name"), VARIABLES[name], strict=True)) for name in named}
+    wider = result.assign({name: ("resonance", values, labels[name]) for name, values in named.items()})
     wider.attrs["resonance_note"] = note
     for name, value in (("band", band), ("hertz", hertz)):
         if value is not None:

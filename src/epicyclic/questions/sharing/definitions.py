@@ -411,7 +411,9 @@ def cycle_forces(waves: Waves, phases: Array) -> Array:
     flat = waves.amplitude.reshape(len(waves.ratios), m * Nt)
     angle = 2 * np.pi * phases
     turning = np.hstack([np.cos(angle), -np.sin(angle)])
-    return (turning @ np.vstack([flat.real, flat.imag])).reshape(-1, m, Nt) + waves.mean
+    force: Array = (turning @ np.vstack([flat.real, flat.imag])).reshape(-1, m, Nt)
+    force += waves.mean  # in place: another array takes longer to be given than to be filled
+    return force
 
 
 def line_phases(ratios: Sequence[Fraction], cycles: NDArray[np.int64]) -> Array:

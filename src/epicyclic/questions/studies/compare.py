@@ -18,7 +18,6 @@ from pathlib import Path
 from typing import Any, Literal, NamedTuple, TypeVar
 
 import numpy as np
-import scipy.optimize
 import xarray as xr
 from numpy.typing import NDArray
 
@@ -456,6 +455,8 @@ def mode_pairs(a: TrainModes, b: TrainModes) -> tuple[NDArray[np.int64], Array, 
     (place in b (n,), -1 without one; modal assurance criterion (n,) [1], nan where modes are paired by kind; which of
     `BY_SHAPE` and `BY_KIND`).
     """
+    from scipy.optimize import linear_sum_assignment  # a third of a second where no train is compared
+
     same_bodies = {name.rpartition("/")[0] for name in a.dofs} == {name.rpartition("/")[0] for name in b.dofs}
     if same_bodies and (set(a.dofs) <= set(b.dofs) or set(b.dofs) < set(a.dofs)):
         # the largest sum of modal assurance criteria [allemang1982] of the eigenspaces, weighted by both M; further
@@ -466,7 +467,7 @@ def mode_pairs(a: TrainModes, b: TrainModes) -> tuple[NDArray[np.int64], Array, 
         mass = (of_a @ a.mass @ of_a.T + of_b @ b.mass @ of_b.T) / 2
         roots = repeated_roots(a.squared), repeated_roots(b.squared)
         _, criterion = modal_assurance(of_a @ a.vectors, of_b @ b.vectors, mass, roots)
-        rows, pairs = scipy.optimize.linear_sum_assignment(criterion, maximize=True)
+        rows, pairs = linear_sum_assignment(criterion, maximize=True)
         place, found = np.full(len(criterion), -1), np.full(len(criterion), np.nan)
         alike = criterion[rows, pairs] >= _ALIKE
         place[rows[alike]], found[rows[alike]] = pairs[alike], criterion[rows, pairs][alike]

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ...machine_code import machine_code
 from ...system.system import Array
-from .equation import Numbers, Steps
+from .equation import FlankNumbers, LawNumbers, Numbers, Steps
 
 Index = NDArray[np.int64]
 
@@ -32,41 +32,44 @@ _PART, _FIRST = 0.1, 1000
 
 
 @_jit
-def _phase(N: Numbers, f: int, tau: float) -> tuple[float, int]:
-    """Place [cycles] in its phase cell of a row with a table, and the first of the cubics there."""
-    table = N.flank.tables[N.flank.table[f]]
+def _phase(flank: FlankNumbers, at: Index, tones: Array, f: int, tau: float) -> tuple[float, int]:
+    """Place [cycles] in its phase cell of a row with a table, and the first of the cubics there.
+
+    at, tones : of `Numbers`.
+    """
+    table = flank.tables[flank.table[f]]
     first, phases, loads = table[0], table[1], table[2]
-    sigma = N.flank.sense[f] * (N.tones[N.tone[f]] * tau + N.flank.lead[f])
+    sigma = flank.sense[f] * (tones[at[f]] * tau + flank.lead[f])
     sigma -= np.floor(sigma)
     cell = min(int(sigma * phases), phases - 1)
     return sigma - cell / phases, first + 2 * loads * cell
 
 
 @_jit
-def _cubic(N: Numbers, row: int, x: float) -> float:
+def _cubic(cubics: Array, row: int, x: float) -> float:
     """One of the cubics at a place x [cycles] of its cell."""
-    cubic = N.flank.cubics[row]
+    cubic = cubics[row]
     value: float = ((cubic[0] * x + cubic[1]) * x + cubic[2]) * x + cubic[3]
     return value
 
 
 @_jit
-def _tabulated(N: Numbers, f: int, x: float, row: int, gap: float) -> tuple[float, bool]:
+def _tabulated(flank: FlankNumbers, f: int, x: float, row: int, gap: float) -> tuple[float, bool]:
     """Force [N] of a row with a table, and whether it presses; the gaps of rising forces are summed up to `gap` [m]."""
-    loads, force = N.flank.tables[N.flank.table[f], 2], N.flank.tables[N.flank.table[f], 3]
-    low = _cubic(N, row, x)
+    loads, force = flank.tables[flank.table[f], 2], flank.tables[flank.table[f], 3]
+    low = _cubic(flank.cubics, row, x)
     if gap <= low:
         return 0.0, False
     for j in range(1, loads):
-        h = _cubic(N, row + j, x)
+        h = _cubic(flank.cubics, row + j, x)
         if gap < low + h:
             t = (gap - low) / h
-            k0, k1 = _cubic(N, row + loads + j - 1, x), _cubic(N, row + loads + j, x)
-            f0, f1 = N.flank.forces[force + j - 1], N.flank.forces[force + j]
+            k0, k1 = _cubic(flank.cubics, row + loads + j - 1, x), _cubic(flank.cubics, row + loads + j, x)
+            f0, f1 = flank.forces[force + j - 1], flank.forces[force + j]
             value = f0 * (1 + 2 * t) * (1 - t) ** 2 + f1 * t**2 * (3 - 2 * t)
             return value + h * (k0 * t * (1 - t) ** 2 + k1 * t**2 * (t - 1)), True
         low += h
-    return N.flank.forces[force + loads - 1] + (gap - low) * _cubic(N, row + 2 * loads - 1, x), True
+    return flank.forces[force + loads - 1] + (gap - low) * _cubic(flank.cubics, row + 2 * loads - 1, x), True
 
 
 @_inlined
@@ -87,31 +90,35 @@ def _add_products(A: Array, x: Array, out: Array) -> None:
 
 
 @_inlined
-def _interval(N: Numbers, t: float) -> int:
-    """Number of the interval of the program that holds a time [s]."""
-    return min(max(int(np.searchsorted(N.program.time, t, side="right")) - 1, 0), N.program.time.size - 2)
+def _interval(times: Array, t: float) -> int:
+    """Number of the interval of the times of the program (k,) that holds a time [s]."""
+    low, high = 0, times.size - 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (middle, high) if times[middle] <= t else (low, middle)
+    return low
 
 
 @_inlined
-def _stiffness(N: Numbers, tau: float, turns: Array, k: Array) -> None:
-    """Fill in k (F,) [N/m] of rows without a table; turns (4, F) is work space.
+def _stiffness(flank: FlankNumbers, at: Index, tones: Array, least: float, tau: float, turns: Array, k: Array) -> None:
+    """Fill in k (F,) [N/m] of rows without a table; turns (4, F) is work space.  at, tones, least : of `Numbers`.
 
     All rows go through the orders together.  Rows of one tone share its cosine and sine.
     """
     F, tone, c1, s1 = k.size, -1, 1.0, 0.0
     for f in range(F):
-        if N.tone[f] != tone:
-            tone = N.tone[f]
-            angle = TURN * tau * N.tones[tone]
+        if at[f] != tone:
+            tone = at[f]
+            angle = TURN * tau * tones[tone]
             c1, s1 = np.cos(angle), np.sin(angle)
         turns[0, f], turns[1, f], turns[2, f], turns[3, f], k[f] = c1, s1, c1, s1, 1.0
-    for order in range(N.flank.wave.shape[1]):
+    for order in range(flank.wave.shape[1]):
         for f in range(F):
             c, w = turns[2, f], turns[3, f]
-            k[f] += N.flank.wave[0, order, f] * c - N.flank.wave[1, order, f] * w
+            k[f] += flank.wave[0, order, f] * c - flank.wave[1, order, f] * w
             turns[2, f], turns[3, f] = c * turns[0, f] - w * turns[1, f], c * turns[1, f] + w * turns[0, f]
     for f in range(F):
-        k[f] = N.flank.mean[f] * max(k[f], N.least)
+        k[f] = flank.mean[f] * max(k[f], least)
 
 
 @_inlined
@@ -128,11 +135,11 @@ def _instant_terms(
     s = N.program.speed[low] + rise * since
     tau = N.program.phase[low] + since * (N.program.speed[low] + rise * since / 2)
     n, F = push.size, N.flank.mean.size
-    _stiffness(N, tau, turns, k)
+    _stiffness(N.flank, N.tone, N.tones, N.least, tau, turns, k)
     if N.flank.tables.shape[0]:
         for f in range(F):
             if N.flank.table[f] >= 0:
-                k[f], cell[f] = _phase(N, f, tau)
+                k[f], cell[f] = _phase(N.flank, N.tone, N.tones, f, tau)
     e[:] = 0.0
     de[:] = 0.0
     for f in range(F):  # arrays assigned whole would compile the words of their error, for seconds
@@ -166,23 +173,26 @@ def _instant_terms(
 
 
 @_jit
-def _operators(N: Numbers, s: float, rise: float, tau: float, operators: Array) -> None:
-    """Fill in the operators of rate, then of position (n or 2 n, n), transposed, negative.
-
-    They depend on the speed, and where links pass a body on the instant.
-    """
-    n = N.squared.size
+def _operators(damp: Array, stiff: Array, s: float, rise: float, operators: Array) -> None:
+    """Fill in the operators of rate, then of position (n or 2 n, n) that depend on the speed, transposed, negative."""
+    n = operators.shape[1]
     for i in range(n):
         for j in range(n):
-            operators[i, j] = -N.damp[0, i, j] - s * N.damp[1, i, j]
+            operators[i, j] = -damp[0, i, j] - s * damp[1, i, j]
     for i in range(operators.shape[0] - n):
         for j in range(n):
-            operators[n + i, j] = -s * s * N.stiff[0, i, j] - s * N.stiff[1, i, j] - rise * N.stiff[2, i, j]
-    for q in range(N.wave_at.size):
-        c, w = np.cos(TURN * N.wave_at[q] * tau), np.sin(TURN * N.wave_at[q] * tau)
+            operators[n + i, j] = -s * s * stiff[0, i, j] - s * stiff[1, i, j] - rise * stiff[2, i, j]
+
+
+@_jit
+def _add_passing(wave_at: Array, wave: Array, tau: float, operators: Array) -> None:
+    """Add to the operators of position what links that pass a body have at an instant, transposed, negative."""
+    n = operators.shape[1]
+    for q in range(wave_at.size):
+        c, w = np.cos(TURN * wave_at[q] * tau), np.sin(TURN * wave_at[q] * tau)
         for i in range(n):
             for j in range(n):
-                operators[n + i, j] -= c * N.wave[0, q, i, j] - w * N.wave[1, q, i, j]
+                operators[n + i, j] -= c * wave[0, q, i, j] - w * wave[1, q, i, j]
 
 
 @_jit
@@ -266,14 +276,14 @@ def _held(
 
 
 @_jit
-def _pressed(N: Numbers, law: Array, x: Array, u: Array, e: Array, de: Array, force: Array) -> None:
-    """Fill in the forces [N, N m] of one group of contacts: the law, and lag times tangent times rate."""
-    F, first, count = N.flank.mean.size, int(law[0]), int(law[1])
+def _pressed(contacts: Array, F: int, law: Array, x: Array, u: Array, e: Array, de: Array, force: Array) -> None:
+    """Fill in the forces [N, N m] of one group of contacts: the law, and lag times tangent times rate; F flanks."""
+    first, count = int(law[0]), int(law[1])
     p, lag, begin = law[7], law[8], int(law[10])
     for i in range(first, first + count):
         force[i] = 0.0
     for j in range(begin, begin + int(law[11])):
-        contact = N.link.contacts[j]
+        contact = contacts[j]
         approach, rate = -contact[5], 0.0
         for i in range(count):
             approach += contact[i] * (x[F + first + i] - e[F + first + i])
@@ -285,21 +295,20 @@ def _pressed(N: Numbers, law: Array, x: Array, u: Array, e: Array, de: Array, fo
 
 
 @_jit
-def _groups(N: Numbers, x: Array, u: Array, e: Array, de: Array, slider: Array, force: Array) -> None:
-    """Fill in the forces (R,) [N] of the groups; stretch x [m] and rate u [m/s], (M,), slider (R,) [m]."""
-    F = N.flank.mean.size
-    for g in range(N.link.numbers.shape[0]):
-        first, count = int(N.link.numbers[g, 0]), int(N.link.numbers[g, 1])
-        k, friction, lag = N.link.numbers[g, 2], N.link.numbers[g, 3], N.link.numbers[g, 8]
-        if N.link.numbers[g, 11] > 0.0:
-            _pressed(N, N.link.numbers[g], x, u, e, de, force)
+def _groups(link: LawNumbers, F: int, x: Array, u: Array, e: Array, de: Array, slider: Array, force: Array) -> None:
+    """Fill in the forces (R,) [N] of the groups; stretch x [m] and rate u [m/s], (M,), slider (R,) [m]; F flanks."""
+    for g in range(link.numbers.shape[0]):
+        first, count = int(link.numbers[g, 0]), int(link.numbers[g, 1])
+        k, friction, lag = link.numbers[g, 2], link.numbers[g, 3], link.numbers[g, 8]
+        if link.numbers[g, 11] > 0.0:
+            _pressed(link.contacts, F, link.numbers[g], x, u, e, de, force)
             continue
         if friction < 0.0:
             i, j = F + first, F + first + count - 1
             pair = count == 2
             dy, vy = (x[j] - e[j], u[j] - de[j]) if pair else (0.0, 0.0)
             sy = slider[first + 1] if pair else 0.0
-            fx, fy = _held(N.link.numbers[g], x[i] - e[i], dy, u[i] - de[i], vy, slider[first], sy, pair)
+            fx, fy = _held(link.numbers[g], x[i] - e[i], dy, u[i] - de[i], vy, slider[first], sy, pair)
             force[first] = fx
             if pair:
                 force[first + 1] = fy
@@ -309,11 +318,11 @@ def _groups(N: Numbers, x: Array, u: Array, e: Array, de: Array, slider: Array, 
             rho += (x[i] - e[i]) ** 2
             radial += (x[i] - e[i]) * (u[i] - de[i])
         rho = np.sqrt(rho)
-        value, slope = min(k * rho, friction), k if rho < N.link.numbers[g, 4] else 0.0
-        beyond = rho - N.link.numbers[g, 5]
+        value, slope = min(k * rho, friction), k if rho < link.numbers[g, 4] else 0.0
+        beyond = rho - link.numbers[g, 5]
         if beyond >= 0.0:
-            value += N.link.numbers[g, 6] * beyond ** N.link.numbers[g, 7]
-            slope += N.link.numbers[g, 6] * N.link.numbers[g, 7] * beyond ** (N.link.numbers[g, 7] - 1.0)
+            value += link.numbers[g, 6] * beyond ** link.numbers[g, 7]
+            slope += link.numbers[g, 6] * link.numbers[g, 7] * beyond ** (link.numbers[g, 7] - 1.0)
         secant = value / rho if rho > 0.0 else slope
         for i in range(F + first, F + first + count):
             gap, speed = x[i] - e[i], u[i] - de[i]
@@ -322,18 +331,17 @@ def _groups(N: Numbers, x: Array, u: Array, e: Array, de: Array, slider: Array, 
 
 
 @_jit
-def _move_sliders(N: Numbers, y: Array, e: Array, slider: Array) -> None:
-    """Move the sliders (R,) [m] at the end of a step, in place."""
-    F = N.flank.mean.size
-    for g in range(N.link.numbers.shape[0]):
-        if N.link.numbers[g, 3] < 0.0:
-            first, pair = int(N.link.numbers[g, 0]), int(N.link.numbers[g, 1]) == 2
+def _move_sliders(laws: Array, gaps: Array, F: int, y: Array, e: Array, slider: Array) -> None:
+    """Move the sliders (R,) [m] at the end of a step, in place; laws : numbers of `LawNumbers`, gaps : of `Numbers`."""
+    for g in range(laws.shape[0]):
+        if laws[g, 3] < 0.0:
+            first, pair = int(laws[g, 0]), int(laws[g, 1]) == 2
             dx, dy = -e[F + first], -e[F + first + 1] if pair else 0.0
             for i in range(y.size):
-                dx += N.gaps[i, F + first] * y[i]
+                dx += gaps[i, F + first] * y[i]
                 if pair:
-                    dy += N.gaps[i, F + first + 1] * y[i]
-            sx, sy, _ = _slid(N.link.numbers[g], dx, dy, slider[first], slider[first + 1] if pair else 0.0, pair)
+                    dy += gaps[i, F + first + 1] * y[i]
+            sx, sy, _ = _slid(laws[g], dx, dy, slider[first], slider[first + 1] if pair else 0.0, pair)
             slider[first] = sx
             if pair:
                 slider[first + 1] = sy
@@ -364,13 +372,13 @@ def _slope(
     if N.flank.tables.shape[0]:  # a loop of its own: that of linear rows is short and straight
         for i in range(F):
             if N.flank.table[i] >= 0:
-                force, pressed = _tabulated(N, i, k[i], cell[i], x[i] - e[i])
+                force, pressed = _tabulated(N.flank, i, k[i], cell[i], x[i] - e[i])
                 if pressed:
                     force += N.drag[i] * (u[i] - de[i])
                 press[i] = force
                 r[i] = N.linear[i] * x[i] - force
     if M > F:
-        _groups(N, x, u, e, de, slider, g)
+        _groups(N.link, F, x, u, e, de, slider, g)
         for i in range(M - F):
             total = 0.0
             for j in range(M - F):
@@ -385,18 +393,20 @@ def _slope(
 
 
 @_inlined
-def _note(N: Numbers, force: Array, moment: float, span: float, total: Array, mesh: Array, flank: Array) -> None:
+def _note(
+    whole: Index, loaded: int, force: Array, moment: float, span: float, total: Array, mesh: Array, flank: Array
+) -> None:
     """Add the forces of all flanks (F,) [N] at the beginning of a step to a tally, as `integrators.note`.
 
-    moment, span : beginning and length of the step [s].  total : (w, 3) work space: force, any and far flank pressing.
-    mesh, flank : arrays of `integrators.Tally`.
+    whole, loaded : of `Numbers`.  moment, span : beginning and length of the step [s].
+    total : (w, 3) work space: force, any and far flank pressing.  mesh, flank : arrays of `integrators.Tally`.
     """
     total[:] = 0.0
     for f in range(force.size):
         if not np.isfinite(force[f]):
             return
     for f in range(force.size):
-        w, far = N.whole[f], f >= N.loaded
+        w, far = whole[f], f >= loaded
         total[w, 0] += -force[f] if far else force[f]
         if force[f] != 0.0:
             total[w, 1] = 1.0
@@ -433,7 +443,7 @@ def _run(
     n, M, F = y.size, N.gaps.shape[1], N.flank.mean.size
     k, e, de, push, press = np.empty(F), np.empty(M), np.empty(M), np.empty(n), np.empty(F)
     x, u, r, g = np.empty(M), np.empty(M), np.empty(M), np.empty(M - F)
-    cell, whole = np.zeros(F, np.int64), np.empty((mesh.shape[0], 3))
+    cell, total = np.zeros(F, np.int64), np.empty((mesh.shape[0], 3))
     y1, v1, a = np.empty(n), np.empty(n), np.empty(n)
     dy, dv = np.empty(n), np.empty(n)
     passing = N.wave_at.size > 0
@@ -442,21 +452,23 @@ def _run(
     z = np.empty(operators.shape[0])
     varying = turning and (passing or bool(np.any(N.program.speed != N.program.speed[0])))
     if turning:
-        _operators(N, N.program.speed[0], 0.0, 0.0, operators)
+        _operators(N.damp, N.stiff, N.program.speed[0], 0.0, operators)
     turns = np.empty((4, F))
     low = -1
     for number in range(done, done + count):
         index = first + number
         t = begin + index * step
         middle, end = begin + (index + 0.5) * step, begin + (index + 1) * step
-        before, low = low, _interval(N, middle)
+        before, low = low, _interval(N.program.time, middle)
         for stage in range(4):
             # a step begins with the terms with which the one before has ended, in one interval of the program
             if stage == 1 or stage == 3 or (stage == 0 and low != before):
                 at = t if stage == 0 else (middle if stage == 1 else end)
                 s, rise, tau = _instant_terms(N, at, low, turns, k, cell, e, de, push)
                 if varying:
-                    _operators(N, s, rise, tau, operators)
+                    _operators(N.damp, N.stiff, s, rise, operators)
+                if passing:
+                    _add_passing(N.wave_at, N.wave, tau, operators)
             if stage == 0:
                 for i in range(n):
                     y1[i], v1[i] = y[i], v[i]
@@ -470,7 +482,7 @@ def _run(
                     y1[i], v1[i] = y[i] + reach * vi, v[i] + reach * a[i]
             _slope(N, k, cell, e, de, push, operators, y1, v1, slider, x, u, r, g, z, press, a)
             if stage == 0:
-                _note(N, press, t, step, whole, mesh, flank)
+                _note(N.whole, N.loaded, press, t, step, total, mesh, flank)
             for i in range(n):
                 if stage == 0:
                     dy[i], dv[i] = v1[i], a[i]
@@ -481,7 +493,7 @@ def _run(
             y[i] += step / 6.0 * dy[i]
             v[i] += step / 6.0 * dv[i]
         if slider.size:
-            _move_sliders(N, y, e, slider)
+            _move_sliders(N.link.numbers, N.gaps, F, y, e, slider)
         if (number + 1) % keep == 0 and not _enter(number // keep, y, v, slider, out, sliders):
             return number // keep
     return -1

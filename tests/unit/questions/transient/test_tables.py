@@ -82,8 +82,8 @@ def test_compiled_law_is_the_law(made: Any) -> None:
     for f in (0, 1, 3):
         assert N.flank.table[f] >= 0
         for i, tau in enumerate(turned):
-            x, row = phase(N, f, tau)
-            found = [law(N, f, x, row, gap) for gap in gaps[:, i, f]]
+            x, row = phase(N.flank, N.tone, N.tones, f, tau)
+            found = [law(N.flank, f, x, row, gap) for gap in gaps[:, i, f]]
             # 1e-16 of the gap over the width of a cell
             np.testing.assert_allclose(
                 [force for force, _ in found], known[:, i, f], rtol=1e-12, atol=1e-12 * FORCE[-1]
