@@ -147,8 +147,8 @@ Bolts stand on a circle far from the ring that they hold; the motion of its sect
 The radius of the circle; or a table radius of the ring.
 
 bolts-averaged elastic-rings.md
-Bolts pass a ring that bends; their stiffness varies with their passing, and its mean is taken.
-More bolts than twice the orders of the ring, evenly spaced; else take what the ring does at that order as missing.
+Bolts, or a body in another frame, pass a ring that bends: a tone of response, stability and transient, a mean elsewhere.
+More bolts than twice the orders of the ring, evenly spaced; else read lateral motions off the response.
 
 strain-without-stretch sensors.md
 A strain gauge sits on a ring that does not stretch: its strain is that of bending alone.

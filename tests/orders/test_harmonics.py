@@ -58,7 +58,7 @@ def harmonics(system: System, modal: Modal, count: int) -> NDArray[np.complex128
         error=np.zeros((1, 1, count + 1), complex),
         force=force,
     )
-    made = kernel(system, np.zeros(1, np.int64), (count,), 0, mirrored=True)
+    made = kernel(system.varying, np.zeros(1, np.int64), (count,), 0, mirrored=True)
     y = solve(system, modal, made, rows, tolerance=1e-12).y[0, :, :, 0]
     return np.asarray(y[0] + 1j * y[1])
 

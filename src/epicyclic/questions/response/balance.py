@@ -27,7 +27,7 @@ Derived here.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, fields, replace
 from typing import Any, NamedTuple, TypeVar
 
@@ -38,6 +38,7 @@ from numpy.typing import NDArray
 from ...system.system import Array, ComplexArray, Index, System, VaryingRows
 from ..modes.eigen import Modal
 from .lattice import Kernel, product, stiffness_series, to_complex, to_real, truncated_product
+from .phase_block import phase_block
 
 _TINY = 1e-300
 # Least |D| of the preconditioner, per omega_r^2.  At a resonance of the mean system without damping D is 0 although the
@@ -208,7 +209,7 @@ def _lightly_damped(modal: Modal) -> NDArray[np.bool_]:
 
 # Products with D^-1 alone, where tones are several, before the block takes over.
 _TRIAL = 16
-# Vectors before a restart with the block: shorter cycles stall where links that pass couple what they hold.
+# Vectors before a restart where links pass a body: shorter cycles stall.
 _LONG = 200
 # Coordinates in the block: those that the variation moves by more than this part of themselves at once.  On a planetary
 # and a helical stage (53 coordinates, 1285 lattice points) 0.3 takes 94 to 132 products, 0.2 takes 61 to 78 with blocks
@@ -374,15 +375,29 @@ def _batched(balance: _Balance, start: Guess | None) -> tuple[Array, Array, Arra
     y = y + change
     stalled = np.isfinite(left) & (left > tolerance * scale) & several
     for p in np.flatnonzero(stalled).tolist():
-        block = resonant_block(balance.system, balance.modal, balance.kernel, balance.batch.frequency[p]) or np.asarray
         right, rows = balance.of([p]).preconditioned()
         target = tolerance * scale[[p]]
-        step = right - rows(y[[p]])
-        more, rest, used = gmres(lambda x: rows(block(x)), step, target=target, basis=_LONG)  # noqa: B023
-        calls += used
-        if rest[0] < left[p]:
-            y[p], left[p] = y[p] + block(more)[0], rest[0]
+        for block, cycles in _blocks(balance, p):
+            step = right - rows(y[[p]])
+            more, rest, used = gmres(lambda x: rows(block(x)), step, target=target, **cycles)  # noqa: B023
+            calls += used
+            if rest[0] < left[p]:
+                y[p], left[p] = y[p] + block(more)[0], rest[0]
+            if left[p] <= target[0]:
+                break
     return y.reshape(shape), left / scale, scale, calls
+
+
+def _blocks(balance: _Balance, p: int) -> Iterator[tuple[Callable[[Array], Array], dict[str, int]]]:
+    """Preconditioners of one point where D^-1 alone stalls, and their cycles of GMRES, the fastest first."""
+    system, modal, kernel, batch = balance.system, balance.modal, balance.kernel, balance.batch
+    resonant = resonant_block(system, modal, kernel, batch.frequency[p]) or np.asarray
+    if system.passing is None:
+        yield resonant, {}
+        return
+    yield resonant, {"basis": _LONG // 2, "restarts": 1}
+    yield phase_block(system, modal, kernel, batch.frequency[p], float(batch.frame[p])), {"basis": _LONG}
+    yield resonant, {"basis": _LONG}
 
 
 def _sharpen(balance: _Balance, y: Array, residual: Array, scale: Array) -> Array:
