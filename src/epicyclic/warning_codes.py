@@ -147,7 +147,7 @@ Bolts stand on a circle far from the ring that they hold; the motion of its sect
 The radius of the circle; or a table radius of the ring.
 
 bolts-averaged elastic-rings.md
-Bolts, or a body in another frame, pass a ring that bends: a tone of response, stability and transient, a mean elsewhere.
+Bolts, or a body in another frame, pass a ring that bends: a tone of response, stability, transient; else their mean.
 More bolts than twice the orders of the ring, evenly spaced; else read lateral motions off the response.
 
 strain-without-stretch sensors.md

@@ -379,13 +379,20 @@ def _passing(structure: Structure, T: Array) -> PassingRows | None:
     rows = structure.passings
     if not rows:
         return None
-    tones, width = tuple(dict.fromkeys(row.tone for row in rows)), max(len(row.wave) for row in rows)
+    tones = list[Fraction]()
+    for one in sorted({row.tone for row in rows}):  # multiples of a tone share its axis
+        tones += [] if any((one / tone).denominator == 1 for tone in tones) else [one]
+    follows = [next(tone for tone in tones if (row.tone / tone).denominator == 1) for row in rows]
+    orders = [int(row.tone / tone) for row, tone in zip(rows, follows, strict=True)]
+    wave = np.zeros((len(rows), max(len(row.wave) * order for row, order in zip(rows, orders, strict=True))), complex)
+    for own, row, order in zip(wave, rows, orders, strict=True):
+        own[order - 1 : order * len(row.wave) : order] = row.wave
     return PassingRows(
         link=tuple(row.link for row in rows),
         B=(structure.passing @ T).T,
-        wave=np.array([np.pad(row.wave, (0, width - len(row.wave))) for row in rows]),
-        tones=tones,
-        tone=np.array([tones.index(row.tone) for row in rows], np.int64),
+        wave=wave,
+        tones=tuple(tones),
+        tone=np.array([tones.index(tone) for tone in follows], np.int64),
     )
 
 

@@ -53,15 +53,15 @@ def passing_rows(
         rows, series = [row for row, _ in placed], [wave for _, wave in placed]
         matrix = link_matrix(rows, origins, axes, elastic)
         waves = np.array([row.stiffness for row in rows])[:, None] * np.array(series)
+        varied, step = matrix, 1
         if group.links[0].second is not None:
             rows, matrix, waves, varied = _summed(rows, matrix, waves)
-        else:
-            varied = matrix
+            step = math.gcd(*(np.flatnonzero(waves.any(axis=0)) + 1).tolist()) or 1
         means += rows
         mean_rows.append(matrix)
         varying_rows.append(varied)
         name, drawn = _place_of(group.links[0].name), group.links[0].name
-        varying += [PassingRow(name, drawn, group.tone, wave) for wave in waves]
+        varying += [PassingRow(name, drawn, step * group.tone, wave[step - 1 :: step]) for wave in waves]
     return means, np.concatenate(mean_rows), tuple(varying), np.concatenate(varying_rows)
 
 

@@ -376,12 +376,19 @@ def links_at(site: LinkSite, name: str, table: LinkTable, rest: Mapping[str, flo
     link, bolts = link_at(site, name, table, rest, log), table.bolts
     if bolts is None:
         return [link]
+    holds = any(link.stiffness) or any(link.damping)
+    for key in ("clearance", "exponent", "friction"):
+        if (given := getattr(table, key)) and not holds:
+            allowed = "stiffnesses of the link beside its bolts; or no law"
+            raise ModelError(
+                "acts on nothing: bolts alone hold here", path=f"{link.path}.{key}", given=given, allowed=allowed
+            )
     path = f"{link.path}.bolts"
     log.note(f"{path}.radius", bolts.radius, "m")
     stiffness, curves = _stiffnesses(site, path, bolts, dict.fromkeys(("radial", "tangential", "z"), STIFF), log)
     count = bolts.count or 1
     (x, y), radius = link.centre, bolts.radius
-    return [link] * (any(link.stiffness) or any(link.damping)) + [
+    return [link] * holds + [
         Link(
             name=f"{link.name}/bolts/{number}",
             path=path,
@@ -439,7 +446,7 @@ def _seat(
 
     Raises
     ------
-    ModelError : a body held on itself, a planet borne in the housing that its carrier turns against.
+    ModelError : a planet borne in the housing that its carrier turns against.
     """
     held, side, carried = model.operation.held, body.side, body.branch is not None
     table, path = overlaid(plan.member_levels(name, side), "bearing" if carried else "support")
@@ -456,10 +463,6 @@ def _seat(
         # of a split carrier the half of this side, both for a planet in one piece
         halves = member_bodies(plan, plan.carrier, None)
         seconds = [halves[side]] if side in halves else [*halves.values()]
-    if body.name in seconds and table is not None:
-        raise ModelError(
-            "holds a body on itself", path=f"{path}.to", given=table.to, allowed="housing, or another body"
-        )
     return _bearings_of_seat(path, body, seconds, table, model, log)
 
 
@@ -505,7 +508,15 @@ def _bearings_of_seat(
     a bearing sits in the one on its side of the planet's centre, in the middle half in each.
 
     seconds : names of the bodies that carry it, of two plates both; None = the frame.
+
+    Raises
+    ------
+    ModelError : a body held on itself.
     """
+    if body.name in seconds and support is not None:
+        raise ModelError(
+            "holds a body on itself", path=f"{path}.to", given=support.to, allowed="housing, or another body"
+        )
     listed: list[tuple[str, LinkTable]] = []
     if support is None or not support.bearings or support.directions():
         listed.append(("", support if support is not None else LinkTable()))

@@ -125,7 +125,7 @@ def log_rings(
                 log.coded("bolts-off-ring", text)
     for passing in passing_links(links, bodies, kinematics):
         one, count = passing.links[0], len(passing.links)
-        text = f"{one.path}: {count} bolts pass" if one.second is None else f"{one.name} passes"
+        text = f"{one.path}: {count} bolt{'s pass' if count > 1 else ' passes'}"
         text += f" the axes of the stage, a tone of {float(passing.tone):.4g} Hz with {passing.series.shape[1]} orders"
         text += " for response, stability and transient; all else takes the mean over the turn"
         if one.second is None:

@@ -17,12 +17,29 @@ import numpy as np
 import pytest
 from tests.unit.bodies.bricks import brick_ring
 
-from epicyclic import ModelError, assemble, load, stability, static, steady, transient
+from epicyclic import (
+    ModelError,
+    assemble,
+    load,
+    modes,
+    modulation,
+    sharing,
+    stability,
+    static,
+    steady,
+    sweep,
+    transient,
+)
 from epicyclic.bodies.elastic_body import Array
 from epicyclic.bodies.native_file import native_bytes
+from epicyclic.questions.response import SweepOptions
 from epicyclic.questions.response.response import respond, response
 from epicyclic.questions.response.spectra import motion_signal
-from epicyclic.questions.stability.stability import _floquet_at, parametric_system
+from epicyclic.questions.response.sweep_table import speeds_of
+from epicyclic.questions.stability.stability import _each_alone, _floquet_at, floquet_scan, parametric_system
+from epicyclic.questions.studies.gradient import force_derivatives
+from epicyclic.questions.transient.equation import highest_rate, in_modes_of_its_speed
+from epicyclic.questions.transient.equation import motion as motion_in_time
 from epicyclic.system.system import ComplexArray, ErrorRows, Line, System
 
 from .test_ring_in_a_train import BENDING, RADIUS, bolts, train_of
@@ -34,11 +51,14 @@ RATE = 0.04 * math.tau * 900  # C per M [1/s], of the material of the ring
 LOOSE = {name: {"stiffness": "1e-3 N/m", "variation": "none"} for name in ("sun-planet", "planet-ring")}
 
 
-def housing_matrices(angles: Sequence[float], arm: tuple[float, ...] = (), bolt: float = 1e7) -> tuple[Array, Array]:
+def housing_matrices(
+    angles: Sequence[float], arm: tuple[float, ...] = (), bolt: float = 1e7, *, ground: bool = False
+) -> tuple[Array, Array]:
     """M and K in the housing of a_1 b_1 .. a_5 b_5 and the rotation of the ring, then x, y, rz of an arm behind it.
 
     arm : mass [kg], inertia [kg m^2], lateral [N/m] and torsional [N m/rad] stiffness of what holds it.
     bolt : stiffness of one along the circle, half of that along the radius [N/m].
+    ground : whether six bolts in the housing hold the ring beside the arm.
     """
     count, own = 2 * ORDERS + 1, 3 if arm else 0
     n = np.repeat(np.arange(1, ORDERS + 1), 2)
@@ -48,14 +68,18 @@ def housing_matrices(angles: Sequence[float], arm: tuple[float, ...] = (), bolt:
     if arm:
         M, K = np.append(M, [arm[0], arm[0], arm[1]]), np.append(K, [arm[2], arm[2], arm[3]])
     M, K = np.diag(M), np.diag(K)
-    for psi in angles:
+    for psi in [*angles, *(EVEN if ground else [])]:
         radial, tangential = np.zeros(count + own), np.zeros(count + own)
         radial[:count], tangential[:count] = radial_row(psi), tangential_row(psi)
-        if arm:
+        if arm and not (ground and psi in EVEN):
             radial[count:] = -math.cos(psi), -math.sin(psi), 0.0
             tangential[count:] = math.sin(psi), -math.cos(psi), -RADIUS
         K += bolt * (2 * np.outer(radial, radial) + np.outer(tangential, tangential))
     return M, K
+
+
+EVEN = [math.tau * i / 6 for i in range(6)]
+UNEVEN = [math.radians(angle) for angle in (0, 50, 130, 145, 290)]
 
 
 def radial_row(psi: float) -> Array:
@@ -162,10 +186,6 @@ def under_unit_force(system: System, frequency: int) -> System:
     return replace(system, lines=(line,), force=np.zeros_like(system.force))
 
 
-EVEN = [math.tau * i / 6 for i in range(6)]
-UNEVEN = [math.radians(angle) for angle in (0, 50, 130, 145, 290)]
-
-
 def test_six_bolts_have_the_printed_lines() -> None:
     """1 N at 500 Hz, frame 30 Hz: 500 +- 180 Hz and no other line."""
     found = amplitudes(under_unit_force(with_damped_material(ring_alone()), 500))
@@ -266,6 +286,22 @@ def test_a_torque_arm_behind_the_ring_has_the_lines_of_the_housing(between: list
     assert abs(known[500] - housing_response(*housing_matrices(EVEN), 500)[500]) > 1e-2 * largest  # the arm gives way
     for f, value in known.items():
         assert abs(found.get(Fraction(f), 0.0) - value) < 1e-7 * largest, f
+
+
+def test_bolts_in_the_housing_beside_an_arm_share_its_tone() -> None:
+    """Five uneven bolts to the arm, six to the housing: 180 Hz is a multiple of 30 Hz."""
+    flange = {k: v for k, v in HELD_BY_ARM["couplings.bolted"]["bolts"].items() if k != "count"}  # type: ignore[index]
+    flange["angles"] = "[10, 50, 130, 145, 290] deg"
+    both = {k: v for k, v in HELD_BY_ARM.items() if k != "stages.main.ring.support"}
+    system = ring_alone(more=both | {"couplings.bolted": {"between": ["main.ring", "arm"], "bolts": flange}})
+    assert system.passing is not None
+    assert system.passing.tones == (Fraction(30),)
+    angles = [math.radians(10), *UNEVEN[1:]]
+    known = housing_response(*housing_matrices(angles, ARM, ground=True), 500)
+    found = amplitudes(under_unit_force(with_damped_material(system), 500), 1e-9)
+    largest = max(map(abs, known.values()))
+    for f, value in known.items():
+        assert abs(found.get(Fraction(f), 0.0) - value) < 1e-5 * largest, f
 
 
 def test_a_soft_arm_behind_stiff_bolts_is_found() -> None:
@@ -390,3 +426,73 @@ def test_dampers_of_links_between_frames_are_refused() -> None:
     coupling = {**HELD_BY_ARM["couplings.bolted"], "x": "1e6 N/m", "y": "1e6 N/m", "damping": {"x": "10 N s/m"}}  # type: ignore[dict-item]
     with pytest.raises(ModelError, match="dampers between bodies of different frames"):
         assemble(train_of(modes=ORDERS, more={**HELD_BY_ARM, "couplings.bolted": coupling}))
+
+
+@pytest.fixture(scope="module")
+def bolted() -> System:
+    """The stage on six bolts."""
+    return assemble(load(STAGE))
+
+
+@pytest.fixture(scope="module")
+def averaged(bolted: System) -> System:
+    """The same with the mean of the bolts."""
+    return replace(bolted, passing=None)
+
+
+def test_contact_loss_and_the_forces_at_resonances_have_the_mean(bolted: System, averaged: System) -> None:
+    """What knows the mesh frequencies alone: equal to the train without the tone."""
+    runs = [sweep(one, contact_loss=True, relative_speed=[0.9]) for one in (bolted, averaged)]
+    np.testing.assert_array_equal(*(run.mesh_force_peak.values for run in runs))
+    forces = [modes(one).resonance_amplitude.values for one in (bolted, averaged)]
+    np.testing.assert_array_equal(*forces)
+    assert len(forces[0])
+
+
+def test_sharing_and_speeds_follow_the_mesh_frequency(bolted: System, averaged: System) -> None:
+    one, other = (response(system) for system in (bolted, averaged))
+    np.testing.assert_array_equal(speeds_of(one, SweepOptions()), speeds_of(other, SweepOptions()))
+    assert sharing(bolted, method="steady").sizes["mesh"] == len(set(bolted.meshes.name))
+
+
+def test_modulation_names_the_tone(bolted: System) -> None:
+    families = set(modulation(bolted, floor=0.0).family.values.tolist())
+    assert "main/ring/support/bolts passing" in families
+    assert not any("another stage" in text for text in families)
+
+
+def test_a_mesh_frequency_alone_has_its_own_rows(bolted: System) -> None:
+    ready = parametric_system(bolted)
+    alone = _each_alone(ready)
+    assert [single.tones for single in alone] == [bolted.tones]
+    for single in alone:
+        assert len(single.modal.gaps) == single.system.varying.B.shape[1]
+        assert floquet_scan(single, np.array([float(single.tones[0])])).kind[0] == "stable"
+
+
+def test_steps_hold_the_stiffest_instant(bolted: System, averaged: System) -> None:
+    """And no coordinates of the mean at its speed, which the tone would couple."""
+    moving = motion_in_time(bolted)
+    assert highest_rate(moving) > highest_rate(motion_in_time(averaged))
+    assert in_modes_of_its_speed(moving) is moving
+
+
+def test_derivatives_are_refused(bolted: System) -> None:
+    with pytest.raises(ModelError, match="main/ring/support/bolts"):
+        force_derivatives(bolted, [], relative_speed=[1.0])
+
+
+@pytest.mark.parametrize(("key", "value"), [("clearance", "20 mm"), ("exponent", 1.1), ("friction", {"force": "1 N"})])
+def test_laws_beside_bolts_that_hold_alone_are_refused(key: str, value: object) -> None:
+    """They were left out without a word: the law is that of the link, and bolts are links of their own."""
+    more = bolts(6)
+    more["stages.main.ring.support"][key] = value
+    if key == "exponent":
+        more["stages.main.ring.support"]["load"] = "1 kN"
+    with pytest.raises(ModelError, match=rf"stages\.main\.ring\.support\.{key}.*bolts alone hold here"):
+        load("lin1999-n4", more)
+
+
+def test_a_body_held_on_itself_is_refused() -> None:
+    with pytest.raises(ModelError, match=r"bodies\.arm\.support\.to.*holds a body on itself"):
+        load("lin1999-n4", {"bodies.arm": {"mass": "8 kg", "inertia": "0.3 kg m^2", "support": {"to": "arm"}}})

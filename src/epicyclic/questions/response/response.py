@@ -170,9 +170,9 @@ def response(system: System, *, frame_speed: FrameSpeed = "kinematic", asks_laws
     ------
     ModelError : no damping; no mesh frequency; torques that do not balance.
     """
+    if asks_laws and system.passing is not None:  # its methods know the mesh frequencies alone
+        system = replace(system, passing=None)
     mean = linear(system, asks_laws=asks_laws, floating=asks_laws)
-    if asks_laws and mean.passing is not None:  # its methods know the mesh frequencies alone
-        mean = replace(mean, passing=None)
     modal = modal_form(mean)
     lines = excitation(mean, modal)
     return Response(system=mean, lawful=system, modal=modal, lines=lines, frame_speed=frame_speed)

@@ -439,7 +439,7 @@ def parametric_system(
     for name, factor in (("variation", variation), ("damping", damping)):
         if not 0 <= factor <= _MOST_FACTOR:
             raise ModelError("out of range", path=name, given=factor, allowed=f"a factor of 0 to {_MOST_FACTOR}")
-    tones = mesh_tones(system) + (() if system.passing is None else system.passing.tones)
+    tones = mesh_tones(system)
     system.require_inertia()
     system = linear(system)
     if variation != 1.0 or damping != 1.0:
@@ -530,7 +530,7 @@ def _point(ready: ParametricSystem, frequency: float) -> _Point:
     steps = steps_needed(ready.modal, period=period, cycle=1 / (frequency * ready.fastest), harmonics=ready.harmonics)
     if steps > _MOST_STEPS:
         singles = _each_alone(ready)
-        if len(singles) > 1:
+        if len(singles) > 1 or ready.system.passing is not None:
             points = [_point(single, frequency * float(single.tones[0] / ready.tones[0])) for single in singles]
             return replace(points[largest([point.growth for point in points])], alone=True)
         raise ModelError("a mesh cycle has too many steps of the highest mode: the speed is too low")
@@ -549,25 +549,14 @@ def _point(ready: ParametricSystem, frequency: float) -> _Point:
 
 
 def _each_alone(ready: ParametricSystem) -> list[ParametricSystem]:
-    """The System with each mesh frequency that varies alone, the other meshes at their mean stiffness."""
-    system, tone, passing = ready.system, np.asarray(ready.system.meshes.tone), ready.system.passing
+    """The System with each mesh frequency that varies alone, other meshes and links that pass at their mean."""
+    system, tone = ready.system, np.asarray(ready.system.meshes.tone)
     varying = np.unique(tone[system.meshes.variation.any(axis=1)])
     alone = {system.tones[i]: of_one_tone(system, system.tones[i], tone == i) for i in varying}
-    if passing is not None:
-        for i, f in enumerate(passing.tones):
-            wave = np.where(passing.tone[:, None] == i, passing.wave, 0)
-            alone[f] = replace(of_one_tone(system, f, tone < 0), passing=replace(passing, wave=wave))
     own = len(system.meshes.name)
-    still = replace(ready.modal, gaps=ready.modal.gaps[:own], pulls=ready.modal.pulls[:own])
+    modal = replace(ready.modal, gaps=ready.modal.gaps[:own], pulls=ready.modal.pulls[:own])
     return [
-        replace(
-            ready,
-            system=single,
-            modal=still if single.passing is None else ready.modal,
-            tones=(f,),
-            cycles=Fraction(1),
-            fastest=1.0,
-        )
+        replace(ready, system=single, modal=modal, tones=(f,), cycles=Fraction(1), fastest=1.0)
         for f, single in alone.items()
     ]
 
@@ -771,9 +760,8 @@ def scan_warnings(scans: Sequence[FloquetScan]) -> list[CodedText]:
         notes.append(coded("stability-unknown", f"{len(failed)} of {speeds} speeds have no multipliers: {failed[0]}"))
     if alone := sum(np.count_nonzero(scan.alone) for scan in scans):
         text = (
-            f"{alone} of {speeds} speeds: the common period of all meshes is too "
-            "long; each mesh frequency is judged alone, with the mean stiffness of the other meshes, combinations of "
-            "several are not"
+            f"{alone} of {speeds} speeds: the common period of all meshes is too long; each mesh frequency is judged "
+            "alone, with the mean stiffness of all else, combinations of several are not"
         )
         notes.append(coded("stability-unknown", text))
     unstable = sum(kind not in ("", "stable") for scan in scans for kind in scan.kind)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from tests.unit.bodies.test_passing_links import FLANGE, STAGE
 
 from epicyclic import assemble, load
-from epicyclic.questions.response.balance import Batch, _Balance, gmres
+from epicyclic.questions.response.balance import Batch, _Balance, _blocks, gmres
 from epicyclic.questions.response.phase_block import phase_block
 from epicyclic.questions.response.response import Response, response
 
@@ -57,3 +59,19 @@ def test_the_balance_of_a_slow_tone_is_solved_in_a_few_products(ready: Response,
     assert left <= target
     assert calls <= 20
     assert worse > target or more > 3 * calls
+
+
+def test_it_follows_the_resonant_block_where_links_pass_alone(ready: Response) -> None:
+    for system, count in ((ready.system, 3), (replace(ready.system, passing=None), 1)):
+        made = response(system)
+        kernel = made.kernel((*(4, 4)[: len(made.lines.tones)], 0), shifted=False)
+        points = kernel.lattice.points
+        batch = Batch(
+            frequency=(points @ made.omega)[None],
+            truncated_frequency=np.zeros((1, len(kernel.truncated))),
+            frame=np.ones(1),
+            error=np.zeros((len(system.meshes.name), 1, len(points)), complex),
+            force=np.zeros((1, len(points), len(system.force)), complex),
+        )
+        right = np.zeros((1, 2, len(points), len(system.force)))
+        assert len(list(_blocks(_Balance(system, made.modal, kernel, batch, right, 1e-6), 0))) == count
