@@ -496,3 +496,19 @@ def test_laws_beside_bolts_that_hold_alone_are_refused(key: str, value: object) 
 def test_a_body_held_on_itself_is_refused() -> None:
     with pytest.raises(ModelError, match=r"bodies\.arm\.support\.to.*holds a body on itself"):
         load("lin1999-n4", {"bodies.arm": {"mass": "8 kg", "inertia": "0.3 kg m^2", "support": {"to": "arm"}}})
+
+
+def test_at_a_slow_speed_the_mesh_frequency_is_judged_alone(bolted: System) -> None:
+    """A turn of the carrier has too many steps there: a cycle of the mesh has not."""
+    ready = parametric_system(bolted)
+    slow = 2 * float(ready.cycles) * float(np.sqrt(ready.modal.squared.max())) / (20_000 * math.tau)
+    scan = floquet_scan(ready, np.array([slow]))
+    assert scan.alone[0]
+    assert scan.kind[0] == "stable"
+
+
+def test_the_warning_says_what_many_orders_cost() -> None:
+    """An arm passes by ten orders of a ring of five, six bolts by one."""
+    (text,) = (text for text in train_of(modes=ORDERS, more=HELD_BY_ARM).warnings if "[bolts-averaged]" in text)
+    assert "fewer modes of the ring" in text
+    assert not any("fewer modes" in text for text in load(STAGE).warnings)
