@@ -16,8 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..train.rings import PassingLinks, passing_links
-from ..train.train import Train
+from ..train.rings import PassingLinks
 from .link_rows import ElasticPart, LinkRow, link_matrix
 from .system import Array, ComplexArray
 
@@ -39,7 +38,7 @@ class PassingRow(NamedTuple):
 
 
 def passing_rows(
-    train: Train, index: dict[str, int], origins: Array, axes: Array, elastic: Sequence[ElasticPart]
+    groups: Sequence[PassingLinks], index: dict[str, int], origins: Array, axes: Array, elastic: Sequence[ElasticPart]
 ) -> tuple[list[LinkRow], Array, tuple[PassingRow, ...], Array]:
     """Link rows of the mean with their matrix (p, N), and rows of what varies with theirs (q, N).
 
@@ -48,7 +47,7 @@ def passing_rows(
     size = 6 * axes.size + sum(len(part.elastic.names) for part in elastic)
     means, varying = list[LinkRow](), list[PassingRow]()
     mean_rows, varying_rows = [np.zeros((0, size))], [np.zeros((0, size))]
-    for group in passing_links(train.links, train.bodies, train.kinematics):
+    for group in groups:
         placed = list(_placed(group, index))
         rows, series = [row for row, _ in placed], [wave for _, wave in placed]
         matrix = link_matrix(rows, origins, axes, elastic)

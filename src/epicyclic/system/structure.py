@@ -114,7 +114,8 @@ def structure_of(train: Train) -> Structure:
     axes = np.array([body.angle for body in train.bodies])
 
     elastic = _elastic_parts(train)
-    rows = _link_rows(train, index, frame_turn)
+    groups = passing_links(train.links, train.bodies, train.kinematics)
+    rows = _link_rows(train, index, frame_turn, {link.name for group in groups for link in group.links})
     link = link_matrix(rows, origins, axes, elastic)
     _check_isotropy(rows, link, frame_turn, spin_turn)
     rigid = np.array([math.isinf(row.stiffness) for row in rows], bool)
@@ -127,7 +128,7 @@ def structure_of(train: Train) -> Structure:
     mesh_matrix = _mesh_matrix(flanks, np.concatenate([ends, ends[far_of]]), origins, axes, elastic)
     mesh, far = np.split(mesh_matrix, [len(meshes)])
     springs, bent = _springs(train, elastic, link.shape[1])
-    seats, seat, passings, passing = passing_rows(train, index, origins, axes, elastic)
+    seats, seat, passings, passing = passing_rows(groups, index, origins, axes, elastic)
     return Structure(
         index=index,
         frame_speed=np.array([2 * math.pi * float(turn) for turn in frame_turn]),
@@ -190,12 +191,11 @@ def _turn(speeds: Mapping[str, Fraction] | None, name: str) -> Fraction:
 # links ----------------------------------------------------------------------------------------------------------------
 
 
-def _link_rows(train: Train, index: dict[str, int], frame_turn: tuple[Fraction, ...]) -> list[LinkRow]:
+def _link_rows(
+    train: Train, index: dict[str, int], frame_turn: tuple[Fraction, ...], passing: set[str]
+) -> list[LinkRow]:
     """Rows of all directions in which a link is stiff or damps, but of those that pass; frame_turn : (nb,) [rev/s]."""
-    rows, passing = (
-        [],
-        {link.name for group in passing_links(train.links, train.bodies, train.kinematics) for link in group.links},
-    )
+    rows = []
     for link in train.links:
         if link.name in passing:
             continue

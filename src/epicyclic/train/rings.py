@@ -202,15 +202,14 @@ def passing_links(links: Sequence[Link], bodies: Sequence[Body], kinematics: Kin
     ------
     ModelError : links that are rigid, follow a law or hold a body that turns against its frame, where they pass.
     """
-    groups: dict[tuple[str, str], list[tuple[Link, Body]]] = {}
+    groups: dict[tuple[str, str], list[Link]] = {}
     by_name = {body.name: body for body in bodies}
     for link in links:
-        body = _passed(link, by_name, bodies, kinematics)
-        if body is not None:
-            groups.setdefault((link.path, body.name), []).append((link, body))
+        if (passed := _passed(link, by_name, bodies, kinematics)) is not None:
+            groups.setdefault((link.path, passed.name), []).append(link)
     found = []
-    for group in groups.values():
-        passing, body = [link for link, _ in group], group[0][1]
+    for (_, name), passing in groups.items():
+        body = by_name[name]
         one, bending, rate = passing[0], body.bending, _passing_speed(passing[0], body, bodies, kinematics) / 60
         _require_linear(one)
         waves = 1 if bending is None else bending.waves or 1
@@ -240,7 +239,7 @@ def _passed(link: Link, by_name: Mapping[str, Body], bodies: Sequence[Body], kin
     if not lateral or all(body.bending is None for body in ends) or (len(ends) == 1 and "/bolts/" not in link.name):
         return None
     speed, frames = kinematics.speed or {}, kinematics.frame_speed or {}
-    for body, other in zip(ends, [*ends[1:], *ends[:1]] if len(ends) == 2 else [None], strict=True):
+    for body, other in zip(ends, ends[::-1] if len(ends) == 2 else [None], strict=True):
         bending = body.bending
         axisymmetric = body.branch is None if bending is None else bending.waves is not None
         # the axes of the link are those of the other body, which has to stand still in its frame
@@ -265,7 +264,7 @@ def _require_linear(link: Link) -> None:
 
 
 def _varying_share(body: ElasticBody, waves: int, bolts: Sequence[Link], z: float) -> float:
-    """`PassingBolts.varying` of bolts at a place z along the axis from the centre of the body [m]."""
+    """`PassingLinks.varying` of bolts at a place z along the axis from the centre of the body [m]."""
     steps = 4 * waves + 1
     angle = np.add.outer(math.tau * np.arange(steps) / steps, [bolt.angle for bolt in bolts]).ravel()
     out = np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=1)

@@ -505,6 +505,9 @@ def test_at_a_slow_speed_the_mesh_frequency_is_judged_alone(bolted: System) -> N
     scan = floquet_scan(ready, np.array([slow]))
     assert scan.alone[0]
     assert scan.kind[0] == "stable"
+    constant = replace(bolted, meshes=replace(bolted.meshes, variation=0 * bolted.meshes.variation))
+    scan = floquet_scan(parametric_system(constant), np.array([1e-2 * slow]))
+    assert "too many steps" in scan.status[0]
 
 
 def test_the_warning_says_what_many_orders_cost() -> None:

@@ -453,37 +453,21 @@ def _strong(force: Array) -> dict[int, int]:
 
 def _peaks(curves: ForceCurves, operating: float, scale: float, modes: ModeView | None) -> list[dict[str, Any]]:
     """The highest peaks of the largest force of any mesh that matter, with the mode and order that meet there."""
+    from scipy.signal import find_peaks  # a third of the start of a computing process
+
     known = np.isfinite(curves.force).any(axis=0)
     speed = curves.speed[known]
     if speed.size < 3:
         return []
     most = np.nanmax(curves.force[:, known], axis=0)
-    places, rise = _prominent(most)
+    places, properties = find_peaks(most, prominence=0.0)
+    rise = properties["prominences"]
     named = peak_matters(most[places], rise)
     highest = places[named][np.argsort(-rise[named], kind="stable")[:_PEAKS]]
     return [
         {"x": float(speed[i] * operating), "y": float(most[i] * scale), **_met(float(speed[i]), modes)}
         for i in sorted(highest.tolist())
     ]
-
-
-def _prominent(curve: Array) -> tuple[NDArray[np.int64], Array]:
-    """Places of the peaks of a curve (N,), of a flat one its middle, and their prominences.
-
-    As `scipy.signal.find_peaks` has them, whose import takes a third of the start of a computing process.
-    """
-    last = np.flatnonzero(np.append(np.diff(curve) != 0, True))  # of equal neighbours
-    first = np.append(0, last[:-1] + 1)
-    above = curve[last[1:-1]] > np.maximum(curve[last[:-2]], curve[last[2:]])
-    places = (first[1:-1][above] + last[1:-1][above]) // 2
-    rise = np.empty(len(places))
-    for row, place in enumerate(places):
-        higher = np.flatnonzero(curve > curve[place])
-        before, after = higher[higher < place], higher[higher > place]
-        left = curve[before[-1] + 1 if before.size else 0 : place + 1].min()
-        right = curve[place : after[0] if after.size else len(curve)].min()
-        rise[row] = curve[place] - max(left, right)
-    return places, rise
 
 
 def _met(speed: float, modes: ModeView | None) -> dict[str, Any]:

@@ -100,7 +100,7 @@ def contact_steady(system: System, options: SteadyOptions) -> xr.Dataset:
     outputs = torus_outputs(torus, point, lines)
     ripples = ripple_causes(line.shaft.causes for line in lines)
     if shaft_tones is None and torus.mesh_tones == 1 and ripples and _pulled(outputs).any():
-        return followed_in_time(system, float(relative_speed), ripples, recorded)
+        return followed_in_time(torus.ready.lawful, float(relative_speed), ripples, recorded)
     stability, coarse = mesh_order_stability(torus, point), _coarse(torus, point, linear)
     return _labelled(torus, point, lines, outputs, stability, recorded, rms=rms, coarse=coarse)
 

@@ -530,7 +530,7 @@ def _point(ready: ParametricSystem, frequency: float) -> _Point:
     steps = steps_needed(ready.modal, period=period, cycle=1 / (frequency * ready.fastest), harmonics=ready.harmonics)
     if steps > _MOST_STEPS:
         singles = _each_alone(ready)
-        if len(singles) > 1 or ready.system.passing is not None:
+        if len(singles) > 1 or (singles and ready.system.passing is not None):
             points = [_point(single, frequency * float(single.tones[0] / ready.tones[0])) for single in singles]
             return replace(points[largest([point.growth for point in points])], alone=True)
         raise ModelError("a mesh cycle has too many steps of the highest mode: the speed is too low")

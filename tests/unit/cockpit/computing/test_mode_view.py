@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.signal import find_peaks
 
 import epicyclic
 from epicyclic import assemble, load
-from epicyclic.cockpit.computing.speed_view import ModeView, _prominent, mode_view
+from epicyclic.cockpit.computing.speed_view import ModeView, mode_view
 from epicyclic.cockpit.state.frames import body_labels, listed, number, ordinal, speed_axis
 from epicyclic.document.document import ready_drives
 from epicyclic.train.train import Train
@@ -101,14 +100,3 @@ def test_numbers_in_words() -> None:
     assert listed([1, 2]) == "1, 2"
     assert listed([]) == ""
     assert [number(x) for x in (1234.5, 0.0123456, 12.0, 1.5e-7)] == ["1230", "0.0123", "12", "1.5e-07"]
-
-
-def test_peaks_and_their_prominences_are_those_of_scipy() -> None:
-    """Curves with flat tops, equal peaks and none; `speed_view` does without the import."""
-    rng = np.random.default_rng(1)
-    curves = [*rng.integers(0, 6, (200, 17)).astype(float), *rng.normal(size=(50, 40)), np.ones(5), np.arange(4.0)]
-    for curve in curves:
-        places, properties = find_peaks(curve, prominence=0.0)
-        found, rise = _prominent(curve)
-        assert found.tolist() == places.tolist()
-        assert rise.tolist() == properties["prominences"].tolist()
