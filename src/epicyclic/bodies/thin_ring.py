@@ -5,11 +5,12 @@ Mean radius R, mass per length rho A, stiffness of bending E I, of stretch E A, 
 
     stretch  (v' + w)/R      turn of the section  phi = (v - w')/R      curvature  phi'/R
 
-Without E A the ring is inextensible, v' = -w.  A thicker ring also shears: the turn of the section in an order n is
-1/(1 + E I n^2/(k G A R^2)) of that above, and the section has a moment of inertia.  The spin w_r of the ring
-pre-stresses it by N_0 = rho A R^2 w_r^2,
+Without E A the ring is inextensible, v' = -w.  A thicker ring is a curved beam (Timoshenko, Winkler): it shears, so that
+the turn of the section in an order n is 1/(1 + E I n^2/(k G A R^2)) of that above; fibres outside the centre line are
+longer, so that its bending moment is E I (phi' - stretch)/R with E I = E int y^2/(1 + y/R) dA, and its section has a
+moment of inertia and a static moment.  The spin w_r of the ring pre-stresses a fibre of radius r by N_0 = rho A r^2 w_r^2,
 
-    U_g = N_0/(2 R) int [(v' + w)^2 + (w' - v)^2] dpsi
+    U_g = N_0/(2 r) int [(v' + w)^2 + (w' - v)^2] dpsi
 
 Of an order n >= 2 of an inextensible ring without shear, with J = [[0, 1], [-1, 0]] on the cos and sin part of w,
 M = pi rho A R (1 + 1/n^2), K = pi E I (n^2 - 1)^2/R^3 and D = n J.  All is derived here by the energies of a wave.
@@ -61,13 +62,39 @@ class ThinRing:
     def frequency(self, n: int) -> float:
         """Natural frequency of order n >= 2 of the free inextensible ring, with shear and rotary inertia [Hz]."""
         turn = self.section_turn(n) * (n**2 - 1) / (n * self.radius)
-        mass = self.line_mass * (1 + 1 / n**2) + self.line_inertia * turn**2
+        mass = self.line_mass * (1 + 1 / n**2) + self.line_inertia * turn * (turn - 2 / (n * self.radius))
         bent = self.bending * ((n**2 - 1) / self.radius**2) ** 2 * self.section_turn(n)
         return math.sqrt(bent / mass) / (2 * math.pi)
 
     def section_turn(self, n: int) -> float:
         """Turn of the section in order n per that of a ring without shear [1]."""
-        return 1 / (1 + self.bending * n**2 / (self.shear * self.radius**2))
+        return 1 / (1 + n**2 * self.slack)
+
+    @property
+    def fibres(self) -> Iterator[tuple[float, float]]:
+        """Two of the section: place from the centre line [m] and mass per length of that [kg/m].
+
+        They have its mass, its moment of inertia rho I and its static moment rho I/R: outer fibres are longer.
+        """
+        reach = math.sqrt(self.line_inertia / self.line_mass)
+        for y in (-reach, reach):
+            yield y, self.line_mass / 2 * (1 + y / self.radius)
+
+    @property
+    def slack(self) -> float:
+        """Stiffness of bending per that of shear in order 1, E I/(k G A R^2) [1]; 0 of a ring without shear."""
+        return self.bending / (self.shear * self.radius**2)
+
+    def section(self, wave: _Wave) -> tuple[Array, Array, Array]:
+        """Stretch, curvature times R and turn of the section in an order, cos and sin parts, (2, k) each [1/m].
+
+        The turn minimizes the energy of bending, E I (phi' - stretch)^2, and of shear together; the curvature is that
+        of a ring without shear, which `section_turn` softens.
+        """
+        J, w, v = wave.n * _QUARTER, wave.field[:2] / self.radius, wave.field[2:] / self.radius
+        stretch = J @ v + w
+        curved = stretch if self.slack else 0.0 * stretch
+        return stretch, J @ (v - J @ w) - curved, self.section_turn(wave.n) * (v - J @ w - self.slack * J @ curved)
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,22 +125,21 @@ def elastic_ring(ring: ThinRing) -> ElasticBody:
     springs, foundation = list[_Row](), list[_Row]()
     for wave in waves:
         n, at, F = wave.n, np.ix_(wave.index, wave.index), wave.field
-        J = n * _QUARTER
-        w, v, scale = F[:2], F[2:], wave.norm * ring.radius
-        turn = ring.section_turn(n) * (v - J @ w) / ring.radius
-        M[at] = scale * (ring.line_mass * F.T @ F + ring.line_inertia * turn.T @ turn)
-        # velocities w. - w_r v and v. + w_r w of the material: A = w_r [-v, w]
-        across = np.vstack([-v, w])
-        S[at] = 2 * scale * ring.line_mass * F.T @ across
-        stretch, slope = J @ v + w, J @ w - v
-        tension = ring.line_mass * ring.radius * wave.norm * (stretch.T @ stretch + slope.T @ slope)
-        K[at] = tension - scale * ring.line_mass * across.T @ across
+        J, w, v, scale = n * _QUARTER, F[:2], F[2:], wave.norm * ring.radius
+        stretch, bent, turn = ring.section(wave)
+        for y, mass in ring.fibres:
+            moved = np.vstack([w, v + y * turn])
+            M[at] += scale * mass * moved.T @ moved
+            # velocities w. - w_r v and v. + w_r w of the material: A = w_r [-v, w]
+            across = np.vstack([-moved[2:], w])
+            S[at] += 2 * scale * mass * moved.T @ across
+            strained = np.vstack([J @ moved[2:] + w, J @ w - moved[2:]])
+            K[at] += scale * mass * (strained.T @ strained - across.T @ across)
+            if n == 0:
+                load[wave.index] += scale * mass * (ring.radius + y) * w[0]
         D[at] = np.linalg.lstsq(F, np.vstack([J @ w, J @ v]), rcond=None)[0]
-        if n == 0:
-            load[wave.index] = scale * ring.line_mass * ring.radius * F[0]
-        bending = math.pi * ring.bending * n**2 / (ring.radius * ring.section_turn(n))  # of the turn, bent and sheared
-        along = wave.norm * ring.axial / ring.radius if math.isfinite(ring.axial) else 0.0
-        springs += _rows(wave, size, ("bending", turn, bending), ("stretch", stretch, along))
+        bending, along = scale * ring.bending * ring.section_turn(n) / ring.radius**2, scale * ring.axial
+        springs += _rows(wave, size, ("bending", bent, bending), ("stretch", stretch, along if along < math.inf else 0.0))
         radial, tangential = scale * np.array(ring.foundation)
         foundation += _rows(wave, size, ("radial", w, radial), ("tangential", v, tangential))
     for block in (M, S, K):  # mean motions have the mass of the file, and the terms of a rigid body
@@ -191,7 +217,7 @@ def _shape(ring: ThinRing, waves: list[_Wave], count: int, points: Array) -> Arr
     moved = np.zeros((len(points), 3, 6 + count))
     for wave in waves:
         w, v = wave.field[:2], wave.field[2:]
-        turn = ring.section_turn(wave.n) * (v - wave.n * _QUARTER @ w) / ring.radius
+        turn = ring.section(wave)[2]
         basis = np.stack([np.cos(wave.n * psi), np.sin(wave.n * psi)], axis=1)
         moved[:, 0, wave.index] = basis @ w
         moved[:, 1, wave.index] = basis @ v + (radius - ring.radius)[:, None] * (basis @ turn)

@@ -2,7 +2,7 @@
 
 Of a rectangular rim of height h, width b and mean radius R, E I is E int y^2/(1 + y/R) dA = E b R^2 (R ln(r_o/r_i) - h)
 (Winkler), the shear stiffness 5/6 G A.  Beside plane elasticity (plane stress) the free ring has its natural
-frequencies to 1.5 % up to h/R = 0.3 and n = 8.
+frequencies to 1.1 % up to h/R = 0.3 and n = 8.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ def ring_of(
     thick = math.sqrt(12 * bending / (E * area)) if known else height
     if thick > THICK * radius:
         text = f"{path}: the rim is {thick / radius:.2g} of its mean radius high"
-        log.coded("thick-ring", f"{text}; a curved beam is right to 1.5 % up to {THICK:g}")
+        log.coded("thick-ring", f"{text}; a curved beam is right to 1.1 % up to {THICK:g}")
     return ring
 
 

@@ -301,24 +301,26 @@ def test_terms_of_the_speed_are_the_closed_ones(ring_speed: Any, lag: Any) -> No
     for n in (2, 3, 6):
         slope = (n**2 - 1) / (n * ring.radius) * ring.section_turn(n)
         line = math.pi * ring.line_mass * ring.radius
-        M = line * (1 + 1 / n**2) + math.pi * ring.radius * ring.line_inertia * slope**2
+        # per w = 1: v = -1/n and slope act together by the static moment rho I/R, on the slope alone by rho I
+        static, second = math.pi * ring.line_inertia, math.pi * ring.radius * ring.line_inertia
+        M = line * (1 + 1 / n**2) - 2 * static * slope / n + second * slope**2
         K = math.pi * ring.bending * (n**2 - 1) ** 2 / ring.radius**3 * ring.section_turn(n)
-        coriolis = 2 * (M * nu * n - line * 2 * spin / n) * J
-        held = line * (spin**2 * ((n**2 - 1) ** 2 / n**2) - (nu * n - spin / n) ** 2 - (nu - spin) ** 2)
-        rotary = -((nu * n) ** 2) * (M - line * (1 + 1 / n**2))
-        # (nu n - w/n)^2 + (nu - w)^2 is that of a ring without rotary inertia
+        along = line / n - static * slope
+        coriolis = 2 * (M * nu * n - 2 * spin * along) * J
+        own = line * (n**2 - 3) + 2 * n * static * slope + second * (n * slope) ** 2
+        turning = own * spin**2 + 4 * nu * spin * n * along - (nu * n) ** 2 * M
         for matrix, expected in (
             (system.M, M * np.eye(2)),
             (system.G, coriolis),
             (system.euler, coriolis / 2),
-            (system.Kg, (held + rotary) * np.eye(2)),
+            (system.Kg, turning * np.eye(2)),
             (system.Cskew, nu * lag * K * n * J),
         ):
             np.testing.assert_allclose(block(system, matrix, n), expected, atol=1e-12 * np.abs(expected).max())
 
 
 def test_spin_widens_an_extensible_ring() -> None:
-    """w = rho R^2 w^2 R/E: the static breathing under its own centrifugal load."""
+    """w = rho R^2 w^2 R/E, and of a rim rho I and E I beside rho A R^2 and E A R^2: its own centrifugal load."""
     train = load(free_stage(True))
     system = assemble(train)
     ring = next(body.elastic for body in train.bodies if body.elastic is not None)
@@ -326,7 +328,11 @@ def test_spin_widens_an_extensible_ring() -> None:
     at = system.dofs.names.index("main/ring/a0")
     (still,) = [line for line in system.lines if line.frequency == 0]
     widened = float(still.force[2][at].real) / float(system.K[at, at])
-    assert widened == pytest.approx(ring.line_mass * ring.radius**3 * spin**2 / ring.axial, rel=1e-12)
+    mass, stiffness = (
+        ring.line_mass * ring.radius**2 + ring.line_inertia,
+        ring.axial * ring.radius**2 + ring.bending,
+    )
+    assert widened == pytest.approx(mass * ring.radius**3 * spin**2 / stiffness, rel=1e-12)
     assert "stages.main.ring.elastic" in still.causes
 
 

@@ -26,7 +26,7 @@ def test_thin_rings_hold_the_limits_but_where_said(count: int, rim: str) -> None
     of = f"{count} planets, {rim} rim"
     for model, train in solid_set.trains(solid_set.RIMS[rim], None).items():
         found = solid_set.same_by(train, count)
-        assert solid_set.missed(found, SOLID[of], model) == set(solid_set.MISSED[of].get(model, {})), model
+        assert solid_set.missed(found, SOLID[of], model) == set(solid_set.MISSED.get(model, {})), model
         assert solid_set.row(of, model, found, SOLID[of]) in PAGE
 
 
@@ -52,7 +52,7 @@ def test_kept_numbers_are_in_equilibrium() -> None:
 
 
 def test_calculix_and_the_reduced_ring(tmp_path: Path) -> None:
-    """Solved anew as kept; matrices of the same ring hold the limits but one, and that with twice the modes."""
+    """Solved anew as kept; matrices of the same ring hold the limits."""
     if shutil.which("ccx") is None:
         pytest.skip("solid elements need CalculiX: apt install calculix-ccx")
     of, rim = "4 planets, thin rim", solid_set.RIMS["thin"]
@@ -62,10 +62,8 @@ def test_calculix_and_the_reduced_ring(tmp_path: Path) -> None:
         np.testing.assert_allclose(list(one["force"].values()), list(kept["force"].values()), rtol=1e-4)
         np.testing.assert_allclose(one["deflection"], kept["deflection"], rtol=1e-5)
     matrices = reduced_ring.solved(tmp_path, mesh=rim.mesh)
-    few, more = (solid_set.trains(rim, matrices, modes)["reduced"] for modes in (solid_set.MODES, 120))
-    reduced = solid_set.same_by(few, 4)
-    assert solid_set.missed(reduced, SOLID[of], "reduced") == set(solid_set.MISSED[of]["reduced"])
-    assert solid_set.off_frequency(solid_set.in_plane(more(4, {})), SOLID[of]["frequency"]) < 1e-5
+    reduced = solid_set.same_by(solid_set.trains(rim, matrices)["reduced"], 4)
+    assert not solid_set.missed(reduced, SOLID[of], "reduced")
     case, rest = SOLID[of]["static"][1], reduced["static"][1]
     assert solid_set.off_deflection(rest, case) < 1e-5
     assert solid_set.off_sharing(rest, case) < 2e-5

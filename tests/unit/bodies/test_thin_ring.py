@@ -188,9 +188,12 @@ def test_ring_under_equal_radial_loads_has_the_deflection_of_the_tables(count: A
 
 
 def test_thicker_ring_has_the_frequencies_of_plane_elasticity() -> None:
-    """Shear and rotary inertia bring the curved beam to 1.5 % of plane stress up to h/R = 0.3."""
+    """The curved beam is within 1.1 % of plane stress up to h/R = 0.3, with a centre line that stretches or does not.
+
+    Without the joint terms of stretch and bending, and of the static moment, it is off by 0.3, 0.7 and 2.1 %.
+    """
     modulus, nu, density, width, radius = 2.07e11, 0.3, 7850.0, 0.02, 0.15
-    for ratio, limit in ((0.08, 3e-3), (0.15, 6e-3), (0.3, 1.5e-2)):
+    for ratio, limit in ((0.08, 2e-3), (0.15, 5.5e-3), (0.3, 1.1e-2)):
         height = ratio * radius
         outer, inner = radius + height / 2, radius - height / 2
         area = width * height
@@ -205,7 +208,16 @@ def test_thicker_ring_has_the_frequencies_of_plane_elasticity() -> None:
         for n in (2, 4, 8):
             exact = plane_annulus(inner, outer, n, modulus, nu, density)
             assert thick.frequency(n) == pytest.approx(exact, rel=limit)
+            assert stretching_frequency(replace(thick, axial=modulus * area), n) == pytest.approx(exact, rel=limit)
     assert replace(thick, shear=math.inf, line_inertia=0.0).frequency(8) > 1.5 * exact
+
+
+def stretching_frequency(ring: ThinRing, n: int) -> float:
+    """Lowest natural frequency of order n >= 2 of the free ring [Hz]."""
+    body = elastic_ring(ring)
+    at = np.ix_(*2 * [[6 + i for i, name in enumerate(body.names) if name[1:] == str(n)]])
+    K = np.einsum("pi,p,pj->ij", body.springs.rows, body.springs.stiffness, body.springs.rows)
+    return float(math.sqrt(scipy.linalg.eigh(K[at], body.mass[at], eigvals_only=True)[0])) / math.tau
 
 
 def plane_annulus(inner: float, outer: float, n: int, modulus: float, nu: float, density: float) -> float:
