@@ -5,10 +5,11 @@ Mean radius R, mass per length rho A, stiffness of bending E I, of stretch E A, 
 
     stretch  (v' + w)/R      turn of the section  phi = (v - w')/R      curvature  phi'/R
 
-Without E A the ring is inextensible, v' = -w.  A thicker ring is a curved beam (Timoshenko, Winkler): it shears, so that
-the turn of the section in an order n is 1/(1 + E I n^2/(k G A R^2)) of that above; fibres outside the centre line are
-longer, so that its bending moment is E I (phi' - stretch)/R with E I = E int y^2/(1 + y/R) dA, and its section has a
-moment of inertia and a static moment.  The spin w_r of the ring pre-stresses a fibre of radius r by N_0 = rho A r^2 w_r^2,
+Without E A the ring is inextensible, v' = -w.  A thicker ring is a curved beam (Timoshenko, Winkler): it shears, so
+that the turn of the section in an order n is 1/(1 + E I n^2/(k G A R^2)) of that above; fibres outside the centre line
+are longer, so that its bending moment is E I (phi' - stretch)/R with E I = E int y^2/(1 + y/R) dA, and its section has
+a moment of inertia and a static moment.  The spin w_r of the ring pre-stresses a fibre of radius r by
+N_0 = rho A r^2 w_r^2,
 
     U_g = N_0/(2 r) int [(v' + w)^2 + (w' - v)^2] dpsi
 
@@ -139,7 +140,9 @@ def elastic_ring(ring: ThinRing) -> ElasticBody:
                 load[wave.index] += scale * mass * (ring.radius + y) * w[0]
         D[at] = np.linalg.lstsq(F, np.vstack([J @ w, J @ v]), rcond=None)[0]
         bending, along = scale * ring.bending * ring.section_turn(n) / ring.radius**2, scale * ring.axial
-        springs += _rows(wave, size, ("bending", bent, bending), ("stretch", stretch, along if along < math.inf else 0.0))
+        springs += _rows(
+            wave, size, ("bending", bent, bending), ("stretch", stretch, along if along < math.inf else 0.0)
+        )
         radial, tangential = scale * np.array(ring.foundation)
         foundation += _rows(wave, size, ("radial", w, radial), ("tangential", v, tangential))
     for block in (M, S, K):  # mean motions have the mass of the file, and the terms of a rigid body
