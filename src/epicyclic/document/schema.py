@@ -413,6 +413,7 @@ SENSOR_KEYS: Mapping[str, tuple[str, ...]] = {
     "acceleration": ("on", "angle", "radius", "z", "direction"),
     "angle": ("on",),
     "torque": ("on", "link"),
+    "force": ("link", "direction"),
 }
 """Keys that a sensor of each kind may have."""
 
@@ -420,11 +421,13 @@ SENSOR_KEYS: Mapping[str, tuple[str, ...]] = {
 class SensorTable(SchemaTable):
     """A sensor: what it measures, on which member, body or link, and where on the material."""
 
-    kind: Literal["strain", "acceleration", "angle", "torque"] = Field(
-        description="hoop strain, absolute acceleration, rotation about z, or torque about z"
+    kind: Literal["strain", "acceleration", "angle", "torque", "force"] = Field(
+        description="hoop strain, absolute acceleration, rotation about z, torque about z, or force of bolts"
     )
     on: str | None = key(None, "member or body that it sits on, by path; of a member of several bodies one on each")
-    link: str | None = key(None, "of a torque: coupling, shaft, neck, support or bearing that carries it, by its table")
+    link: str | None = key(
+        None, "of a torque: coupling, shaft, neck, support or bearing that carries it, by its table; of a force: bolts"
+    )
     angle: Annotated[float, Unit("angle")] = key(
         0.0, "polar angle from the x axis of the body, with whose material it turns; default 0"
     )
@@ -432,7 +435,9 @@ class SensorTable(SchemaTable):
         None, "distance from the axis of the body; default the outer radius of a ring, else the reference radius"
     )
     z: Place | None = key(None, "of an acceleration: axial place, from the centre of the member; default 0")
-    direction: Literal["radial", "tangential", "axial"] = key("radial", "of an acceleration: direction; default radial")
+    direction: Literal["radial", "tangential", "axial"] = key(
+        "radial", "of an acceleration or force: direction; default radial"
+    )
 
     @model_validator(mode="after")
     def _fitting(self) -> Self:
@@ -441,7 +446,9 @@ class SensorTable(SchemaTable):
         if others := sorted(self.model_fields_set - {"kind", *allowed}):
             raise ModelError(f"{others[0]} is no key of a sensor of {self.kind}", allowed=f"kind, {', '.join(allowed)}")
         if (self.on is None) == (self.link is None):
-            places = "a member or body (on)" + (", or a link (link)" if "link" in allowed else "")
+            places = ", or ".join(
+                text for key, text in {"on": "a member or body (on)", "link": "a link (link)"}.items() if key in allowed
+            )
             raise ModelError("sits on nothing" if self.on is None else "sits on two", allowed=f"{places}, one of them")
         return self
 

@@ -242,7 +242,7 @@ def largest_over_speed(
 # unit of a sensor -> as shown, factor from it
 SENSOR_UNITS = {
     **{"1": ("µm/m", 1e6), "m/s2": ("m/s²", 1.0), "rad": ("µrad", 1e6), "N m": ("N m", 1.0)},
-    "N": ("N", 1.0),  # of mesh forces through a window
+    "N": ("N", 1.0),  # of bolts, and of mesh forces through a window
 }
 
 

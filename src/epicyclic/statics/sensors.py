@@ -53,9 +53,9 @@ def motion_signals(
     order = np.arange(sensors.rows.shape[2])
     for i, (kind, rows) in enumerate(zip(sensors.kind, sensors.rows, strict=True)):
         wave = np.exp(2j * np.pi * np.outer(phase[i], order))
-        if kind in ("strain", "angle"):
+        if kind != "acceleration":
             signal[i] = (wave * (states[:, 0] @ rows[0].T)).sum(axis=1).real
-        elif kind == "acceleration" and speed is not None and rate is not None:
+        elif speed is not None and rate is not None:
             turning = 2j * np.pi * float(sensors.turn[i]) * order
             s, ramp = speed[:, None], rate[:, None]
             q = states[:, None] @ rows.transpose(0, 2, 1)  # (T, 3 of rows, 3 of states, K + 1)

@@ -9,6 +9,7 @@ acceleration : of d seen from axes that turn with the material at w: d_r'' - 2 w
     d_t'' + 2 w d_r' - w^2 d_t, d_z'', and a_0 . (theta x e): the sensor turns by theta in the acceleration a_0 of the
     nominal motion, -w^2 r outward and -Omega^2 r_c at the centre.  a_0 itself is left out, and what it changes by while
     the speed changes.
+force : k d of a bolt, which stands in the housing.
 
 Derived here; no published source.
 """
@@ -19,6 +20,7 @@ from fractions import Fraction
 
 import numpy as np
 
+from ..train.sensors import DIRECTIONS
 from ..train.train import Sensor, Train
 from .link_rows import body_rows
 from .structure import Structure, own_centres
@@ -36,14 +38,14 @@ def sensor_rows(train: Train, structure: Structure, T: Array) -> SensorRows:
     rows = np.zeros((len(sensors), 3, max(one.shape[1] for one in series), T.shape[1]), complex)
     mesh, link = np.zeros((len(sensors), len(structure.meshes))), np.zeros((len(sensors), len(links)))
     for i, (sensor, own) in enumerate(zip(sensors, series, strict=True)):
-        if sensor.link:
+        if sensor.link and sensor.kind == "torque":
             link[i] = [row.link.name == sensor.link and row.direction == 5 for row in links]
             continue
         body = index[sensor.bodies[0]]
         angle[i] += train.bodies[body].angle
         if sensor.kind == "torque":
             mesh[i] = structure.mesh @ _turned_member(train, structure, sensor)
-        elif turn_of := structure.spin_turn[body] - structure.frame_turn[body]:
+        elif turn_of := (structure.spin_turn[body] if sensor.kind != "force" else 0) - structure.frame_turn[body]:
             turn[i], rows[i, :, : own.shape[1]] = turn_of, own
         else:  # the series has one value
             rows[i, :, 0] = own.sum(axis=1).real
@@ -51,7 +53,7 @@ def sensor_rows(train: Train, structure: Structure, T: Array) -> SensorRows:
         name=tuple(sensor.name for sensor in sensors),
         kind=tuple(sensor.kind for sensor in sensors),
         bodies=tuple(sensor.bodies for sensor in sensors),
-        direction=tuple(sensor.direction if sensor.kind == "acceleration" else "" for sensor in sensors),
+        direction=tuple(sensor.direction if sensor.kind in ("acceleration", "force") else "" for sensor in sensors),
         angle=angle,
         turn=tuple(turn),
         rows=rows[:, :, : int(np.flatnonzero(rows.any(axis=(0, 1, 3)))[-1]) + 1 if rows.any() else 1],
@@ -89,6 +91,9 @@ def _series(train: Train, structure: Structure, sensor: Sensor) -> ComplexArray:
         wave = _one_sided(moved, top)
         order = 1j * np.arange(top + 1)[:, None]
         parts = np.stack([(order * wave[1] + wave[0]) / sensor.radius, *np.zeros((2, *wave[0].shape))])
+    elif sensor.kind == "force":
+        wave = _one_sided(moved[DIRECTIONS.index(sensor.direction)], top)
+        parts = sensor.stiffness * np.stack([wave, *np.zeros((2, *wave.shape))])
     else:
         w, centre = structure.spin[i], structure.frame_speed[i] ** 2 * own_centres(train)[i]
         c, s = np.cos(psi)[:, None], np.sin(psi)[:, None]

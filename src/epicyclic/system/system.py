@@ -254,7 +254,7 @@ class SensorRows:
 
     With phi = 2 pi turn tau, tau = integral of s dt, and x_j = Re sum_k rows[j, k] exp(i k phi) . q the signal is
 
-        x_0 of strain and rotation        s^2 x_0 + s x_1' + s' x_1 / 2 + x_2'' of an acceleration
+        x_0 of strain, rotation and force of a bolt        s^2 x_0 + s x_1' + s' x_1 / 2 + x_2'' of an acceleration
         mesh . F + link . L of a torque, of the forces of mesh rows and linear link rows
 
     name, kind, bodies : (s,) texts.  direction : (s,) of accelerations.  angle : (s,) in the frame at t = 0 [rad].
@@ -274,7 +274,7 @@ class SensorRows:
     @property
     def unit(self) -> tuple[str, ...]:
         """Unit of each signal."""
-        units = {"strain": "1", "acceleration": "m/s2", "angle": "rad", "torque": "N m"}
+        units = {"strain": "1", "acceleration": "m/s2", "angle": "rad", "torque": "N m", "force": "N"}
         return tuple(units[kind] for kind in self.kind)
 
     def link_weights(self, rows: int) -> Array:

@@ -674,7 +674,7 @@ def resolve(document: Document) -> Train:
     )
     resolve_deviations(model, deviated)
     ripples, prescribed = resolve_ripples(model, bodies, kinematics, log)
-    sensors = resolve_sensors(model, bent, shafts.links, log)
+    sensors = resolve_sensors(model, bent, shafts.links, deviated.displacements, log)
     gravity = model.operation.gravity or (0.0, 0.0, 0.0)
     if model.operation.gravity is not None:
         log.note(f"{model.operation_path('gravity')}.gravity", list(gravity), "m/s^2")

@@ -1,35 +1,44 @@
 """Sensors of the file on the bodies and links of a train.
 
 Strain gauges and accelerometers are glued to material: their angle counts from the x axis of the body and turns with
-it.  On a held ring it stands still in the housing, whose planets pass by.
+it.  On a held ring it stands still in the housing, whose planets pass by.  So do bolts, whose springs tell their force.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ..document.schema import ModelFile, SensorTable
 from ..errors import ModelError
 from .stage_bodies import member_centre
-from .train import Body, Link, ResolutionLog, Sensor, bodies_named
+from .train import Body, Displacement, Link, ResolutionLog, Sensor, bodies_named
+
+DIRECTIONS = ("radial", "tangential", "axial")
 
 
 def resolve_sensors(
-    model: ModelFile, bodies: Sequence[Body], links: Sequence[Link], log: ResolutionLog
+    model: ModelFile,
+    bodies: Sequence[Body],
+    links: Sequence[Link],
+    displacements: Sequence[Displacement],
+    log: ResolutionLog,
 ) -> list[Sensor]:
     """Sensors of a file, one on each body of a member; the torque of a member is that of all its halves.
 
     Raises
     ------
     ModelError : strain of what does not bend, an unknown radius; torque of what drives no teeth; a link that is not
-        there, or without a torque of its own.
+        there, or without a torque of its own; force of what is no bolt in the housing, or of one with a displaced seat.
     """
     by_name = {body.name: body for body in bodies}
     sensors = []
     for name, table in model.sensors.items():
         path = f"sensors.{name}"
+        if table.kind == "force":
+            sensors += _of_bolts(name, table, by_name, links, displacements)
+            continue
         if table.link is not None:
             found = _links_named(table.link, links, f"{path}.link")
             held = [by_name[link.second or link.first] for link in found]
@@ -66,6 +75,49 @@ def resolve_sensors(
                     z=0.0 if table.z is None else member_centre(body, model) + table.z - body.station,
                 )
             )
+    return sensors
+
+
+def _of_bolts(
+    name: str,
+    table: SensorTable,
+    bodies: Mapping[str, Body],
+    links: Sequence[Link],
+    displacements: Sequence[Displacement],
+) -> list[Sensor]:
+    """Forces of the bolts of a support, ``main.ring.support.bolts``, or of one, ``main.ring.support.bolts.3``.
+
+    Raises
+    ------
+    ModelError : no such bolts; bolts to another body, without a linear spring in the direction, or out of place.
+    """
+    which, of = DIRECTIONS.index(table.direction), dict[str, Any](path=f"sensors.{name}.link", given=table.link)
+    bolts = {link.name.replace("/", "."): link for link in links if "/bolts/" in link.name and link.second is None}
+    found = {key: bolt for key, bolt in bolts.items() if table.link in (key, key.rpartition(".")[0])}
+    if not found:
+        allowed = ", ".join(dict.fromkeys(key.rpartition(".")[0] for key in bolts)) or "bolts of a support"
+        raise ModelError("no such bolts in the housing", **of, allowed=f"{allowed}, or one of them (.1)")
+    displaced = {link for one in displacements for link in one.links}
+    sensors = []
+    for key, bolt in found.items():
+        body, k = bodies[bolt.first], bolt.stiffness[which]
+        nonlinear = bolt.curves or bolt.contacts or bolt.clearance or bolt.exponent != 1.0
+        if nonlinear or not 0 < k < math.inf or bolt.name in displaced:
+            problem = f"the bolts have no linear {table.direction} spring in place"
+            raise ModelError(problem, **of, allowed="a finite stiffness, without a law and a displaced seat")
+        sensors.append(
+            Sensor(
+                name=name if len(found) == 1 else f"{name}/{key.rpartition('.')[2]}",
+                kind=table.kind,
+                direction=table.direction,
+                bodies=(bolt.first,),
+                link=bolt.name,
+                angle=bolt.angle - body.angle,
+                radius=math.hypot(*bolt.centre),
+                z=bolt.station - body.station,
+                stiffness=k,
+            )
+        )
     return sensors
 
 

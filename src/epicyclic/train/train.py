@@ -583,9 +583,11 @@ class Sensor:
     """A sensor on the material of one body, or in a link.
 
     name : as of the file, with the branch or side behind it where the member has several bodies.
-    kind : strain, acceleration, angle, torque.  direction : of an acceleration, radial, tangential or axial.
-    bodies : names; of a torque all of the member and branch, of others one.  link : name of the link of a torque.
+    kind : strain, acceleration, angle, torque, force.  direction : of an acceleration or force, radial, tangential
+        or axial.
+    bodies : names; of a torque all of the member and branch, of others one.  link : name of that of a torque or force.
     angle : from the own x axis of the body at t = 0 [rad].  radius, z : from the centre of the body [m].
+    stiffness : of the bolt of a force [N/m].
     """
 
     name: str
@@ -596,6 +598,7 @@ class Sensor:
     angle: float = 0.0
     radius: float = 0.0
     z: float = 0.0
+    stiffness: float = 1.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -481,3 +481,77 @@ def test_modulation_on_a_ring_that_turns_names_the_sensor() -> None:
     star = star.replace(', rz = "1e8 N m/rad" }', ', rz = "0 N m/rad" }')
     with pytest.raises(ModelError, match=r"sensor = gauge: main/ring turns at .*: no sensor stands still on it"):
         modulation(load(tomllib.loads(star)), sensor="gauge")
+
+
+# --- forces of bolts -------------------------------------------------------------------------------------------------
+
+BOLTS: dict[str, Any] = {
+    "stages.main.ring.support": {
+        "radial": "0 N/m",
+        "rz": "0 N m/rad",
+        "bolts": {"count": 10, "radius": "172 mm", "radial": "4e7 N/m", "tangential": "6e7 N/m", "z": "2e7 N/m"},
+    },
+    f"{BEND}.modes": 4,
+    "stages.main.ring.tilt_inertia": "0.3 kg m^2",
+    "sensors": {
+        f"{d}": {"kind": "force", "link": "main.ring.support.bolts", "direction": d} for d in ("radial", "tangential")
+    },
+}
+
+
+def test_forces_of_bolts_that_stand_are_those_of_their_links() -> None:
+    """Nothing turns past the bolts where the train stands: each sensor has the spring force of its link."""
+    still = {"operation.speed": {"sun": "0 rpm"}, "operation.torque": {"sun": "500 N m", "load": "balance"}}
+    result = static(load(TABLES, BOLTS | still), samples=4)
+    for direction, part in (("radial", "x"), ("tangential", "y")):
+        for number in range(1, 11):
+            signal = result.sensor_signal.sel(sensor=f"{direction}/{number}").values
+            link = result.link_force.sel(link_row=f"main/ring/support/bolts/{number}/{part}").values
+            assert np.abs(signal).max() > 1.0
+            np.testing.assert_allclose(np.abs(signal), np.abs(link), rtol=1e-9)
+
+
+def test_bolts_that_planets_pass_hold_the_ring() -> None:
+    """Over the tone their forces balance the ring: no resultant, and the torque of the planets in the mean."""
+    result = steady(load(TABLES, BOLTS | {f"{BEND}.modes": 6}))  # a tone of 10 bolts: 10 < 2 x 6
+    time = np.linspace(0.0, 0.2, 41)
+    out, along = (
+        np.array([waves(result, f"{direction}/{number}", time) for number in range(1, 11)])
+        for direction in ("radial", "tangential")
+    )
+    mean = result.sensor_mean.sel(sensor=[f"tangential/{n}" for n in range(1, 11)]).values
+    assert 0.172 * mean.sum() == pytest.approx(-500 * 75 / 27, rel=1e-6)
+    np.testing.assert_allclose(mean, mean[0], rtol=1e-6)
+    assert np.ptp(out[0]) > 0.2 * np.abs(out).max()
+    # what planets of constant force make reaches bolt 2 a tenth of a turn of the carrier later than bolt 1
+    first, second = (lines(result, f"radial/{number}") for number in (1, 2))
+    passing = [f for f in first if 0 < f < MESH / 2 and (f / CARRIER) % 3 == 0]
+    assert len(passing) > 3
+    for f in passing:
+        later = first[f] * np.exp(-2j * np.pi * float(f / CARRIER) / 10)
+        assert second[f] == pytest.approx(later, rel=1e-6, abs=1e-6 * np.abs(out).max())
+    assert np.abs(along).max() > abs(mean[0])
+
+
+@pytest.mark.parametrize(
+    ("table", "more", "message"),
+    [
+        ({"link": "main.ring.support"}, {}, "no such bolts in the housing"),
+        ({"link": "main.ring.support.bolts.11"}, {}, "or one of them"),
+        ({"link": "main.ring.support.bolts", "direction": "axial"}, {"axial": "inf"}, "no linear axial spring"),
+        ({"link": "main.ring.support.bolts"}, {"deviations.ring.position.x": "20 um"}, "a displaced seat"),
+        ({"on": "ring"}, {}, "on is no key of a sensor of force"),
+        ({}, {}, "sits on nothing"),
+    ],
+)
+def test_forces_of_no_bolts_are_refused(table: dict[str, Any], more: dict[str, Any], message: str) -> None:
+    still: dict[str, Any] = {"operation.speed": {"sun": "0 rpm"}, "operation.torque.load": "balance"}
+    of_bolts = BOLTS | still | {"sensors": {"bolt": {"kind": "force", **table}}}
+    if "axial" in more:
+        support = BOLTS["stages.main.ring.support"]
+        of_bolts["stages.main.ring.support"] = support | {"bolts": support["bolts"] | {"z": more["axial"]}}
+    else:
+        of_bolts |= more
+    with pytest.raises(ModelError, match=message) as error:
+        load(TABLES, of_bolts)
+    assert error.value.path.startswith("sensors.bolt")

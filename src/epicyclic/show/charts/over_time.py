@@ -43,7 +43,7 @@ _WINDOWS, _OVERLAP, _RANGE = 100, 0.75, 60.0
 _ORDERS = 5
 # Lines of a sensor drawn: from this part of its largest on.
 _SEEN = 1e-3
-_QUANTITIES = {"1": "strain", "m/s2": "acceleration", "rad": "rotation", "N m": "torque"}
+_QUANTITIES = {"1": "strain", "m/s2": "acceleration", "rad": "rotation", "N m": "torque", "N": "force"}
 
 
 def over_time(
