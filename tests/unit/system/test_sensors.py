@@ -513,7 +513,8 @@ def test_forces_of_bolts_that_stand_are_those_of_their_links() -> None:
 
 def test_bolts_that_planets_pass_hold_the_ring() -> None:
     """Over the tone their forces balance the ring: no resultant, and the torque of the planets in the mean."""
-    result = steady(load(TABLES, BOLTS | {f"{BEND}.modes": 6}))  # a tone of 10 bolts: 10 < 2 x 6
+    train = load(TABLES, BOLTS | {f"{BEND}.modes": 6})  # a tone of 10 bolts: 10 < 2 x 6
+    result = steady(train)
     time = np.linspace(0.0, 0.2, 41)
     out, along = (
         np.array([waves(result, f"{direction}/{number}", time) for number in range(1, 11)])
@@ -530,6 +531,9 @@ def test_bolts_that_planets_pass_hold_the_ring() -> None:
     for f in passing:
         later = first[f] * np.exp(-2j * np.pi * float(f / CARRIER) / 10)
         assert second[f] == pytest.approx(later, rel=1e-6, abs=1e-6 * np.abs(out).max())
+    beside = modulation(train, sensor="radial/1", floor=0.0)
+    found = dict(zip(map(Fraction, beside.exact_frequency.values), beside.signal_amplitude.values, strict=True))
+    assert all(found[f] == pytest.approx(first[f], rel=1e-6) for f in passing)
     assert np.abs(along).max() > abs(mean[0])
 
 

@@ -235,8 +235,8 @@ def modulation(system: System, options: ModulationOptions) -> xr.Dataset:
     force [N], and the acceleration of the ring as a rigid body stands beside it; a path in m/s2/N makes it an
     acceleration and adds that of the ring.  The steady state of means is left out: the signal has no mean.
 
-    The signal of a sensor of the model is its own: the strain or acceleration of the ring there.  What the window makes
-    of the mesh forces stands beside it, and `window_difference` says how much they differ.
+    The signal of a sensor of the model is its own: strain or acceleration of the ring there, or the force of a bolt.
+    What the window makes of the mesh forces stands beside it, and `window_difference` says how much they differ.
 
     Raises
     ------
@@ -276,10 +276,10 @@ def _position(system: System, options: ModulationOptions) -> SensorPosition:
     if not isinstance(options.sensor, str):
         return placed(angle=options.sensor, **asked)
     sensors, beside = system.sensors, {**asked, "radius": options.radius}
-    known = [name for name, kind in zip(sensors.name, sensors.kind, strict=True) if kind in ("strain", "acceleration")]
+    known = [name for name, kind in zip(sensors.name, sensors.kind, strict=True) if kind not in ("angle", "torque")]
     if options.sensor not in known:
-        allowed = ", ".join(known) or "an angle, or a sensor of strain or acceleration in the model"
-        problem = "no such sensor of strain or acceleration"
+        allowed = ", ".join(known) or "an angle, or a sensor of strain, acceleration or force in the model"
+        problem = "no such sensor of strain, acceleration or force"
         raise ModelError(problem, path="sensor", given=options.sensor, allowed=allowed)
     for path, value in beside.items():
         if value is not None:
@@ -309,8 +309,8 @@ def _sensor_signal(ready: Response, block: Block, sensor: _Sensor) -> _SensorSig
     (position, window, transfer, options), speed = sensor, float(block.speed[0])
     spectrum = stage_spectrum(ready, block, position)
     sensors, own = ready.system.sensors, position.sensor
-    # of strain the mean load that passes is the most
-    if not (options.mean_load or (own >= 0 and sensors.kind[own] == "strain")):
+    # of strain and force the mean load that passes is the most
+    if not (options.mean_load or (own >= 0 and sensors.kind[own] != "acceleration")):
         spectrum = replace(spectrum, force=np.where(spectrum.step == 0, 0.0, spectrum.force))
         if own >= 0:
             spectrum = replace(spectrum, motion=np.where(spectrum.step == 0, 0.0, spectrum.motion))
