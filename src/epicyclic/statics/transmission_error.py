@@ -227,17 +227,20 @@ def near_lines(system: System, frequency: Fraction, within: Fraction) -> list[Fr
 
 
 def line_label(system: System, frequency: Fraction) -> str:
-    """Mesh order, or what of the file makes a shaft line and the mesh orders that shift it."""
-    tones = _stage_tones(system)
+    """Mesh order, or what makes a shaft line (the file, links that pass) and the mesh orders that shift it."""
+    tones, passing = _stage_tones(system), system.passing
+    beside = [(line.frequency, "; ".join(line.causes)) for line in system.lines if line.frequency]
+    if passing is not None:
+        turns = {link: passing.tones[tone] for link, tone in zip(passing.link, passing.tone, strict=True)}
+        orders = range(1, passing.wave.shape[1] + 1)
+        beside += [(k * turn, f"{k} x {link} passing") for link, turn in turns.items() for k in orders]
     for stage, tone in tones.items():
         if (frequency / tone).denominator == 1:
             return f"{frequency / tone} x {stage} mesh".replace("  ", " ")
     for stage, tone in tones.items():
-        for line in system.lines:
+        for shift, causes in beside:
             for sense in (1, -1):
-                order = (frequency - sense * line.frequency) / tone
-                if line.frequency and order.denominator == 1:
-                    causes = "; ".join(line.causes)
-                    beside = f"{order} x {stage} mesh {'+' if sense > 0 else '-'} ({causes})"
-                    return beside if order else causes
+                order = (frequency - sense * shift) / tone
+                if order.denominator == 1:
+                    return f"{order} x {stage} mesh {'+' if sense > 0 else '-'} ({causes})" if order else causes
     return f"{float(frequency / next(iter(tones.values()))):.5g} x mesh"

@@ -40,6 +40,7 @@ from epicyclic.questions.stability.stability import _each_alone, _floquet_at, fl
 from epicyclic.questions.studies.gradient import force_derivatives
 from epicyclic.questions.transient.equation import highest_rate, in_modes_of_its_speed
 from epicyclic.questions.transient.equation import motion as motion_in_time
+from epicyclic.statics.transmission_error import line_label
 from epicyclic.system.system import ComplexArray, ErrorRows, Line, System
 
 from .test_ring_in_a_train import BENDING, RADIUS, bolts, train_of
@@ -515,3 +516,12 @@ def test_the_warning_says_what_many_orders_cost() -> None:
     (text,) = (text for text in train_of(modes=ORDERS, more=HELD_BY_ARM).warnings if "[bolts-averaged]" in text)
     assert "fewer modes of the ring" in text
     assert not any("fewer modes" in text for text in load(STAGE).warnings)
+
+
+def test_lines_of_the_tone_have_the_name_of_what_passes() -> None:
+    system = ring_alone()
+    assert system.passing is not None
+    assert line_label(system, system.passing.tones[0]) == "1 x main/ring/support/bolts passing"
+    assert line_label(system, system.tones[0] - system.passing.tones[0]) == (
+        "1 x main mesh - (1 x main/ring/support/bolts passing)"
+    )
