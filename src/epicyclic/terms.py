@@ -15,6 +15,7 @@ from functools import cache
 from importlib import resources
 from typing import Any
 
+from .document.deviations import FORMS
 from .document.document import ready_drives
 from .document.tables import keyed, value_text
 from .document.units import KINDS
@@ -46,14 +47,7 @@ WORDS: dict[str, tuple[str, str]] = {
                   "with the errors that stand still; this is K_gamma", _SHARING),
     "mean-load-turning": ("mean-load with the errors that turn, run-outs, at their worst phase of a revolution",
                           _SHARING),
-    "normal": ("distribution of a tolerance: mean, standard deviation", _TOLERANCE),
-    "uniform": ("distribution of a tolerance: every value between two ends alike", _TOLERANCE),
-    "truncated": ("normal distribution cut at two ends: mean, standard deviation, low, high", _TOLERANCE),
-    "triangular": ("distribution of a tolerance: low, most frequent value, high", _TOLERANCE),
-    "rayleigh": ("length of a vector across the axis whose two components are normal with this standard deviation; "
-                 "its phase is uniform", _TOLERANCE),
-    "disc": ("vector across the axis, every point within a circle of this diameter alike: a position tolerance of a "
-             "drawing", _TOLERANCE),
+    **{kind: (form.words, _TOLERANCE) for kind, form in FORMS.items()},
     "grade": ("tolerance by a standard: the size from ISO 1328-1 or ISO 286 (IT), read as so many standard deviations",
               _TOLERANCE),
     "rotational": ("kind of mode: all planets of a stage move alike and the central members only turn; driven by mesh "

@@ -15,7 +15,7 @@ import math
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, get_args
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple, Self, get_args
 
 from pydantic import Field, ValidationInfo, model_validator
 
@@ -182,33 +182,29 @@ def bare_keys(table: Deviations) -> dict[str, str]:
     return {name: form.bare_key for name, form in forms.items() if form is not None}
 
 
-FORMS: dict[str, tuple[str, ...]] = {
-    "normal": ("mean", "deviation"),
-    "uniform": ("low", "high"),
-    "truncated": ("mean", "deviation", "low", "high"),
-    "triangular": ("low", "mode", "high"),
-    "rayleigh": ("deviation",),
-    "disc": ("diameter",),
-}
-"""Names of the values of each distribution, in their order."""
+class Form(NamedTuple):
+    """A distribution: names of its values in their order, what it is in words, an example, moments and inverse.
 
-VECTORS = ("rayleigh", "disc")
-"""Distributions of a vector across the axis, with a uniform phase."""
+    Of the values `LENGTHS` are not below zero and scale with the spread; the others are places.
+    mean, std : of the values [SI]; of a vector those of each component.
+    inverse : of the distribution function, of uniform numbers (..,) and the values; of a vector that of its radius.
+    vector : whether it is one across the axis, with a uniform phase.
+    """
+
+    names: tuple[str, ...]
+    words: str
+    example: str
+    mean: Callable[..., float]
+    std: Callable[..., float]
+    inverse: Callable[..., Any]
+    vector: bool = False
+
+
+LENGTHS = ("deviation", "diameter")
+"""Names of values of a distribution that are lengths, not places."""
 
 PHASES = ("random", "marked")
 """Phases of assembly of what turns with a planet."""
-
-EXAMPLES = (
-    "normal(0, 12 um)",
-    "uniform(-5 um, 5 um)",
-    "truncated(0, 12 um, -20 um, 20 um)",
-    "triangular(-5 um, 0, 10 um)",
-    "rayleigh(5 um)",
-    "disc(10 um)",
-    "grade(ISO 1328-1:2013 5, 3 sigma)",
-    "grade(IT6, 3 sigma)",
-)
-"""One text of each form, for editors."""
 
 _GRADES = '"grade(ISO 1328-1:2013 5, 3 sigma)" or "grade(IT6, 3 sigma)"'
 _MOST_CHARACTERS = 300  # four values of a unit text each; longer ones are slips, and cost time to take apart
@@ -226,8 +222,7 @@ _LEAST_SHARE = 1e-6
 class Distribution:
     """Distribution of one number, or of a vector across the axis.
 
-    kind : normal, uniform, truncated, triangular; of vectors rayleigh (each component normal) and disc (uniform in a
-        disc).  values : as `FORMS` names them [SI].  text : as written in the file.
+    kind : key of `FORMS`.  values : as named there [SI].  text : as written in the file.
     """
 
     kind: str
@@ -235,36 +230,35 @@ class Distribution:
     text: str
 
     @property
+    def form(self) -> Form:
+        """What is known of its kind."""
+        return FORMS[self.kind]
+
+    @property
     def dimensions(self) -> int:
         """Uniform numbers that one draw takes: 1, of a vector 2 (radius, phase)."""
-        return 2 if self.kind in VECTORS else 1
+        return 2 if self.form.vector else 1
 
     @property
     def mean(self) -> float | complex:
         """Mean [SI]; 0j of a vector."""
-        if self.kind == "normal":
-            return self.values[0]
-        if self.kind == "truncated":
-            return _truncated_moments(*self.values)[0]
-        return 0j if self.kind in VECTORS else sum(self.values) / len(self.values)
+        return 0j if self.form.vector else self.form.mean(*self.values)
 
     @property
     def std(self) -> float:
         """Standard deviation [SI]; of a vector that of each component."""
-        match self.kind:
-            case "normal":
-                return self.values[1]
-            case "uniform":
-                return (self.values[1] - self.values[0]) / math.sqrt(12)
-            case "truncated":
-                return _truncated_moments(*self.values)[1]
-            case "triangular":
-                low, mode, high = self.values
-                return math.sqrt(((high - low) ** 2 - (mode - low) * (high - mode)) / 18)
-            case "rayleigh":
-                return self.values[0]
-            case _:
-                return self.values[0] / 4
+        return self.form.std(*self.values)
+
+    @property
+    def ends(self) -> tuple[float, ...]:
+        """Least and largest value [SI] of a number, as far as there are."""
+        import numpy as np
+
+        if self.form.vector:
+            return ()
+        with np.errstate(invalid="ignore"):  # a deviation of zero times an end that is none
+            ends = self.form.inverse(np.array([0.0, 1.0]), *self.values)
+        return tuple(ends[np.isfinite(ends)].tolist())
 
     def quantile(self, u: NDArray[np.float64]) -> NDArray[Any]:
         """Return draws by the inverse of the distribution function.
@@ -277,21 +271,8 @@ class Distribution:
         u = np.asarray(u, float)
         if u.shape[-1:] != (self.dimensions,):
             raise ValueError(f"{self.text} takes {self.dimensions} uniform numbers a draw, not {u.shape}")
-        first = u[..., 0]
-        if self.kind in VECTORS:
-            (size,) = self.values
-            radius = size * np.sqrt(-2 * np.log1p(-first)) if self.kind == "rayleigh" else size / 2 * np.sqrt(first)
-            return np.asarray(radius * np.exp(2j * math.pi * u[..., 1]))
-        if self.kind == "uniform":
-            low, high = self.values
-            return np.asarray(low + first * (high - low))
-        if self.kind == "triangular":
-            return _triangular(first, *self.values)
-        if self.kind == "truncated":
-            return _truncated(first, *self.values)
-        from scipy.special import ndtri
-
-        return np.asarray(self.values[0] + self.values[1] * ndtri(first))
+        drawn = self.form.inverse(u[..., 0], *self.values)
+        return np.asarray(drawn * np.exp(2j * math.pi * u[..., 1]) if self.form.vector else drawn)
 
     def scaled(self, factor: float) -> Distribution:
         """Return the same distribution with its spread times a factor >= 0 about its mean; the text stays as written.
@@ -300,15 +281,11 @@ class Distribution:
         """
         if not (math.isfinite(factor) and factor >= 0):
             raise ValueError(f"a factor of a spread is finite and not below zero, not {factor}")
-        if self.kind in VECTORS:
-            return replace(self, values=(self.values[0] * factor,))
-        mean = self.mean
-        assert isinstance(mean, float)
-        # x -> mean + factor (x - mean), of every value that is a place; a deviation is a length
-        names = FORMS[self.kind]
+        mean = self.mean.real
+        # x -> mean + factor (x - mean), of every value that is a place
         moved = tuple(
-            value * factor if name == "deviation" else mean + factor * (value - mean)
-            for name, value in zip(names, self.values, strict=True)
+            value * factor if name in LENGTHS else mean + factor * (value - mean)
+            for name, value in zip(self.form.names, self.values, strict=True)
         )
         return replace(self, values=moved)
 
@@ -348,16 +325,15 @@ def read_distribution(
     kind, parts = found[1], [part.strip() for part in found[2].split(",")]
     if kind == "grade":
         return _grade(text, parts, where)
-    names = FORMS.get(kind)
-    if names is None:
+    if (form := FORMS.get(kind)) is None:
         raise ModelError(f"not a distribution: no '{kind[:40]}'", path=where, given=text, allowed=_ANY)
     allowed = f"{_of(vector=vector)}, {_GRADES}"
-    if vector != (kind in VECTORS):
+    if vector != form.vector:
         problem = "the distribution of a number, where a vector stands" if vector else "the distribution of a vector"
         more = "" if vector else "; a vector is the table of x and y: run_out, bearing_run_out, position, tilt"
         raise ModelError(problem, path=where, given=text, allowed=allowed + more)
-    if len(parts) != len(names):
-        problem = f"not a distribution: {len(parts)} value{'s' * (len(parts) != 1)} of {len(names)}"
+    if len(parts) != len(form.names):
+        problem = f"not a distribution: {len(parts)} value{'s' * (len(parts) != 1)} of {len(form.names)}"
         raise ModelError(problem, path=where, given=text, allowed=allowed)
     read = Distribution(kind=kind, values=tuple(value(part) for part in parts), text=text)
     _check(read, where)
@@ -372,7 +348,7 @@ def narrowed_text(text: str, share: float) -> str | None:
     found = _CALL.fullmatch(text)
     kind, parts = (found[1], [part.strip() for part in found[2].split(",")]) if found else ("", [])
     numbers = [number for number in map(written, parts) if number is not None]
-    if not numbers or len(numbers) != len(FORMS.get(kind, ())):
+    if kind not in FORMS or len(numbers) != len(FORMS[kind].names):
         return None
     unit = next((number.unit for number in numbers if number.unit), "")
     ratios = [1.0 if number.unit in ("", unit) else factor(number.unit, unit) for number in numbers]
@@ -384,13 +360,13 @@ def narrowed_text(text: str, share: float) -> str | None:
 
 def form_texts() -> tuple[str, ...]:
     """Return the forms of all distributions, with the names of their values."""
-    return tuple(f"{kind}({', '.join(names)})" for kind, names in FORMS.items())
+    return tuple(f"{kind}({', '.join(form.names)})" for kind, form in FORMS.items())
 
 
 def distribution_pattern() -> str:
     """Return the pattern of the text of a distribution, for the JSON Schema; units are checked where it is read."""
     number = rf"\s*{NUMBER}[^(),]{{0,40}}(?:\([^(),]{{1,20}}\)\s*)?"
-    calls = [rf"{kind}\s*\({','.join([number] * len(names))}\)" for kind, names in FORMS.items()]
+    calls = [rf"{kind}\s*\({','.join([number] * len(form.names))}\)" for kind, form in FORMS.items()]
     standard = r"(?:ISO\s*1328-1\s*:\s*2013\s+[0-9]{1,2}|IT\s*[0-9]{1,2})"
     grade = rf"grade\s*\(\s*{standard}\s*,\s*[0-9.]{{1,9}}\s*sigma\s*\)"
     return rf"^\s*(?:{'|'.join([*calls, grade])})\s*$"
@@ -398,10 +374,7 @@ def distribution_pattern() -> str:
 
 def _of(*, vector: bool) -> str:
     """Return the forms of a number or of a vector, in words."""
-    return ", ".join(f'"{kind}({", ".join(names)})"' for kind, names in FORMS.items() if (kind in VECTORS) == vector)
-
-
-_ANY = f"of a number {_of(vector=False)}; of a vector {_of(vector=True)}; of a length {_GRADES}"
+    return ", ".join(f'"{kind}({", ".join(one.names)})"' for kind, one in FORMS.items() if one.vector == vector)
 
 
 def _grade(text: str, parts: list[str], where: str) -> StandardGrade:
@@ -423,25 +396,22 @@ def _grade(text: str, parts: list[str], where: str) -> StandardGrade:
 
 def _check(read: Distribution, where: str) -> None:
     """Raise ModelError for a spread below zero, ends in the wrong order, limits that leave nothing."""
-    names = FORMS[read.kind]
+    names = read.form.names
     values = dict(zip(names, read.values, strict=True))
-    form = f"{read.kind}({', '.join(names)})"
 
     def wrong(problem: str, allowed: str) -> ModelError:
-        return ModelError(problem, path=where, given=read.text, allowed=f"{form} with {allowed}")
+        return ModelError(
+            problem, path=where, given=read.text, allowed=f"{read.kind}({', '.join(names)}) with {allowed}"
+        )
 
-    for name in ("deviation", "diameter"):
+    for name in LENGTHS:
         if values.get(name, 0.0) < 0:
-            raise wrong(f"a {name} below zero", f"{name} >= 0")
-    if read.kind == "uniform" and values["high"] < values["low"]:
-        raise wrong("its ends are in the wrong order", "high >= low")
-    if read.kind == "triangular" and not values["low"] <= values["mode"] <= values["high"]:
-        raise wrong("its values are in the wrong order", "low <= mode <= high")
-    if read.kind == "truncated":
-        if values["high"] < values["low"]:
-            raise wrong("its limits are in the wrong order", "high >= low")
-        if _share(*read.values) < _LEAST_SHARE and values["high"] > values["low"]:
-            raise wrong("its limits leave nothing of the distribution", "limits that hold more than 1e-6 of it")
+            raise wrong(f"its {name} is below zero", f"{name} >= 0")
+    order = [name for name in ("low", "mode", "high") if name in values]
+    if (places := [values[name] for name in order]) != sorted(places):
+        raise wrong("its values are in the wrong order", " <= ".join(order))
+    if read.kind == "truncated" and values["high"] > values["low"] and _share(*read.values) < _LEAST_SHARE:
+        raise wrong("its limits leave nothing of the distribution", "limits that hold more than 1e-6 of it")
 
 
 # truncated normal and triangular distribution ------------------------------------------------------------------------
@@ -506,3 +476,82 @@ def _triangular(u: NDArray[np.float64], low: float, mode: float, high: float) ->
     rising = low + np.sqrt(u * (high - low) * (mode - low))
     falling = high - np.sqrt((1 - u) * (high - low) * (high - mode))
     return np.where(u < turn, rising, falling)
+
+
+def _normal(u: NDArray[np.float64], mean: float, deviation: float) -> NDArray[np.float64]:
+    """Return draws of a normal distribution [SI]."""
+    from scipy.special import ndtri
+
+    drawn: NDArray[np.float64] = mean + deviation * ndtri(u)
+    return drawn
+
+
+def _rayleigh(u: NDArray[np.float64], deviation: float) -> NDArray[np.float64]:
+    """Return radii of vectors whose components are normal [SI]."""
+    import numpy as np
+
+    return np.asarray(deviation * np.sqrt(-2 * np.log1p(-u)))
+
+
+# the distributions ---------------------------------------------------------------------------------------------------
+
+FORMS: dict[str, Form] = {
+    "normal": Form(
+        ("mean", "deviation"),
+        "distribution of a tolerance: mean, standard deviation",
+        "normal(0, 12 um)",
+        mean=lambda mean, _: mean,
+        std=lambda _, deviation: deviation,
+        inverse=_normal,
+    ),
+    "uniform": Form(
+        ("low", "high"),
+        "distribution of a tolerance: every value between two ends alike",
+        "uniform(-5 um, 5 um)",
+        mean=lambda low, high: (low + high) / 2,
+        std=lambda low, high: (high - low) / math.sqrt(12),
+        inverse=lambda u, low, high: low + u * (high - low),
+    ),
+    "truncated": Form(
+        ("mean", "deviation", "low", "high"),
+        "normal distribution cut at two ends: mean, standard deviation, low, high",
+        "truncated(0, 12 um, -20 um, 20 um)",
+        mean=lambda *values: _truncated_moments(*values)[0],
+        std=lambda *values: _truncated_moments(*values)[1],
+        inverse=_truncated,
+    ),
+    "triangular": Form(
+        ("low", "mode", "high"),
+        "distribution of a tolerance: low, most frequent value, high",
+        "triangular(-5 um, 0, 10 um)",
+        mean=lambda *values: sum(values) / 3,
+        std=lambda low, mode, high: math.sqrt(((high - low) ** 2 - (mode - low) * (high - mode)) / 18),
+        inverse=_triangular,
+    ),
+    "rayleigh": Form(
+        ("deviation",),
+        "length of a vector across the axis whose two components are normal with this standard deviation; its phase is"
+        " uniform",
+        "rayleigh(5 um)",
+        mean=lambda _: 0.0,
+        std=lambda deviation: deviation,
+        inverse=_rayleigh,
+        vector=True,
+    ),
+    "disc": Form(
+        ("diameter",),
+        "vector across the axis, every point within a circle of this diameter alike: a position tolerance of a drawing",
+        "disc(10 um)",
+        mean=lambda _: 0.0,
+        std=lambda diameter: diameter / 4,
+        inverse=lambda u, diameter: diameter / 2 * u**0.5,
+        vector=True,
+    ),
+}
+
+VECTORS = tuple(kind for kind, form in FORMS.items() if form.vector)
+
+EXAMPLES = (*(form.example for form in FORMS.values()), "grade(ISO 1328-1:2013 5, 3 sigma)", "grade(IT6, 3 sigma)")
+"""One text of each form, for editors."""
+
+_ANY = f"of a number {_of(vector=False)}; of a vector {_of(vector=True)}; of a length {_GRADES}"

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from ..errors import ModelError
-from .deviations import FORMS, PHASES, VECTORS, Distribution, StandardGrade, read_distribution
+from .deviations import PHASES, VECTORS, Distribution, StandardGrade, read_distribution
 from .schema import Names, collect, nearest
 from .schema_fields import Probe, Unit
 from .tables import TOLERANCE_TABLES, PlainTable, expand, leaves, nested, one_path
@@ -326,8 +326,7 @@ def _check_bounds(read: Distribution, bounds: Bounds, where: str) -> None:
     """Raise ModelError for a distribution whose mean, or whose end, cannot stand at its path."""
     if read.kind in VECTORS:
         return
-    ends = [value for name, value in zip(FORMS[read.kind], read.values, strict=True) if name in ("low", "high")]
-    for value in (float(read.mean.real), *ends):
+    for value in (float(read.mean.real), *read.ends):
         if value not in bounds:
             low, high = bounds.low, bounds.high
             limits = [f"{'above' if bounds.above else 'at least'} {low:g}"] if low is not None else []
