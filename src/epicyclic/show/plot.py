@@ -11,7 +11,6 @@ import os
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from ..errors import ModelError
@@ -26,39 +25,42 @@ if TYPE_CHECKING:
 
     from .elements import Company, Part
 
-FIGURES: Mapping[str, tuple[str, ...]] = MappingProxyType(
-    {
-        "allocate": ("grade-prices",),
-        "campbell": ("campbell",),
-        "check": ("front", "section", "members", "orders", "phases", "stiffness"),
-        "compare": ("compared",),
+KINDS: Mapping[str, Mapping[str, tuple[str, ...]]] = {
+    "audits": {"audit": ()},
+    "statics": {"static": ("static-forces", "static-errors", "sensors", "ring-bending", "load-zones")},
+    "questions.check": {"check": ("front", "section", "members", "orders", "phases", "stiffness"), "matrices": ()},
+    "questions.flanks": {
         "contact": ("faces", "factors", "flanks", "contact", "roots"),
-        "contact_sweep": ("contact-sweep",),
         "efficiency": ("losses", "sliding"),
-        "life": ("load-zones",),
-        "load_factors": (),
-        "modes": ("frequencies", "shapes", "energy", "campbell", "operating-range"),
-        "modulation": ("modulation",),
-        "output": ("torque-angle", "kinematic-error"),
         "relief": ("relief", "relief-effect"),
-        "sensitivity": ("sensitivity",),
-        "sharing": ("sharing", "history", "forces"),
-        "spectrum": ("load-spectrum", "rainflow"),
-        "stability": ("stability",),
-        "static": ("static-forces", "static-errors", "sensors", "ring-bending", "load-zones"),
-        "steady": ("steady-forces", "steady-range", "steady-errors", "sensors"),
         "stiffness": ("stiffness",),
+    },
+    "questions.life": {"life": ("load-zones",)},
+    "questions.load_factors": {"load_factors": ()},
+    "questions.load_spectrum": {"spectrum": ("load-spectrum", "rainflow")},
+    "questions.modes": {
+        "campbell": ("campbell",),
+        "modes": ("frequencies", "shapes", "energy", "campbell", "operating-range"),
+    },
+    "questions.modulation": {"modulation": ("modulation",)},
+    "questions.output": {"output": ("torque-angle", "kinematic-error")},
+    "questions.response": {
+        "contact_sweep": ("contact-sweep",),
+        "steady": ("steady-forces", "steady-range", "steady-errors", "sensors"),
         "sweep": ("sweep", "waterfall", "bearings", "error-sweep", "sensors"),
+    },
+    "questions.sharing": {"sharing": ("sharing", "history", "forces")},
+    "questions.stability": {"stability": ("stability",)},
+    "questions.studies": {"compare": ("compared",), "detune": (), "sensitivity": ("sensitivity",), "track": ("track",)},
+    "questions.tolerance": {
+        "allocate": ("grade-prices",),
         "tolerance": ("k-gamma", "tolerance-shares", "k-gamma-by-tolerance", "k-gamma-by-design", "worst-branches"),
-        "track": ("track",),
-        "transient": ("transient", "spectrogram", "sensors"),
-        "audit": (),
-        "detune": (),
-        "matrices": (),
-        "study": ("study",),
-    }
-)
-"""Kind of result -> names of its figures."""
+    },
+    "questions.transient": {"transient": ("transient", "spectrogram", "sensors")},
+    "": {"study": ("study",)},
+}
+"""Room whose module `views` shows them -> kind of result -> names of its figures; any other kind is a study."""
+FIGURES = {kind: names for kinds in KINDS.values() for kind, names in kinds.items()}
 _COMPANIONS = {
     ("check", "stiffness"): ("stiffness",),
     ("modes", "shapes"): ("check",),

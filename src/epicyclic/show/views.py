@@ -17,6 +17,7 @@ import numpy as np
 
 from ..results.dataset import cases_of, largest
 from .elements import Company, Drawing, Finding, KeyFigure, Part, Section, Styled, Table, force_table, named_columns
+from .plot import KINDS
 from .series import texts
 
 if TYPE_CHECKING:
@@ -79,26 +80,8 @@ class ResultView:
 
 GENERAL = ResultView("", 900, tables_of_any, sections_of_any)
 Each = Callable[[Callable[[tuple[str, "xr.Dataset"]], Sequence[Section]], Sequence[tuple[str, "xr.Dataset"]]], Any]
-# kinds of results by the room whose module `views` has their views, imported when one is shown
-_KINDS = {
-    "audits": ("audit",),
-    "statics": ("static",),
-    "questions.check": ("check", "matrices"),
-    "questions.flanks": ("contact", "efficiency", "relief", "stiffness"),
-    "questions.life": ("life",),
-    "questions.load_factors": ("load_factors",),
-    "questions.load_spectrum": ("spectrum",),
-    "questions.modes": ("campbell", "modes"),
-    "questions.modulation": ("modulation",),
-    "questions.output": ("output",),
-    "questions.response": ("contact_sweep", "steady", "sweep"),
-    "questions.sharing": ("sharing",),
-    "questions.stability": ("stability",),
-    "questions.studies": ("compare", "detune", "sensitivity", "track"),
-    "questions.tolerance": ("allocate", "tolerance"),
-    "questions.transient": ("transient",),
-}
-_HOME = {kind: room for room, kinds in _KINDS.items() for kind in kinds}
+# a module `views` is imported when one of its kinds is shown
+_HOME = {kind: room for room, kinds in KINDS.items() if room for kind in kinds}
 _TONES = ("bad", "caution", "good", "")  # of findings, in the order in which they are read
 
 
