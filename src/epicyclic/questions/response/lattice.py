@@ -22,7 +22,6 @@ from itertools import product as combinations
 from typing import NamedTuple
 
 import numpy as np
-import scipy.fft
 import scipy.linalg
 from numpy.typing import NDArray
 
@@ -33,8 +32,6 @@ Integers = NDArray[np.object_]
 _TINY = 1e-300
 # Part of b b^T that those of other rows leave, below which a row is made of them.
 _DEPENDENT = 1e-12
-# Parts of multiples of a tone from which a transform takes less time than their matrix.
-_MANY = 200
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -256,32 +253,6 @@ class Convolution:
     def own_matrix(self) -> Array:
         """(m_j, 2 Jo, 2 Jo') [N/m]: multiples of the tone @ it are those of the force."""
         return _convolution(self.series, *self.own_orders, mirrored=self.mirrored)
-
-    @cached_property
-    def _own_spectrum(self) -> ComplexArray:
-        """Transform (m_j, N) of the series, with as many points as the product of all multiples has orders."""
-        centre, used = self.series.shape[1] // 2, np.flatnonzero(np.any(self.series, axis=0))
-        orders = used - centre
-        reach = np.max(np.abs(orders), initial=0) + np.max(np.abs(self.own_orders[0]))
-        wrapped = np.zeros((len(self.series), scipy.fft.next_fast_len(int(2 * reach + 1))), complex)
-        wrapped[:, orders] = self.series[:, used]
-        spectrum: ComplexArray = np.fft.fft(wrapped)
-        return spectrum
-
-    def own_product(self, values: Array) -> Array:
-        """Multiples of the tone (m_j, P, 2 Jo) @ `own_matrix`; by a transform where they are many and it is large."""
-        if values.shape[2] < _MANY:
-            return np.asarray(values @ self.own_matrix)
-        (given, wanted), parts = self.own_orders, to_complex(values)
-        spread = np.zeros((*values.shape[:2], self._own_spectrum.shape[1]), complex)
-        spread[:, :, given] = parts
-        if self.mirrored:
-            spread[:, :, -given] = parts.conj()
-            spread[:, :, 0] = 2 * parts[:, :, 0].real
-        force: ComplexArray = np.fft.ifft(np.fft.fft(spread) * self._own_spectrum[:, None])[:, :, wanted]
-        if self.mirrored:
-            force[:, :, wanted == 0] = force[:, :, wanted == 0].real / 2
-        return to_real(force)
 
     @cached_property
     def line_matrix(self) -> Array:
@@ -538,7 +509,7 @@ def _convolved(rows: Array, through: Convolution) -> Array:
     padded = np.zeros((m, P, C + 1))  # the last column reads 0
     padded[:, :, :-1] = rows
     picked, (given, wide) = _gathered(padded, through.lines), through.line_matrix.shape[1:]
-    own, count = through.own_product(_gathered(padded, through.own)), through.lines.place.size // given
+    own, count = _gathered(padded, through.own) @ through.own_matrix, through.lines.place.size // given
     first = own.shape[2]
     result = np.empty((m, P, first + count * wide + 1))
     result[:, :, :first], result[:, :, -1] = own, 0.0
