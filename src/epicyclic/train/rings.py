@@ -30,7 +30,7 @@ THICK = 0.3  # height per mean radius, beyond which it is no thin ring
 _APART = 3.0  # mesh frequencies below the natural frequencies of orders that are left out
 _ALL = 60
 _REACH = 0.8, 1.3  # of its centre line and of its outer radius, within which bolts hold a ring
-_MANY = 8  # orders of a tone of links that pass, beyond which a steady response takes minutes
+_MANY = 8  # orders of a tone of links that pass, beyond which a speed of the response takes seconds
 _EVEN = 1e-9  # angles of bolts carry rounding
 
 
@@ -135,7 +135,7 @@ def log_rings(
         else:
             text += ", which joins only motions along and about the axis"
         if passing.series.shape[1] > _MANY:
-            text += "; of fewer modes of the ring they are fewer, and steady is faster"
+            text += "; of fewer modes of the ring they are fewer, and the response is faster"
         log.coded("bolts-averaged", text)
 
 
