@@ -11,16 +11,14 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, replace
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from ..results.dataset import cases_of, largest
 from .elements import Company, Drawing, Finding, KeyFigure, Part, Section, Styled, Table, force_table, named_columns
 from .series import texts
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 def tables_of_any(result: xr.Dataset) -> Sequence[Table]:

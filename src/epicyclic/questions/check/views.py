@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from ...show.bearing_tables import NOMINAL, bearing_tables
 from ...show.bent_rings import ring_tables
@@ -26,9 +27,6 @@ from ...show.elements import (
 )
 from ...show.series import Member, engineering, grouped, members_of, mesh_tones, numbers, short_names, texts
 from ...show.views import ResultView
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 # --- check -----------------------------------------------------------------------------------------------------------
 

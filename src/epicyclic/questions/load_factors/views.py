@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from ...results.dataset import EQUAL, first_largest, largest
 from ...show.elements import Company, Finding, KeyFigure, Section, Table, number
 from ...show.series import engineering, texts
 from ...show.views import ResultView
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _OF_MESH = {
     "k_gamma": ("K_gamma", 1.0),

@@ -14,9 +14,10 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from ...errors import ModelError
@@ -47,9 +48,6 @@ from .spectrum import (
     synthesised_signal,
     windowed_forces,
 )
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 MESH, PASSING, MEAN = "mesh", "planets passing", "mean load passing"
 UNEVEN, UNLIKE = "uneven planets", "unlike planets"

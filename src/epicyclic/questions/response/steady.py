@@ -9,6 +9,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from ...engine.plan import MOST_NUMBERS, require_memory
@@ -66,8 +67,6 @@ from .spectra import (
 from .sweep_table import ROWS, SweepTable, empty_table, speeds_of, sweep_dataset, with_bounds_named
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from ...engine.run_folder import RunFolder
 
 

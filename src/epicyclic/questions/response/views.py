@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from ...limits import carries_load
 from ...results.dataset import first_largest, largest
@@ -33,10 +34,6 @@ from ...show.elements import (
 )
 from ...show.series import engineering, of_first_stage, own_tones, split_name, stage_count, texts, unbroken
 from ...show.views import ResultView
-
-if TYPE_CHECKING:
-    import xarray as xr
-
 
 # --- steady ----------------------------------------------------------------------------------------------------------
 

@@ -9,9 +9,10 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import reduce
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from ...engine.plan import MOST_NUMBERS, require_memory, require_time
@@ -46,9 +47,6 @@ from .definitions import (
     worst_case,
 )
 from .tone_forces import ToneForces, cycle_starts, forces_of_equilibria, mean_force, tone_forces
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 # Mesh cycles whose forces are kept by default.
 _STORED = 64

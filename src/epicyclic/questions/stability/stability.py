@@ -27,6 +27,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy.optimize
+import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from ...engine.workers import each, import_results
@@ -42,8 +43,6 @@ from ..response.sweep_table import of_one_tone
 from .floquet import STABLE, Floquet, floquet, multiplier_kind, steps_needed
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from ...engine.run_folder import KeptPart, RunFolder
 
 Index = NDArray[np.int64]

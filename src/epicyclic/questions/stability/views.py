@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from ...results.dataset import ranked
 from ...show.elements import Company, Drawing, Section, Table, named_columns, number, status_table
 from ...show.series import stability_verdict
 from ...show.views import ResultView
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _SHOWN = 30
 

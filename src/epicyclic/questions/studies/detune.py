@@ -12,9 +12,10 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeVar
+from typing import Any, NamedTuple, Protocol, TypeVar
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from ...document.tables import leaves
@@ -36,9 +37,6 @@ from ..response.sweep_table import resonance_forces
 from . import DetuneOptions
 from .compare import TrainModes, mode_pairs, modes_of, transmission_ratio
 from .derivatives import Parameter, all_parameters, parameter_at
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 Progress = Callable[[float], None] | None
 # Largest sensible factor of a length or a mass, and of the stiffness of a support, a bearing or a mesh.

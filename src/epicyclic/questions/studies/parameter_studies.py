@@ -40,6 +40,7 @@ from ...user_input import checked
 from ...warning_codes import placed
 from ..modes.campbell import LocusEvent, ModeSet, locus_events, repeated_loci, track_modes
 from ..modes.eigen import classify_modes, eigen
+from ..response.response import FrameSpeed
 from ..sharing import SharingOptions
 from ..sharing.sharing import sharing
 from ..stability.stability import (
@@ -58,7 +59,6 @@ from .derivatives import Parameter, parameter_at
 
 if TYPE_CHECKING:
     from ...engine.run_folder import RunFolder
-    from ..response.response import FrameSpeed
 
 # Ratio of the limits above which the first values lie in equal ratios.
 _WIDE_RANGE = 10

@@ -9,9 +9,10 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from ...document.schema import nearest
@@ -27,9 +28,6 @@ from . import SensitivityOptions
 from .adjoint import SystemNumbers
 from .derivatives import Parameter, all_parameters, parameter_at, system_derivatives
 from .gradient import force_derivatives, frequency_derivatives, whirl_derivatives
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 Progress = Callable[[float], None] | None
 # Sensitivity below which a parameter has no effect [percent per percent]: rounding of the difference quotients

@@ -15,9 +15,10 @@ import json
 import math
 from collections import Counter
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from ...limits import ResonanceVerdict
 from ...results.dataset import largest
@@ -40,9 +41,6 @@ from ...show.elements import (
 from ...show.series import engineering as number_of
 from ...show.series import texts
 from ...show.views import ResultView
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 # Differences of the drawing, natural frequencies and variables in the table; the Dataset has all of them.
 _MOST = 12

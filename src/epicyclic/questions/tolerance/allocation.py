@@ -15,9 +15,10 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import cache
 from itertools import product
-from typing import TYPE_CHECKING, Any, Generic, Literal, NamedTuple, TypeVar, cast
+from typing import Any, Generic, Literal, NamedTuple, TypeVar, cast
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from ...document.tolerances import Grade, Tolerance
@@ -36,9 +37,6 @@ from . import AllocateOptions
 from .statistics import CONFIDENCE, Band, weighted_tally
 from .tolerance import pair_limits, piece_of_samples, sampled
 from .tolerance_map import ToleranceMap, tolerance_map
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 Array = NDArray[np.float64]
 Combination = tuple[int, ...]
