@@ -337,8 +337,7 @@ def _share(k: Array) -> Array:
     """
     above = k[0] - 1
     share = np.nan_to_num((k[0] - k[1:]) / above) if above > _NONE else np.zeros(len(k) - 1)
-    result: Array = np.where(np.abs(share) < _ROUNDING, 0.0, 100 * share)
-    return result
+    return np.where(np.abs(share) < _ROUNDING, 0.0, 100 * share)
 
 
 # Parts of the hunting period that are drawn, each by the largest ratio in it: a strip is some 500 pixels wide.

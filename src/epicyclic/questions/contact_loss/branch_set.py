@@ -500,8 +500,7 @@ def row_force(system: System, force: NDArray[Number]) -> NDArray[Number]:
 
 def mesh_force(system: System, force: NDArray[Number]) -> NDArray[Number]:
     """Force of every whole mesh (N, w) from that of the flanks (N, R), far flanks negative [N]."""
-    total: NDArray[Number] = faces(system.meshes).total(row_force(system, force), axis=1)
-    return total
+    return faces(system.meshes).total(row_force(system, force), axis=1)
 
 
 def touching_meshes(system: System, touching: NDArray[np.bool_]) -> NDArray[np.bool_]:

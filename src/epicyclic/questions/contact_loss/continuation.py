@@ -391,8 +391,7 @@ def truncation_residual(balance: Problem, at: State, truncated: TruncatedOrders)
     square = np.abs(dropped @ rows.pulls[live]) ** 2
     square /= np.maximum((modal.squared - w**2) ** 2 + (w * modal.damping) ** 2, np.finfo(float).tiny)
     each = truncated.weight * square.sum(axis=1)
-    size: Array = np.sqrt(np.bincount(truncated.kind, weights=each, minlength=truncated.kinds))
-    return size
+    return np.sqrt(np.bincount(truncated.kind, weights=each, minlength=truncated.kinds))
 
 
 # A step fails when the corrector moves more than this part of it, or the tangent turns more than this (cosine): without

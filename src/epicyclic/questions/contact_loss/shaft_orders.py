@@ -144,8 +144,7 @@ def superposition_is_an_answer(point: TorusPoint, lines: Sequence[SuperposedLine
 def _gap_values(point: TorusPoint) -> Array:
     """delta of every row over the grid, (N, R) [m]."""
     balance, y = point.problem, point.state.y
-    values: Array = balance.grid.values(gap_rows(balance, y) - balance.error)
-    return values
+    return balance.grid.values(gap_rows(balance, y) - balance.error)
 
 
 def _line_response(torus: Torus, point: TorusPoint, shaft: Shaft) -> SuperposedLine:
@@ -481,8 +480,7 @@ def super_period_phases(tones: tuple[Fraction, ...], samples: int) -> Array | No
     count = max(turns) * samples
     if count > _INSTANTS:
         return None
-    path: Array = np.outer(np.arange(count) / count, turns) % 1.0
-    return path
+    return np.outer(np.arange(count) / count, turns) % 1.0
 
 
 def grid_maximum(values: Array) -> Array:
@@ -675,5 +673,4 @@ def torus_amplitudes(torus: Torus, point: TorusPoint, lines: Sequence[Superposed
     q = balance.grid.values(point.state.y.reshape(-1, modal.squared.size) @ modal.shapes.T)
     motions = [line.motion for line in lines]
     high, low = (_with_lines(values, motions, balance.grid.counts) for values in (q, -q))
-    amplitude: Array = torus.ready.system.dofs.radius * (high + low) / 2
-    return amplitude
+    return torus.ready.system.dofs.radius * (high + low) / 2

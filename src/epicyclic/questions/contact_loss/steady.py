@@ -246,8 +246,7 @@ def _over_phase(
         statistic(box, axis=tuple(phase for phase in phases if phase != own))
         for own in range(int(axis.max(initial=0)) + 1)
     ]
-    values: Array = np.array(by_axis)[axis, :, np.arange(len(axis))]
-    return values
+    return np.array(by_axis)[axis, :, np.arange(len(axis))]
 
 
 def _combinations(torus: Torus, point: TorusPoint, force: Array) -> tuple[dict[str, Any], NDArray[np.object_]]:

@@ -285,8 +285,7 @@ def _stability_unless_ignored(refinement: Refinement, at: Solution, unstable: Un
 def _perturbed(start: Array) -> Array:
     """A state (2, n) a little off a start, reproducibly."""
     noise = np.random.default_rng(0).standard_normal(start.shape)
-    perturbed: Array = start * (1 + _PERTURBATION * noise)
-    return perturbed
+    return start * (1 + _PERTURBATION * noise)
 
 
 # --- branch switching -------------------------------------------------------------------------------------------------
@@ -339,8 +338,7 @@ def _kick(refinement: Refinement, at: Solution, balance: Problem) -> Array:
     position, rate = floquet_vector(refinement, at)
     kick = np.zeros((2, len(balance.omega), position.size))
     kick[0, 1], kick[1, 1] = position, -rate / (at.state.speed * float(balance.omega[1]))
-    result: Array = kick * float(np.linalg.norm(at.state.y) / np.linalg.norm(kick))
-    return result
+    return kick * float(np.linalg.norm(at.state.y) / np.linalg.norm(kick))
 
 
 def isolated_motions(
@@ -394,8 +392,7 @@ def initial_state(at: Solution) -> Array:
 def state_at_start(balance: Problem, y: Array, speed: float) -> Array:
     """q and q' (2, n) [m, m/s] of a motion y (2, J, n) at a relative speed where a cycle begins."""
     both = np.stack([y[0].sum(axis=0), -(speed * balance.omega @ y[1])])
-    result: Array = both @ balance.modal.shapes.T
-    return result
+    return both @ balance.modal.shapes.T
 
 
 def attractor(

@@ -82,8 +82,7 @@ def equivalent(size: Array, weight: Array, exponent: float, case: NDArray[np.int
     np.maximum.at(top, case, size)
     relative = np.divide(size, top[case], out=np.zeros_like(size), where=top[case] > 0)  # powers stay within a float
     sums = np.bincount(case, weight * relative**exponent, cases) / np.bincount(case, weight, cases)
-    found: Array = top * sums ** (1 / exponent)
-    return found
+    return top * sums ** (1 / exponent)
 
 
 def bin_edges(values: Array, bins: Bins, path: str) -> Array:

@@ -278,8 +278,7 @@ def _orders(spectrum: Spectrum, axis: int, top: int) -> ComplexArray:
 def _own_tone(ready: Response, by_axis: list[NDArray[Any]]) -> NDArray[Any]:
     """Of arrays (m, ..) of every tone the rows of each mesh's own tone, (m, ..)."""
     axis = mesh_axis(ready)
-    result: NDArray[Any] = np.array(by_axis)[axis, np.arange(len(axis))]
-    return result
+    return np.array(by_axis)[axis, np.arange(len(axis))]
 
 
 def _combinations(

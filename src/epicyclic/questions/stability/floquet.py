@@ -412,8 +412,7 @@ def kick_maps(stiffness: Array, damping: Array | None, mass: Array, step: float)
     if damping is None:
         return step * force
     held = np.eye(len(mass)) + (step / 2) * (damping @ mass)
-    result: Array = step * np.linalg.solve(held, np.concatenate([force, damping], axis=2))
-    return result
+    return step * np.linalg.solve(held, np.concatenate([force, damping], axis=2))
 
 
 def monodromy(

@@ -303,8 +303,7 @@ def _group_terms(modal: Modal, group: Index) -> _GroupTerms:
         """
         if name not in modal.coupling:
             return 0.0
-        block: Array = modal.coupling[name].T[np.ix_(group, group)] * weight / weight[:, None]
-        return block
+        return modal.coupling[name].T[np.ix_(group, group)] * weight / weight[:, None]
 
     zero = np.zeros((group.size, group.size), complex)
     apart = 1j * (omega - omega.mean()) - modal.damping[group] / 2

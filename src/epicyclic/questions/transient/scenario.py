@@ -323,8 +323,7 @@ class RunPlan:
 
     def times(self, first: int, last: int) -> Array:
         """Times of samples first .. last, (last - first + 1,) [s]."""
-        times: Array = np.arange(first, last + 1, dtype=np.float64) * (self.keep * self.step)
-        return times
+        return np.arange(first, last + 1, dtype=np.float64) * (self.keep * self.step)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

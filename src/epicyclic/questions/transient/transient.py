@@ -135,8 +135,7 @@ def group_stretch(moving: Motion, times: Array, states: Array) -> Array:
     N, F = moving.numbers, moving.numbers.drag.size
     speed, tau = speed_at(moving.program, times), phase_at(moving.program, times)
     error, _ = _line_sum(N.gap_at, N.gap[0, :, F:] + 1j * N.gap[1, :, F:], speed, tau)
-    stretch: Array = per_instant(states, moving.rows[:, F:])[:, 0] - error
-    return stretch
+    return per_instant(states, moving.rows[:, F:])[:, 0] - error
 
 
 def group_force(moving: Motion, times: Array, states: Array, sliders: Array) -> Array:
@@ -147,8 +146,7 @@ def group_force(moving: Motion, times: Array, states: Array, sliders: Array) -> 
     sliders : (T, R) of Coulomb friction [m], no columns without a memory.
     """
     force = moving.laws.force(group_stretch(moving, times, states), sliders if sliders.size else None)
-    size: Array = moving.laws.rows.size(force).T
-    return size
+    return moving.laws.rows.size(force).T
 
 
 def sensor_signal(moving: Motion, times: Array, modal: Array, sliders: Array, mesh: Array, link: Array) -> Array:
