@@ -164,8 +164,7 @@ def merged(parts: Iterable[Mapping[str, Entry]]) -> dict[str, Entry]:
     return {path: value for part in parts for path, value in part.items()}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class StudyJob:
+class StudyJob(NamedTuple):
     """A study, ready to run.
 
     verb, options : of every point.  model : tables of the model, which every verb takes, overrides of the job put in.
@@ -386,8 +385,7 @@ def _check(
 # --- its entries -----------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Entry:
+class _Entry(NamedTuple):
     """What a job says of one path, and what may stand there.
 
     document : the model.  written : by a person in a file, so that numbers must state their units.

@@ -304,8 +304,7 @@ class Effort(NamedTuple):
     tolerance: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ForceCurves:
+class ForceCurves(NamedTuple):
     """Largest force of w whole meshes at P speeds.
 
     speed : (P,) per operating speed [1], rising.  force : (w, P) [N], nan where there is no solution.

@@ -367,8 +367,7 @@ class SharingView:
     whole: bool = False
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Twin:
+class Twin(NamedTuple):
     """The same train with the radial support of a sun taken away, or, where it floats, made rigid.
 
     head : ``head["sharing"]["twin"]``: ``label`` in words, ``stage`` whose sun, ``path`` and ``value`` of the override

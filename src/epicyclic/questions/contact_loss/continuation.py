@@ -76,8 +76,7 @@ _KEPT = 8
 _ROUNDING = 1e-9
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class NewtonResult:
+class NewtonResult(NamedTuple):
     """Where Newton's method ended.
 
     state : the last motion.  converged : whether |R| <= tolerance of the dynamic part.
@@ -327,8 +326,7 @@ def _alone(tangent: ComplexArray, receptance: ComplexArray) -> Operator:
 # --- truncation -------------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class TruncatedOrders:
+class TruncatedOrders(NamedTuple):
     """Orders of a grid, half of them along its last axis, that are no lattice points.
 
     place : (T,) which of them.  omega : (T,) at s = 1 [rad/s].  weight : (T,) of their squared amplitudes.

@@ -21,6 +21,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from math import lcm, prod
+from typing import NamedTuple
 
 import numpy as np
 
@@ -319,8 +320,7 @@ def _torus_response(torus: Torus, point: TorusPoint, lines: list[SuperposedLine]
 # --- the linear response ----------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class LinearMotion:
+class LinearMotion(NamedTuple):
     """The linear response at one speed, mesh orders as a point of the torus.
 
     rms : (w,) of the force of every whole mesh with all shaft lines, lines of equal frequency added first [N].
@@ -496,8 +496,7 @@ def grid_maximum(values: Array) -> Array:
     return total
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class TorusOutputs:
+class TorusOutputs(NamedTuple):
     """Forces of whole meshes (w,) and of their rows (m,), slices where a mesh is cut; on the loaded flank positive.
 
     measures : over all time and all relative phases, slices and both flanks of a mesh together.

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -78,8 +78,7 @@ _NEAR = 0.02
 _HARMONICS = {1: 16, 2: 8}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class IntegratedMotion:
+class IntegratedMotion(NamedTuple):
     """A motion over time that approaches none of one or two mesh cycles, nor one of two mesh tones.
 
     speed : relative.  last : (2, n) q and q' at its end, a whole number of cycles after the start.

@@ -414,7 +414,7 @@ def _solve_size(
             y, used = solved.state.y, used + solved.calls
             if not solved.converged:
                 break
-        solved = replace(solved, converged=solved.converged and final)
+        solved = solved._replace(converged=solved.converged and final)
     dynamic = dynamic_size(solved.state.y)
     dropped = truncation_residual(prepared.coarse, solved.state, prepared.truncated_orders)
     return TorusPoint(

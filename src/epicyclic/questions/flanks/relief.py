@@ -16,7 +16,7 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -372,8 +372,7 @@ _ROUNDS = 3
 # search ---------------------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SearchResult:
+class SearchResult(NamedTuple):
     """Evaluations of a search, in order.
 
     candidates : (E, v) points of the unit cube [1].  objectives : (E, o), nan where one could not be computed.

@@ -416,8 +416,7 @@ class StageSpectrum:
     motion: ComplexArray
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SensorContributions:
+class SensorContributions(NamedTuple):
     """Contributions to the sensor: step = step of the harmonic + order * carrier.
 
     row, order : (C,) index of the harmonic, and turns of the carrier by which it is shifted.
@@ -563,8 +562,7 @@ class LineSource(NamedTuple):
     negative: bool
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SensorLines:
+class SensorLines(NamedTuple):
     """Lines at the sensor, frequencies rising, all above 0: value = Re sum_l amplitude_l exp(2 pi i frequency_l s t).
 
     frequency : exact [Hz at s = 1].  force : (L,) complex, of the meshes [N].  motion : (L,) complex, of the body [m].

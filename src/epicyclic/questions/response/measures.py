@@ -433,8 +433,7 @@ TOLERANCE = 1e-8
 _ACCEPTED = 1e-4
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ShaftLine:
+class ShaftLine(NamedTuple):
     """Response at frequencies that are no multiples of the tone of its `Periodic`.
 
     frequency : exact [Hz at the operating speed].  causes : paths in the file; of another mesh frequency its stages.

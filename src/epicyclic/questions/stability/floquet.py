@@ -26,6 +26,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from math import ceil, sqrt
+from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg
@@ -210,8 +211,7 @@ def _sorted(mu: ComplexArray, start: _MeanFlow) -> tuple[NDArray[np.int64], NDAr
 # --- the mean system --------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _MeanFlow:
+class _MeanFlow(NamedTuple):
     """The mean system as a linear flow: z' = generator z less the push of changed meshes.
 
     generator : (k + n, k + n) of z = (y (k,), u (n,)) [1/s].
@@ -466,8 +466,7 @@ def _group_size(size: int, sensed: int, rank: int, count: int) -> int:
     return ceil(count / ceil(count / best))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Group:
+class _Group(NamedTuple):
     """Tables of g steps from one state, of length N.
 
     first : (g, s, N) gaps met by each kick without those before.

@@ -23,7 +23,7 @@ from fractions import Fraction
 from functools import partial
 from itertools import count
 from math import gcd, lcm
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import scipy.optimize
@@ -81,8 +81,7 @@ def half_width(strength: float, *, first: float, second: float) -> float:
     return float(np.inf) if ratio == 0 else float(2 * np.sqrt(strength**2 / ratio - mean**2))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Resonance:
+class Resonance(NamedTuple):
     """Two groups of close modes and one order of one mesh frequency that may couple them.
 
     first, second : indices of the modes, the same ones twice where a group meets itself.  order : l.
@@ -404,8 +403,7 @@ class ParametricSystem:
     frame_speed: FrameSpeed
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class FloquetScan:
+class FloquetScan(NamedTuple):
     """Stability at P speeds.
 
     Multipliers (P, 2n), largest |mu| [1] and growth rate [1/s] (P,), kinds, steps, status (P,).  alone : (P,) whether

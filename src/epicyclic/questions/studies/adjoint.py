@@ -14,7 +14,7 @@ is transposed.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -70,8 +70,7 @@ class ForceMeasure(NamedTuple):
     shaft: ComplexArray | None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class AdjointPart:
+class AdjointPart(NamedTuple):
     """Adjoint solutions of mesh orders or of shaft orders, of U meshes at B = P S points.
 
     kernel, solved : of the forward solution.  shifted : whether of shaft orders.

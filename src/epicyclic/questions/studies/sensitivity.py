@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Hashable, Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -96,8 +95,7 @@ def sensitivity(train: Train, options: SensitivityOptions, *, progress: Progress
     return _labelled(train, system, parameters, quantity, left_out, only_effective=paths is None)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Derivatives:
+class _Derivatives(NamedTuple):
     """A differentiated quantity: t frequencies or mesh forces, c parameters.
 
     dim : mode or mesh.  unit : of the quantity.  value : (t,).  derivative : (c, t) per unit of the parameter.
