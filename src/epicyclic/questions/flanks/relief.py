@@ -186,13 +186,6 @@ def relief(drive: Drive, options: ReliefOptions, *, progress: Callable[[float], 
     return labelled
 
 
-def relief_model(result: xr.Dataset) -> str:
-    """Model file (TOML) of a result of `relief`: that of the source with the flanks of the answer."""
-    from ...document.writer import model_text
-
-    return model_text(json.loads(str(result.attrs["relieved_model"])))
-
-
 # statement of the problem ---------------------------------------------------------------------------------------------
 
 

@@ -620,13 +620,6 @@ def _document(source: Train | Duty, trains: Mapping[str, Train]) -> dict[str, An
     return {**document, "cases": {**document["cases"], **own}}
 
 
-def allocated_model(result: xr.Dataset) -> str:
-    """Model file (TOML) of a result of `allocate`: that of the source with the grades found as its tolerances."""
-    from ...document.writer import model_text
-
-    return model_text(json.loads(str(result.attrs["allocated_model"])))
-
-
 # statement of the problem ---------------------------------------------------------------------------------------------
 
 
