@@ -100,6 +100,13 @@ _HOME = {kind: room for room, kinds in _KINDS.items() for kind in kinds}
 _TONES = ("bad", "caution", "good", "")  # of findings, in the order in which they are read
 
 
+def in_section(
+    anchor: str, title: str, tables: Callable[[xr.Dataset], Sequence[Table]]
+) -> Callable[[xr.Dataset, Company], Sequence[Section]]:
+    """`ResultView.sections` of a result that shows its tables in a report too, and nothing beside."""
+    return lambda result, company: [Section(anchor=anchor, title=title, parts=list(tables(result)))]
+
+
 def kind_of(result: xr.Dataset, name: str = "") -> str:
     """Kind of a result: its attribute ``verb``, or the name it goes by where it has none."""
     return str(result.attrs.get("verb") or name)
