@@ -410,16 +410,14 @@ Stop = Callable[["PathPoint"], bool]
 """Whether a branch ends at a point."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ArclengthUnit:
+class ArclengthUnit(NamedTuple):
     """Units of length of a path: motion [root of energy, as y], speed [relative]."""
 
     motion: float
     speed: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Stepping:
+class Stepping(NamedTuple):
     """Lengths of steps along a path: first, longest and shortest.
 
     guarded : whether far moves and sharp turns fail a step.  points : number after which a path ends.

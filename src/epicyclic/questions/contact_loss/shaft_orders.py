@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from math import lcm, prod
 from typing import NamedTuple
@@ -96,8 +96,7 @@ _INSTANTS = 8192
 # --- superposed lines -------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SuperposedLine:
+class SuperposedLine(NamedTuple):
     """Response to the lines of one group, Re(amplitude exp(i w_s t)), amplitudes over N phases of the mesh tones.
 
     shaft : the lines.  stretch : (N, R) of delta of every flank [m].  force : (N, R) of its force [N].
@@ -228,8 +227,7 @@ def _problem(torus: Torus, point: TorusPoint, shaft: Shaft) -> Problem:
 # --- shaft orders on a motion -----------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ShaftResponse:
+class ShaftResponse(NamedTuple):
     """One motion of mesh orders with shaft orders.
 
     measures : None where it failed.  status : ``ok``, ``coarse``, or how it failed.
@@ -246,8 +244,7 @@ class ShaftResponse:
     residual: float = np.nan
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class MeshOrders:
+class MeshOrders(NamedTuple):
     """A motion of mesh orders, all that shaft orders on it follow from.
 
     points : (J, D) lattice points.  y : (2, J, n).  speed : relative.  cycles : mesh cycles of a period.

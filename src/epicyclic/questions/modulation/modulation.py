@@ -64,8 +64,7 @@ _REPORTED = 0.5
 # --- labels of lines -------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Origin:
+class Origin(NamedTuple):
     """Frequency = sum_j mesh_j f_j + sign f_shaft + carrier |f_carrier|.  shaft : its index, -1 without."""
 
     mesh: tuple[int, ...]
@@ -208,8 +207,7 @@ class _Sensor(NamedTuple):
     options: ModulationOptions
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _SensorSignal:
+class _SensorSignal(NamedTuple):
     """Signal at the sensor by lines.
 
     frequency : (L,) at this speed [Hz].  signal : (L,) in `unit`.  acceleration : (L,) of the body under it [m/s2].

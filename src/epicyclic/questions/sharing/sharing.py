@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import reduce
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -242,8 +242,7 @@ def _worst_case(part: ToneForces, record: Extremes, cycles: int) -> tuple[Array,
 # --- at rest, quickly ------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SpreadSharing:
+class SpreadSharing(NamedTuple):
     """Load sharing of the w whole meshes at rest.
 
     mesh : (w,) names.  groups : indices of those that share a load.  loaded : (w,) whether they carry any.

@@ -287,8 +287,7 @@ def _conserved(K: Array, C: Array, rigid: int, neutral: int) -> int:
 # --- flow and kicks where no period ends them -------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class VariationalFlow:
+class VariationalFlow(NamedTuple):
     """Flow and kicks of a linear system whose meshes change in any way, for some disturbances side by side.
 
     mean : the mean system.  stiffness, damping : (m,) of the rows in it, less what `Modal` holds [N/m], [N s/m].

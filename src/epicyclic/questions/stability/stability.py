@@ -100,8 +100,7 @@ class Resonance(NamedTuple):
     damping_limit: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Combination:
+class Combination(NamedTuple):
     """A range of speed in which w_p + w_q = l w makes the motion grow, to first order.
 
     first, second : modes that couple most, from 1 in the order of their frequencies.

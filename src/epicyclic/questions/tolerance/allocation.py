@@ -64,8 +64,7 @@ def allowed_above(probability: float) -> float:
     return 1 - probability + 1e-12
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class GradeSet:
+class GradeSet(NamedTuple):
     """Grades that may be bought.
 
     entry : (e,) their entries in the map.  grades : of each, the finest first.

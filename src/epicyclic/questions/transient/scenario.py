@@ -140,8 +140,7 @@ class History:
     where: Sequence[str] = ()
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Scenario:
+class Scenario(NamedTuple):
     """What happens: from time 0 to `duration` [s].
 
     speed : relative speeds at the beginning and at the end, a straight line between them.
