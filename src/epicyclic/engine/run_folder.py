@@ -27,6 +27,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from ..document.tables import leaves
 from ..errors import ModelError
 from ..results.files import package_version, write_text
 from ..user_input import read_text
@@ -110,11 +111,11 @@ def _require_same(folder: Path, record: Mapping[str, Any]) -> None:
     ModelError : the record there is that of another verb, version, model or of other options, which are named.
     """
     try:
-        known = dict(_flat(json.loads(read_text(folder / _RECORD, most=_MAX_RECORD))))
+        known = _flat(json.loads(read_text(folder / _RECORD, most=_MAX_RECORD)))
         known["verb"]
-    except (ValueError, KeyError, TypeError, RecursionError) as error:
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise ModelError("not a run that can be continued", path=str(folder / _RECORD)) from error
-    wanted = dict(_flat(record))
+    wanted = _flat(record)
     names = [name for name in {**wanted, **known} if wanted.get(name) != known.get(name)]
     parts = [part for part in ("verb", "version", "model") if any(name.startswith(part) for name in names)]
     options = [name for name in names if not name.startswith(("verb", "version", "model"))]
@@ -123,13 +124,9 @@ def _require_same(folder: Path, record: Mapping[str, Any]) -> None:
         raise _another_run(folder, words, given=_shown(wanted, names), known=_shown(known, names))
 
 
-def _flat(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
+def _flat(record: Mapping[str, Any]) -> dict[str, object]:
     """Path and value of every entry of a record, of options without this word."""
-    if isinstance(value, Mapping) and value:
-        for name, entry in value.items():
-            yield from _flat(entry, f"{path}.{name}" if path not in ("", "options") else str(name))
-    else:
-        yield path, value
+    return {path.removeprefix("options."): value for path, value in leaves(record)}
 
 
 def _shown(values: Mapping[str, Any], names: Sequence[str]) -> str:
