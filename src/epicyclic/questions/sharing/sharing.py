@@ -6,7 +6,6 @@ Quickly: mesh cycles spread over the hunting period (`spread_cycles`), without t
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from functools import reduce
 from typing import Literal, NamedTuple
@@ -17,6 +16,7 @@ from numpy.typing import NDArray
 
 from ...engine.plan import MOST_NUMBERS, require_memory, require_time
 from ...errors import ModelError
+from ...options import Progress
 from ...statics import StaticOptions
 from ...statics.record import (
     MeshGroup,
@@ -70,7 +70,7 @@ _EXACT = 2**62
 # --- by definition ---------------------------------------------------------------------------------------------------
 
 
-def sharing(system: System, options: SharingOptions, *, progress: Callable[[float], None] | None = None) -> xr.Dataset:
+def sharing(system: System, options: SharingOptions, *, progress: Progress | None = None) -> xr.Dataset:
     """Load-sharing coefficients of every mesh by every definition of `definitions`, and of the train (the largest).
 
     Meshes of one pair and side share the load; of a mesh in slices their sum counts.  ``steady`` takes the vibrating
@@ -119,7 +119,7 @@ def sharing(system: System, options: SharingOptions, *, progress: Callable[[floa
     return result.assign({name: moved[name] for name in errors})
 
 
-def _forces_by_tone(system: System, options: SharingOptions, progress: Callable[[float], None] | None) -> ForceRecord:
+def _forces_by_tone(system: System, options: SharingOptions, progress: Progress | None) -> ForceRecord:
     """Mesh forces over a record of mesh cycles of each mesh frequency."""
     method, samples = options.method, options.samples
     if samples is not None:  # the waves of every line
@@ -206,14 +206,12 @@ def record_samples(system: System) -> int:
     return samples_per_cycle(meshes, of_first, _INSTANTS)
 
 
-def _share_of(progress: Callable[[float], None] | None, done: int, count: int) -> Callable[[float], None] | None:
+def _share_of(progress: Progress | None, done: int, count: int) -> Progress | None:
     """Progress of one mesh frequency of several, as a share of the whole."""
     return None if progress is None else lambda share: progress((done + share) / count)
 
 
-def _record_extremes(
-    part: ToneForces, cycles: int, progress: Callable[[float], None] | None
-) -> tuple[Extremes, Array, Array]:
+def _record_extremes(part: ToneForces, cycles: int, progress: Progress | None) -> tuple[Extremes, Array, Array]:
     """Extremes (m_j,) over the record, a few MB of forces at a time.
 
     With them the least force of any slice of each mesh, and the mean of each (m_j,) [N].

@@ -7,7 +7,7 @@ form and those of mesh forces by one adjoint solution (`adjoint`).
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Hashable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ...document.schema import nearest
 from ...errors import ModelError
+from ...options import Progress
 from ...results.dataset import dataset, largest, ranked
 from ...statics.tangent import linear
 from ...system.assembly import assemble, train_provenance
@@ -28,12 +29,11 @@ from .adjoint import SystemNumbers
 from .derivatives import Parameter, all_parameters, parameter_at, system_derivatives
 from .gradient import force_derivatives, frequency_derivatives, whirl_derivatives
 
-Progress = Callable[[float], None] | None
 # Sensitivity below which a parameter has no effect [percent per percent]: rounding of the difference quotients
 _NEGLIGIBLE = 1e-9
 
 
-def sensitivity(train: Train, options: SensitivityOptions, *, progress: Progress = None) -> xr.Dataset:
+def sensitivity(train: Train, options: SensitivityOptions, *, progress: Progress | None = None) -> xr.Dataset:
     """Derivatives of natural frequencies, or of mesh-force RMS, with respect to numbers of the model file, ranked.
 
     The speed of the forces follows a speed in the file.  Frequencies take a relative speed alone, for gyroscopic terms;

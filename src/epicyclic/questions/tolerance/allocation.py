@@ -27,6 +27,7 @@ from ...engine.source import Duty
 from ...engine.workers import one_thread
 from ...errors import ModelError
 from ...limits import KGammaLimit
+from ...options import Progress
 from ...results.dataset import dataset
 from ...statics.load_map import MEAN_LOADS
 from ...system.assembly import train_provenance
@@ -456,7 +457,6 @@ def _best_first(
     return None, below, True, tried
 
 
-Report = Callable[[float], None]
 Columns = dict[str, tuple[Any, Any]]
 
 # parts of combinations that a search by sums tries at most: some ten seconds
@@ -521,7 +521,7 @@ class _Problem:
         return tuple(len(row) - 1 for row in self.offered.grades)
 
 
-def allocate(source: Train | Duty, options: AllocateOptions, *, progress: Report | None = None) -> xr.Dataset:
+def allocate(source: Train | Duty, options: AllocateOptions, *, progress: Progress | None = None) -> xr.Dataset:
     """Cheapest grades of ``[tolerance.cost]`` with which K_gamma stays at or below a target with a probability.
 
     Parameters
@@ -684,7 +684,7 @@ class _Verified(NamedTuple):
     trains: Mapping[str, Train]
 
 
-def _verified(problem: _Problem, columns: DutyGrades[GradeColumns] | None, report: Report) -> _Verified:
+def _verified(problem: _Problem, columns: DutyGrades[GradeColumns] | None, report: Progress) -> _Verified:
     """Grades whose K_gamma a run with another seed confirms; the target of the search is lowered by what it misses."""
     first: Allocation | None = None
     found: _Verified | None = None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Hashable
+from collections.abc import Hashable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -12,6 +12,7 @@ import numpy as np
 from ...engine.plan import MOST_NUMBERS, require_memory, require_time
 from ...errors import ModelError
 from ...machine_code import numba_available
+from ...options import Progress
 from ...statics.record import link_factor, reference_tone
 from ...statics.sensors import motion_signals, sensor_labels
 from ...statics.transmission_error import run_errors
@@ -172,9 +173,7 @@ def sensor_signal(moving: Motion, times: Array, modal: Array, sliders: Array, me
 # --- the run ---------------------------------------------------------------------------------------------------------
 
 
-def transient(
-    system: System, options: TransientOptions, *, progress: Callable[[float], None] | None = None
-) -> xr.Dataset:
+def transient(system: System, options: TransientOptions, *, progress: Progress | None = None) -> xr.Dataset:
     """Mesh forces and displacements over time, from any start, through ramps of speed and torque; teeth may part.
 
     The speed is prescribed, and the coordinates are small motions about it.  All phases are counted in the angle
