@@ -444,20 +444,20 @@ def _labelled(
         {
             **beside,
             "line_frequency": ("line", at_sensor.frequency[listed]),
-            "exact_frequency": ("line", _texts([str(exact) for exact in frequency])),
+            "exact_frequency": ("line", np.array([str(exact) for exact in frequency], dtype=object)),
             "mesh_order": ("line", np.array([float(exact / ready.lines.tones[labels.own]) for exact in frequency])),
             "carrier_order": ("line", np.array([float(exact / abs(position.turn or 1)) for exact in frequency])),
             "signal_amplitude": ("line", at_sensor.signal[listed]),
             "fault_free_amplitude": ("line", without),
             "sensor_acceleration": ("line", at_sensor.acceleration[listed]),
-            "family": ("line", _texts(family)),
-            "causes": ("line", _texts(causes)),
+            "family": ("line", np.array(family, dtype=object)),
+            "causes": ("line", np.array(causes, dtype=object)),
             "signal": ("sample_time", values),
             "passage": ("planet", _passages(position, speed)),
             "window_gain": ("window_angle", sensor.window.at(angle)),
         },
         {
-            "line": _texts([labels.label(sources[0]) for sources in origins]),
+            "line": np.array([labels.label(sources[0]) for sources in origins], dtype=object),
             "sample_time": np.arange(values.size) * (duration / values.size),
             "planet": list(position.branches),
             "window_angle": angle,
@@ -477,11 +477,6 @@ def _labelled(
         power_kept=float(_power(at_sensor.signal[listed]) / (_power(at_sensor.signal) or 1.0)),
     )
     return result
-
-
-def _texts(values: list[str]) -> NDArray[np.object_]:
-    """Texts as an array of objects, (n,)."""
-    return np.array(values, dtype=object)
 
 
 def _power(amplitude: ComplexArray) -> float:
