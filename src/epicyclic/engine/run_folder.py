@@ -27,7 +27,6 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from ..document.tables import leaves
 from ..errors import ModelError
 from ..results.files import package_version, write_text
 from ..user_input import read_text
@@ -111,11 +110,11 @@ def _require_same(folder: Path, record: Mapping[str, Any]) -> None:
     ModelError : the record there is that of another verb, version, model or of other options, which are named.
     """
     try:
-        known = _flat(json.loads(read_text(folder / _RECORD, most=_MAX_RECORD)))
+        known = dict(_flat(json.loads(read_text(folder / _RECORD, most=_MAX_RECORD))))
         known["verb"]
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
         raise ModelError("not a run that can be continued", path=str(folder / _RECORD)) from error
-    wanted = _flat(record)
+    wanted = dict(_flat(record))
     names = [name for name in {**wanted, **known} if wanted.get(name) != known.get(name)]
     parts = [part for part in ("verb", "version", "model") if any(name.startswith(part) for name in names)]
     options = [name for name in names if not name.startswith(("verb", "version", "model"))]
@@ -124,9 +123,13 @@ def _require_same(folder: Path, record: Mapping[str, Any]) -> None:
         raise _another_run(folder, words, given=_shown(wanted, names), known=_shown(known, names))
 
 
-def _flat(record: Mapping[str, Any]) -> dict[str, object]:
+def _flat(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
     """Path and value of every entry of a record, of options without this word."""
-    return {path.removeprefix("options."): value for path, value in leaves(record)}
+    if isinstance(value, Mapping) and value:
+        for name, entry in value.items():
+            yield from _flat(entry, f"{path}.{name}" if path not in ("", "options") else str(name))
+    else:
+        yield path, value
 
 
 def _shown(values: Mapping[str, Any], names: Sequence[str]) -> str:
