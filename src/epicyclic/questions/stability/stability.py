@@ -23,13 +23,14 @@ from fractions import Fraction
 from functools import partial
 from itertools import count
 from math import gcd, lcm
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.optimize
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
+from ...engine.run_folder import KeptPart, RunFolder
 from ...engine.workers import each, import_results
 from ...errors import ModelError
 from ...results.dataset import largest
@@ -41,9 +42,6 @@ from ..response.response import FrameSpeed
 from ..response.spectra import mesh_tones
 from ..response.sweep_table import of_one_tone
 from .floquet import STABLE, Floquet, floquet, multiplier_kind, steps_needed
-
-if TYPE_CHECKING:
-    from ...engine.run_folder import KeptPart, RunFolder
 
 Index = NDArray[np.int64]
 # Modes closer than this part of their frequency are taken together: the width of the widest boundaries.

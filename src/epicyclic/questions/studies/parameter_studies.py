@@ -18,7 +18,7 @@ from contextlib import suppress
 from dataclasses import replace
 from functools import cache, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 from ...document.units import written
 from ...engine.plan import require_time
 from ...engine.points import along, attempt, columns, failures, numbers, outcomes
+from ...engine.run_folder import RunFolder
 from ...engine.source import Source, StudyAxis, system_of, written_labels
 from ...errors import ModelError
 from ...options import Progress
@@ -57,9 +58,6 @@ from ..stability.stability import (
 )
 from . import TrackOptions
 from .derivatives import Parameter, parameter_at
-
-if TYPE_CHECKING:
-    from ...engine.run_folder import RunFolder
 
 # Ratio of the limits above which the first values lie in equal ratios.
 _WIDE_RANGE = 10
