@@ -49,10 +49,8 @@ def per_instant(values: NDArray[T], matrix: NDArray[T]) -> NDArray[T]:
 
     NumPy asks BLAS for each of the small products; large ones do without it.
     """
-    if values.shape[-2] * matrix.size > _ONE_THREAD:
-        result: NDArray[T] = np.einsum("...kn,nc->...kc", values, matrix)
-        return result
-    result = values @ matrix
+    large = values.shape[-2] * matrix.size > _ONE_THREAD
+    result: NDArray[T] = np.einsum("...kn,nc->...kc", values, matrix) if large else values @ matrix
     return result
 
 
