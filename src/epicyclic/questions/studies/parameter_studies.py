@@ -31,7 +31,6 @@ from ...engine.points import along, attempt, columns, failures, numbers, outcome
 from ...engine.run_folder import RunFolder
 from ...engine.source import Source, StudyAxis, system_of, written_labels
 from ...errors import ModelError
-from ...options import Progress
 from ...results.dataset import dataset
 from ...statics.tangent import flank_warnings
 from ...system.assembly import assemble, train_provenance
@@ -63,7 +62,7 @@ from .derivatives import Parameter, parameter_at
 _WIDE_RANGE = 10
 
 
-def track(train: Train, options: TrackOptions, *, progress: Progress | None = None) -> xr.Dataset:
+def track(train: Train, options: TrackOptions, *, progress: Callable[[float], None] | None = None) -> xr.Dataset:
     """Loci of the natural frequencies along one number of the model file, with their crossings and veerings.
 
     Parameters
@@ -331,6 +330,7 @@ def _joined_ranges(rows: Sequence[_MapRow | None]) -> xr.Dataset:
     return joined.rename({name: f"resonance_{name}" for name in joined.data_vars})
 
 
+Progress = Callable[[float], None] | None
 # Mesh cycles of a record where links or meshes have laws, each instant of which is an equilibrium of its own.
 _CYCLES = 64
 
@@ -365,7 +365,7 @@ def vary(
     quantity: Callable[[System], float] = largest_sharing,
     overrides: Mapping[str, Any] | None = None,
     unit: str = "1",
-    progress: Progress | None = None,
+    progress: Callable[[float], None] | None = None,
 ) -> xr.Dataset:
     """A quantity of the System over values in the model file; several paths take their values together.
 
@@ -416,7 +416,7 @@ def _quantity_at(
     return float(quantity(assemble(load(source, overrides={**overrides, **changes}))))
 
 
-def support_study(train: Train, *, points: int = 9, progress: Progress | None = None) -> xr.Dataset:
+def support_study(train: Train, *, points: int = 9, progress: Progress = None) -> xr.Dataset:
     """Static load sharing over the lateral support stiffness of one member after the other.
 
     Parameters
@@ -449,7 +449,7 @@ def support_study(train: Train, *, points: int = 9, progress: Progress | None = 
     )
 
 
-def run_out_study(train: Train, *, points: int = 5, progress: Progress | None = None) -> xr.Dataset:
+def run_out_study(train: Train, *, points: int = 5, progress: Progress = None) -> xr.Dataset:
     """Static load sharing over the run-out of one member after the other.
 
     Parameters
@@ -479,7 +479,7 @@ def _sharing_study(
     changes: Mapping[str, Sequence[str]],
     values: NDArray[np.float64],
     words: tuple[str, str],
-    progress: Progress | None,
+    progress: Progress,
 ) -> xr.Dataset:
     """Sharing (member, value) of one curve per entry of `changes`.
 
