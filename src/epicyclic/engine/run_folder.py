@@ -269,8 +269,7 @@ def with_numbers(model: Model, kept: Mapping[str, Values], *, compared: str, fol
         if other is None or not _alike(number, other, values=name.startswith(f".{compared}")):
             raise _another_run(folder, [f"another model: {name.lstrip('.')} differs"])
         bits = bits and number.tobytes() == other.tobytes()
-    result: Model = model if bits else _with_leaves(model, kept)
-    return result
+    return model if bits else _with_leaves(model, kept)
 
 
 def _alike(number: Values, other: Values, *, values: bool) -> bool:

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from ..document.deviations import VECTORS, Distribution
 from ..document.document import Document, read, ready_drives
 from ..document.schema import collect, nearest
-from ..document.tables import dotted_line
+from ..document.tables import dotted_line, keyed
 from ..document.units import KINDS, BareNumber, Bounds, Quantity, bare_in, read_quantity, typed, written
 from ..document.validation import quantity_at
 from ..errors import ModelError
@@ -164,8 +164,7 @@ def merged(parts: Iterable[Mapping[str, Entry]]) -> dict[str, Entry]:
     return {path: value for part in parts for path, value in part.items()}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class StudyJob:
+class StudyJob(NamedTuple):
     """A study, ready to run.
 
     verb, options : of every point.  model : tables of the model, which every verb takes, overrides of the job put in.
@@ -252,14 +251,10 @@ def _section(table: Mapping[str, Any], key: str) -> Mapping[str, Any]:
     return section
 
 
-def _flat(table: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]]:
-    """Path and entry of a table, whose paths may be in quotes or not."""
-    for name, value in table.items():
-        where = f"{path}.{name}" if path else str(name)
-        if isinstance(value, Mapping) and value and not _is_range(value) and not set(value) & {"from", "to", "points"}:
-            yield from _flat(value, where)
-        else:
-            yield where, value
+def _flat(table: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Path and entry of a table, whose paths may be in quotes or not; a range is one entry."""
+    entries = keyed(table, ends=lambda value: not value or bool(set(value) & {"from", "to", "points"}))
+    return ((".".join(map(str, keys)), value) for keys, value in entries)
 
 
 def _verb(table: Mapping[str, Any], verbs: Mapping[str, Sequence[str]]) -> tuple[str, dict[str, Any]]:
@@ -386,8 +381,7 @@ def _check(
 # --- its entries -----------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Entry:
+class _Entry(NamedTuple):
     """What a job says of one path, and what may stand there.
 
     document : the model.  written : by a person in a file, so that numbers must state their units.

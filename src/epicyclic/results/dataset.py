@@ -18,11 +18,10 @@ import math
 import re
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from functools import partial
 from itertools import product
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -454,8 +453,7 @@ def _text_of(value: Any) -> str:
 # --- sheets ----------------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Sheet:
+class _Sheet(NamedTuple):
     """One sheet: the variables of equal dims, a row for each point of them.
 
     title : unique name of the sheet.  dims.  head, widths : of all columns, those of the dims first.

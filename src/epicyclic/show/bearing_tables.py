@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from .elements import Table
 from .series import texts
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _LOADS = {
     "bearing_load": ("equivalent load [kN]", 1e-3),

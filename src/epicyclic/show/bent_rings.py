@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from .elements import Table, columns_of, named_columns
 from .series import bent_rows, texts
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _STILL = 1e-3  # a mean of an order below this part of its amplitude has no place
 _SECTION = {

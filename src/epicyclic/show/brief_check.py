@@ -5,17 +5,15 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from .bearing_tables import NOMINAL, bearing_tables
 from .bent_rings import ring_tables
 from .elements import Table, named_columns
 from .series import Member, engineering, grouped, members_of, numbers, split_name, texts
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 # leads are exact fractions of a cycle as floats: this much is rounding
 _ROUNDING = 1e-6

@@ -12,9 +12,10 @@ import re
 import shutil
 import textwrap
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 from rich.cells import cell_len
 from rich.console import Console
 from rich.markup import escape
@@ -24,9 +25,6 @@ from ..results.dataset import largest
 from ..warning_codes import code_of
 from .elements import Table, number, shown_columns
 from .views import brief_of, findings_of, tables_of
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _GLUE = "\u00a0"  # a space at which no line ends; textwrap breaks at the spaces of ASCII alone
 _UNIT = r"(?:%|rpm|deg|(?:[kMGmuµn])?(?:Hz|N|W|m|g|Pa|s|rad|J|V)(?:[/^·*²³][^\s,;]*)?|(?:N|kN|MN) m(?:/rad)?)"

@@ -12,16 +12,16 @@ import json
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 
 from ..results.dataset import largest, ranked
 from .series import ARCSEC, engineering, numbers, of_first_stage, own_tones, texts
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
-    import xarray as xr
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,8 +53,7 @@ class Table:
     decimals: int | None = None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FigureText:
+class FigureText(NamedTuple):
     """A figure as the page takes it.  json : without the template of the page.  height : in px."""
 
     json: str

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import logging
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,8 +18,6 @@ from ..results.files import whole_file
 from ..user_input import checked
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
-
     import plotly.graph_objects as go
     import xarray as xr
 

@@ -10,7 +10,7 @@ import json
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -146,11 +146,9 @@ def _equal_branches(every: list[Series]) -> list[Series]:
     """Curves of one pair and side that coincide as one."""
     groups: list[list[Series]] = []
     for one in every:
-        group = next((group for group in groups if _alike(group[0], one)), None)
-        if group is None:
-            groups.append([one])
-        else:
-            group.append(one)
+        group = next((group for group in groups if _alike(group[0], one)), [])
+        groups += [] if group else [group]
+        group.append(one)
     return [replace(group[0], equal=tuple(one.branch for one in group)) for group in groups]
 
 
@@ -159,14 +157,15 @@ def _alike(one: Series, other: Series) -> bool:
     return same and one.branch > 0 and other.branch > 0 and _coincide(one.values, other.values)
 
 
+def equal_runs(values: NDArray[Any]) -> list[NDArray[np.int64]]:
+    """Places of equal values (k,) that follow each other, run by run."""
+    return np.split(np.arange(len(values)), np.flatnonzero(values[1:] != values[:-1]) + 1) if len(values) else []
+
+
 def spans(branches: Sequence[int]) -> str:
     """Numbers in short: ``1–3, 5``; two that follow each other stay two."""
-    runs: list[list[int]] = []
-    for one in sorted(branches):
-        if runs and one == runs[-1][-1] + 1:
-            runs[-1].append(one)
-        else:
-            runs.append([one])
+    own = np.sort(branches)
+    runs = [own[run] for run in equal_runs(own - np.arange(len(own)))]
     return ", ".join(f"{run[0]}–{run[-1]}" if len(run) > 2 else ", ".join(map(str, run)) for run in runs)
 
 

@@ -11,17 +11,15 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, replace
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from ..results.dataset import cases_of, largest
 from .elements import Company, Drawing, Finding, KeyFigure, Part, Section, Styled, Table, force_table, named_columns
 from .plot import KINDS
 from .series import texts
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 def tables_of_any(result: xr.Dataset) -> Sequence[Table]:
@@ -83,6 +81,13 @@ Each = Callable[[Callable[[tuple[str, "xr.Dataset"]], Sequence[Section]], Sequen
 # a module `views` is imported when one of its kinds is shown
 _HOME = {kind: room for room, kinds in KINDS.items() if room for kind in kinds}
 _TONES = ("bad", "caution", "good", "")  # of findings, in the order in which they are read
+
+
+def in_section(
+    anchor: str, title: str, tables: Callable[[xr.Dataset], Sequence[Table]]
+) -> Callable[[xr.Dataset, Company], Sequence[Section]]:
+    """`ResultView.sections` of a result that shows its tables in a report too, and nothing beside."""
+    return lambda result, company: [Section(anchor=anchor, title=title, parts=list(tables(result)))]
 
 
 def kind_of(result: xr.Dataset, name: str = "") -> str:

@@ -4,24 +4,20 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import numpy as np
+import xarray as xr
 
 from ..document.document import read
 from ..engine.points import along, attempt
-from ..engine.source import Drive, Duty, Source, StudyAxis
+from ..engine.source import Drive, Duty, Overrides, Source, StudyAxis
 from ..errors import ModelError
 from ..options import ALL_CASES
 from ..results.dataset import dataset
 from ..system.system import System
 from ..train.train import Train
 from ..warning_codes import CodedText, coded, placed
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from ..engine.source import Overrides
 
 
 def over_cases(

@@ -78,6 +78,18 @@ class Verb:
         return self.run.__name__
 
 
+def model_in(attribute: str) -> Callable[[xr.Dataset], str]:
+    """`Verb.model_text` of a verb whose results hold the document of the model in an attribute, as JSON."""
+
+    def text(result: xr.Dataset) -> str:
+        """The model file (TOML)."""
+        from ..document.writer import model_text
+
+        return model_text(json.loads(str(result.attrs[attribute])))
+
+    return text
+
+
 @cache
 def verbs() -> Mapping[str, Verb]:
     """Name -> record of every verb whose source is a model, in alphabetical order."""

@@ -54,8 +54,8 @@ def test_a_browser_that_comes_late_is_told_the_newest_of_every_kind(told: list[A
         pane, evidence = Board("train"), Board("evidence")
     for frame in (live(1), live(2), job(2, "relief"), job(2, "contact")):
         pane.frame(frame)
-    pane.show_mode(4)
-    evidence.evidence("contact")
+    pane.tell("mode", 4)
+    evidence.tell("evidence", "contact")
     assert told == []
     hear(pane, "ready")
     hear(evidence, "ready")

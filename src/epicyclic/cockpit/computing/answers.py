@@ -10,9 +10,9 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -545,8 +545,7 @@ _WITHIN = 0.4
 _LITTLE_GAP = 2e-6
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ReliefEstimate:
+class ReliefEstimate(NamedTuple):
     """First estimate of the tip relief of one pair of gears.
 
     pair : path in the model file.  amount : deflection of a single pair of teeth at the operating load [m].

@@ -11,10 +11,11 @@ from dataclasses import asdict, dataclass, field
 from functools import partial
 from inspect import signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 from warnings import catch_warnings
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from ...document.tables import PlainTable
@@ -41,9 +42,6 @@ from ...train.train import Train
 from ...warning_codes import code_of
 from ..state.frames import LEVELS, Answer, PageFrame, force_unit, mesh_labels, number, per_cent, speed_axis
 from .detuning import changes_of
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 Array = NDArray[np.float64]
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, NamedTuple
 
@@ -40,8 +39,7 @@ _CARRIED = (("moves radially", "move radially"), ("moves tangentially", "move ta
 _ROTATES = 4
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class ModeView:
+class ModeView(NamedTuple):
     """Elastic modes, at most 60, the lowest first.
 
     number : (m,) of each among all modes of the verb `modes`, from 1.  frequency : (m,) [Hz].
@@ -304,8 +302,7 @@ class Effort(NamedTuple):
     tolerance: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ForceCurves:
+class ForceCurves(NamedTuple):
     """Largest force of w whole meshes at P speeds.
 
     speed : (P,) per operating speed [1], rising.  force : (w, P) [N], nan where there is no solution.

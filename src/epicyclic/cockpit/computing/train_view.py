@@ -337,8 +337,7 @@ def _share(k: Array) -> Array:
     """
     above = k[0] - 1
     share = np.nan_to_num((k[0] - k[1:]) / above) if above > _NONE else np.zeros(len(k) - 1)
-    result: Array = np.where(np.abs(share) < _ROUNDING, 0.0, 100 * share)
-    return result
+    return np.where(np.abs(share) < _ROUNDING, 0.0, 100 * share)
 
 
 # Parts of the hunting period that are drawn, each by the largest ratio in it: a strip is some 500 pixels wide.
@@ -368,8 +367,7 @@ class SharingView:
     whole: bool = False
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Twin:
+class Twin(NamedTuple):
     """The same train with the radial support of a sun taken away, or, where it floats, made rigid.
 
     head : ``head["sharing"]["twin"]``: ``label`` in words, ``stage`` whose sun, ``path`` and ``value`` of the override

@@ -342,7 +342,7 @@ class Board(Element, component="board.js", esm={"epicyclic-cockpit": "static"}):
         """Forget what was sent; with a text, have all panes of the page show that in its place."""
         self._sent.clear()
         if text is not None:
-            self._tell("clear", text)
+            self.tell("clear", text)
 
     def ghost(self, packed: bytes | None) -> None:
         """Add the parts of a packed frame to the dashed ghost of pin A; None takes the ghost away, in every pane."""
@@ -352,19 +352,7 @@ class Board(Element, component="board.js", esm={"epicyclic-cockpit": "static"}):
 
     def preview(self, mark: Mapping[str, Any] | None, packed: bytes | None = None) -> None:
         """Draw beside the curves what a change would give: a speed and its words, and the curves of a packed frame."""
-        self._tell("preview", mark, None if packed is None else _text(packed))
-
-    def show_mode(self, index: int | None) -> None:
-        """Animate the mode of this index of the frame in the drawing of the train; None lets the train turn again."""
-        self._tell("mode", index)
-
-    def stale(self, is_stale: bool) -> None:
-        """Draw at 40 %, as older than the state; a part older than the newest frame is drawn so anyhow."""
-        self._tell("stale", is_stale)
-
-    def evidence(self, name: str) -> None:
-        """What an evidence pane shows: ``"sharing"``, ``"errors"`` or the name of a job."""
-        self._tell("evidence", name)
+        self.tell("preview", mark, None if packed is None else _text(packed))
 
     def on_speed(self, handler: Callable[[float], Any]) -> None:
         """Call `handler` with the relative speed (1 = operating speed of the model) that was clicked in the sweep."""
@@ -387,7 +375,13 @@ class Board(Element, component="board.js", esm={"epicyclic-cockpit": "static"}):
 
         self.on("mode", handle)
 
-    def _tell(self, method: str, *arguments: Any) -> None:
+    def tell(self, method: str, *arguments: Any) -> None:
+        """Call a method of the pane in the browser, once it is mounted and after each time that it is.
+
+        mode : animate the mode of this index of the frame in the drawing of the train; None lets the train turn again.
+        stale : draw at 40 %, as older than the state; a part older than the newest frame is drawn so anyhow.
+        evidence : what an evidence pane shows: ``"sharing"``, ``"errors"`` or the name of a job.
+        """
         self._told[method] = arguments
         if self._ready:
             self.run_method(method, *arguments)

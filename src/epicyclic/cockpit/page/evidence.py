@@ -147,7 +147,7 @@ class EvidenceTabs:
         hide(self._drawn, name == _LIST)
         self._list.hide(name != _LIST)
         if name != _LIST:
-            self.pane.evidence(name)
+            self.pane.tell("evidence", name)
         self._session.looked(tab=name)
 
     def forget(self) -> None:

@@ -410,7 +410,7 @@ class _Page:
         """A mode was chosen: the drawing moves, the list marks it."""
         self._mode.choose(index)
         self._modes.chosen(index)
-        self._train.show_mode(index)
+        self._train.tell("mode", index)
         self._session.looked(mode=index)
 
     def view(self, session: Session) -> None:
@@ -428,7 +428,7 @@ class _Page:
         """Show a frame; the panes first, since they are what moves under a lever."""
         if self._mode.take(frame):
             self._train.frame(packed, self._mode.number)  # in one message: no picture shows another mode
-            self._train.show_mode(self._mode.number)
+            self._train.tell("mode", self._mode.number)
         else:
             self._train.frame(packed)
         self._shown_rev = max(self._shown_rev, frame.rev)
@@ -501,7 +501,7 @@ class _Page:
             return
         self._late = late
         for pane in (self._train, self._sweep, self._evidence.pane):
-            pane.stale(late)
+            pane.tell("stale", late)
         prop(self._root, "data-loading", "true" if late else None)
 
     def refuse(self, failed: Mapping[str, Any] | None) -> None:
@@ -513,7 +513,7 @@ class _Page:
         beside = self._levers.refuse(failed, whose)
         self._draw_late(False)
         for pane in (self._train, self._sweep, self._evidence.pane):
-            pane.stale(stays)
+            pane.tell("stale", stays)
         prop(self._root, "data-failed", "true" if stays else None)
         hide(self._banner, failed is None or beside)
         hide(self._undo, not session.history.undo_label)

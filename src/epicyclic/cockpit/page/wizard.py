@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from nicegui import ui
@@ -69,8 +68,7 @@ _BARE = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?")
 _SET = re.compile(r"\b\d{2,4}/\d{2,4}/\d{2,4}\b")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Preview:
+class Preview(NamedTuple):
     """What comes out of the fields as they stand.
 
     text : the model file.  title : of the model.  facts : what follows from the fields, in words.

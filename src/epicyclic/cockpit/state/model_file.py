@@ -5,10 +5,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import tomlkit
 from tomlkit.exceptions import TOMLKitError
@@ -249,8 +249,7 @@ _DEEPEST = 8
 _UNSTATED = 4
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Field:
+class Field(NamedTuple):
     """One key.  path : as `--set` takes it.  text : its value as it is typed; "" where the model does not state it.
 
     choices : words that may stand there, where nothing else may.
@@ -262,8 +261,7 @@ class Field:
     choices: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FieldGroup:
+class FieldGroup(NamedTuple):
     """One table.  tables : keys of the tables within it; `stated` those that the model has."""
 
     path: str

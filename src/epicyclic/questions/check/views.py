@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from ...show.bearing_tables import NOMINAL, bearing_tables
 from ...show.bent_rings import ring_tables
@@ -25,10 +26,7 @@ from ...show.elements import (
     value_tables,
 )
 from ...show.series import Member, engineering, grouped, members_of, mesh_tones, numbers, short_names, texts
-from ...show.views import ResultView
-
-if TYPE_CHECKING:
-    import xarray as xr
+from ...show.views import ResultView, in_section
 
 # --- check -----------------------------------------------------------------------------------------------------------
 
@@ -429,11 +427,6 @@ def matrices_tables(result: xr.Dataset) -> Sequence[Table]:
     ]
 
 
-def matrices_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
-    """The tables."""
-    return [Section(anchor="matrices", title="Mean linear system", parts=matrices_tables(result))]
-
-
 VIEWS = (
     ResultView(
         "check",
@@ -446,5 +439,5 @@ VIEWS = (
         headline=check_headline,
         over_cases=check_over_cases,
     ),
-    ResultView("matrices", 890, matrices_tables, matrices_sections),
+    ResultView("matrices", 890, matrices_tables, in_section("matrices", "Mean linear system", matrices_tables)),
 )

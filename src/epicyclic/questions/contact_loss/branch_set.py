@@ -20,7 +20,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import pairwise
-from typing import Literal, TypeVar
+from typing import Literal, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,8 +66,7 @@ _End = Literal["through", "cut", "lost"]
 # --- closed teeth -----------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Scan:
+class Scan(NamedTuple):
     """Linear responses over speed.
 
     speeds : (Q,) relative, rising.  asked : (Q,) index among the speeds asked for, -1 of one between.
@@ -195,8 +194,7 @@ class Crossing:
     part: int
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Segment:
+class Segment(NamedTuple):
     """A segment of the branch set, its solutions in order.
 
     parts : (K,) number of the part of each solution.  branch : whether it was continued; else teeth are closed.
@@ -500,8 +498,7 @@ def row_force(system: System, force: NDArray[Number]) -> NDArray[Number]:
 
 def mesh_force(system: System, force: NDArray[Number]) -> NDArray[Number]:
     """Force of every whole mesh (N, w) from that of the flanks (N, R), far flanks negative [N]."""
-    total: NDArray[Number] = faces(system.meshes).total(row_force(system, force), axis=1)
-    return total
+    return faces(system.meshes).total(row_force(system, force), axis=1)
 
 
 def touching_meshes(system: System, touching: NDArray[np.bool_]) -> NDArray[np.bool_]:

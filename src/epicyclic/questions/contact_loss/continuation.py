@@ -76,8 +76,7 @@ _KEPT = 8
 _ROUNDING = 1e-9
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class NewtonResult:
+class NewtonResult(NamedTuple):
     """Where Newton's method ended.
 
     state : the last motion.  converged : whether |R| <= tolerance of the dynamic part.
@@ -327,8 +326,7 @@ def _alone(tangent: ComplexArray, receptance: ComplexArray) -> Operator:
 # --- truncation -------------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class TruncatedOrders:
+class TruncatedOrders(NamedTuple):
     """Orders of a grid, half of them along its last axis, that are no lattice points.
 
     place : (T,) which of them.  omega : (T,) at s = 1 [rad/s].  weight : (T,) of their squared amplitudes.
@@ -391,8 +389,7 @@ def truncation_residual(balance: Problem, at: State, truncated: TruncatedOrders)
     square = np.abs(dropped @ rows.pulls[live]) ** 2
     square /= np.maximum((modal.squared - w**2) ** 2 + (w * modal.damping) ** 2, np.finfo(float).tiny)
     each = truncated.weight * square.sum(axis=1)
-    size: Array = np.sqrt(np.bincount(truncated.kind, weights=each, minlength=truncated.kinds))
-    return size
+    return np.sqrt(np.bincount(truncated.kind, weights=each, minlength=truncated.kinds))
 
 
 # A step fails when the corrector moves more than this part of it, or the tangent turns more than this (cosine): without
@@ -413,16 +410,14 @@ Stop = Callable[["PathPoint"], bool]
 """Whether a branch ends at a point."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ArclengthUnit:
+class ArclengthUnit(NamedTuple):
     """Units of length of a path: motion [root of energy, as y], speed [relative]."""
 
     motion: float
     speed: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Stepping:
+class Stepping(NamedTuple):
     """Lengths of steps along a path: first, longest and shortest.
 
     guarded : whether far moves and sharp turns fail a step.  points : number after which a path ends.

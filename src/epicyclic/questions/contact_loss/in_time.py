@@ -9,9 +9,10 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 
 from ...errors import ConvergenceError, ModelError
 from ...machine_code import numba_available
@@ -20,6 +21,7 @@ from ...statics.transmission_error import error_waves
 from ...system.system import Array, System, faces
 from ...warning_codes import CodedText, coded
 from ..response.measures import record_link_measures
+from ..response.response import Response
 from ..response.spectra import lateral_pairs, link_labels
 from ..response.sweep_table import ROWS
 from ..transient import TransientOptions
@@ -28,11 +30,6 @@ from .branch_set import Measures
 from .rows import gap_rows_of, reported_links
 from .shaft_orders import ShaftResponse
 from .solutions import Stability
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from ..response.response import Response
 
 FOLLOWED, RATTLE = "followed in time", "teeth rattle, followed in time"
 """Status of a motion that a run in time has found."""

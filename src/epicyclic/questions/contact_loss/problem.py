@@ -540,8 +540,7 @@ def rate_rows(rows: Array, w: Array) -> Array:
 
 def gap_rows(balance: Problem, y: Array) -> Array:
     """Rows (2 J, R) of B^T q [m], the gap of every row before errors, of a motion (2, J, n)."""
-    gap: Array = y.reshape(-1, y.shape[2]) @ balance.rows.gaps.T
-    return gap
+    return y.reshape(-1, y.shape[2]) @ balance.rows.gaps.T
 
 
 def _pull(balance: Problem, rows: Array) -> Array:
@@ -575,7 +574,6 @@ def _coupling(balance: Problem, speed: float) -> tuple[Array | None, Array | Non
 
     def together(*names: str) -> Array | None:
         parts = [factors[name] * matrices[name] for name in names if name in matrices]
-        total: Array | None = np.sum(parts, axis=0) if parts else None
-        return total
+        return np.sum(parts, axis=0) if parts else None
 
     return together("Kg", "Cskew"), together("G", "C")

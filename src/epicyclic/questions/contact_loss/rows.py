@@ -138,8 +138,7 @@ class Grid:
         box[:, self.take] = rows.reshape(2, -1, columns)
         turned = self.turn @ box.reshape(self.turn.shape[1], -1)
         folded = turned.reshape(-1, 2, orders, columns).transpose(1, 2, 0, 3).reshape(2 * orders, -1)
-        sampled: Array = (self.wave @ folded).reshape(-1, columns)
-        return sampled
+        return (self.wave @ folded).reshape(-1, columns)
 
     def rows(self, values: Array) -> Array:
         """Rows (2 J, c) of values (N, c); orders that are no lattice points are dropped."""
@@ -254,8 +253,7 @@ class Edges:
         force[self.at] = a * f - excess * w * self.spline
         tangent[self.at] = np.where(self.inside, f / w + a * k / 2, k) - excess * self.slope
         by_width = np.where(self.inside, a * k / 4 - (a - 0.5) * f / w, 0.0)
-        change: Array = by_width - excess * (self.spline - self.place * self.slope)
-        return change
+        return by_width - excess * (self.spline - self.place * self.slope)
 
     def tangents(self, change: Array) -> WidthTangents:
         """Tangents by the width, from the change of forces with it (E,) [N/m]."""

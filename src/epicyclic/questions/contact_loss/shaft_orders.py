@@ -18,9 +18,10 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from math import lcm, prod
+from typing import NamedTuple
 
 import numpy as np
 
@@ -95,8 +96,7 @@ _INSTANTS = 8192
 # --- superposed lines -------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SuperposedLine:
+class SuperposedLine(NamedTuple):
     """Response to the lines of one group, Re(amplitude exp(i w_s t)), amplitudes over N phases of the mesh tones.
 
     shaft : the lines.  stretch : (N, R) of delta of every flank [m].  force : (N, R) of its force [N].
@@ -144,8 +144,7 @@ def superposition_is_an_answer(point: TorusPoint, lines: Sequence[SuperposedLine
 def _gap_values(point: TorusPoint) -> Array:
     """delta of every row over the grid, (N, R) [m]."""
     balance, y = point.problem, point.state.y
-    values: Array = balance.grid.values(gap_rows(balance, y) - balance.error)
-    return values
+    return balance.grid.values(gap_rows(balance, y) - balance.error)
 
 
 def _line_response(torus: Torus, point: TorusPoint, shaft: Shaft) -> SuperposedLine:
@@ -228,8 +227,7 @@ def _problem(torus: Torus, point: TorusPoint, shaft: Shaft) -> Problem:
 # --- shaft orders on a motion -----------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ShaftResponse:
+class ShaftResponse(NamedTuple):
     """One motion of mesh orders with shaft orders.
 
     measures : None where it failed.  status : ``ok``, ``coarse``, or how it failed.
@@ -246,8 +244,7 @@ class ShaftResponse:
     residual: float = np.nan
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class MeshOrders:
+class MeshOrders(NamedTuple):
     """A motion of mesh orders, all that shaft orders on it follow from.
 
     points : (J, D) lattice points.  y : (2, J, n).  speed : relative.  cycles : mesh cycles of a period.
@@ -320,8 +317,7 @@ def _torus_response(torus: Torus, point: TorusPoint, lines: list[SuperposedLine]
 # --- the linear response ----------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class LinearMotion:
+class LinearMotion(NamedTuple):
     """The linear response at one speed, mesh orders as a point of the torus.
 
     rms : (w,) of the force of every whole mesh with all shaft lines, lines of equal frequency added first [N].
@@ -481,8 +477,7 @@ def super_period_phases(tones: tuple[Fraction, ...], samples: int) -> Array | No
     count = max(turns) * samples
     if count > _INSTANTS:
         return None
-    path: Array = np.outer(np.arange(count) / count, turns) % 1.0
-    return path
+    return np.outer(np.arange(count) / count, turns) % 1.0
 
 
 def grid_maximum(values: Array) -> Array:
@@ -498,8 +493,7 @@ def grid_maximum(values: Array) -> Array:
     return total
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class TorusOutputs:
+class TorusOutputs(NamedTuple):
     """Forces of whole meshes (w,) and of their rows (m,), slices where a mesh is cut; on the loaded flank positive.
 
     measures : over all time and all relative phases, slices and both flanks of a mesh together.
@@ -675,5 +669,4 @@ def torus_amplitudes(torus: Torus, point: TorusPoint, lines: Sequence[Superposed
     q = balance.grid.values(point.state.y.reshape(-1, modal.squared.size) @ modal.shapes.T)
     motions = [line.motion for line in lines]
     high, low = (_with_lines(values, motions, balance.grid.counts) for values in (q, -q))
-    amplitude: Array = torus.ready.system.dofs.radius * (high + low) / 2
-    return amplitude
+    return torus.ready.system.dofs.radius * (high + low) / 2

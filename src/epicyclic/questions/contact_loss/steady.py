@@ -5,15 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from ...errors import ConvergenceError, ModelError
 from ...statics.transmission_error import error_waves
 from ...system.gaps import groups_past_the_end, past_the_end
-from ...system.system import Array
+from ...system.system import Array, System
 from ...warning_codes import CodedText, coded
 from ..response import SteadyOptions
 from ..response.response import require_stable_mean, response
@@ -38,11 +39,6 @@ from .shaft_orders import (
 )
 from .solutions import Refinement, Solution, Stability, solution, too_many_steps, with_stability
 from .torus import TRUNCATION_NOTED, Torus, TorusPoint, memory, respond_torus, torus_of
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from ...system.system import System
 
 # Least harmonics of the motion whose stability is asked for, by the number of mesh tones: with 14 a multiplier of
 # ren2021 is off by 3e-3, a force by 2e-5.
@@ -250,8 +246,7 @@ def _over_phase(
         statistic(box, axis=tuple(phase for phase in phases if phase != own))
         for own in range(int(axis.max(initial=0)) + 1)
     ]
-    values: Array = np.array(by_axis)[axis, :, np.arange(len(axis))]
-    return values
+    return np.array(by_axis)[axis, :, np.arange(len(axis))]
 
 
 def _combinations(torus: Torus, point: TorusPoint, force: Array) -> tuple[dict[str, Any], NDArray[np.object_]]:

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from ...engine.run_folder import RunFolder
@@ -37,9 +38,6 @@ from .sweep_direction import (
     sweep_direction,
 )
 from .torus import TRUNCATION_NOTED, Torus, torus_of
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _DIRECTIONS = ("up", "down")
 # States of a point that holds numbers, or had lost them before shaft orders came.

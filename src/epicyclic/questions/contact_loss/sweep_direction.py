@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -78,8 +78,7 @@ _NEAR = 0.02
 _HARMONICS = {1: 16, 2: 8}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class IntegratedMotion:
+class IntegratedMotion(NamedTuple):
     """A motion over time that approaches none of one or two mesh cycles, nor one of two mesh tones.
 
     speed : relative.  last : (2, n) q and q' at its end, a whole number of cycles after the start.
@@ -285,8 +284,7 @@ def _stability_unless_ignored(refinement: Refinement, at: Solution, unstable: Un
 def _perturbed(start: Array) -> Array:
     """A state (2, n) a little off a start, reproducibly."""
     noise = np.random.default_rng(0).standard_normal(start.shape)
-    perturbed: Array = start * (1 + _PERTURBATION * noise)
-    return perturbed
+    return start * (1 + _PERTURBATION * noise)
 
 
 # --- branch switching -------------------------------------------------------------------------------------------------
@@ -339,8 +337,7 @@ def _kick(refinement: Refinement, at: Solution, balance: Problem) -> Array:
     position, rate = floquet_vector(refinement, at)
     kick = np.zeros((2, len(balance.omega), position.size))
     kick[0, 1], kick[1, 1] = position, -rate / (at.state.speed * float(balance.omega[1]))
-    result: Array = kick * float(np.linalg.norm(at.state.y) / np.linalg.norm(kick))
-    return result
+    return kick * float(np.linalg.norm(at.state.y) / np.linalg.norm(kick))
 
 
 def isolated_motions(
@@ -394,8 +391,7 @@ def initial_state(at: Solution) -> Array:
 def state_at_start(balance: Problem, y: Array, speed: float) -> Array:
     """q and q' (2, n) [m, m/s] of a motion y (2, J, n) at a relative speed where a cycle begins."""
     both = np.stack([y[0].sum(axis=0), -(speed * balance.omega @ y[1])])
-    result: Array = both @ balance.modal.shapes.T
-    return result
+    return both @ balance.modal.shapes.T
 
 
 def attractor(

@@ -84,8 +84,7 @@ _NEARBY, _FAR = (0.05, 0.035, 0.02, 0.01, 0.0), (0.15, 0.11, 0.08, 0.05, 0.03, 0
 # --- shaft tones ------------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ShaftTones:
+class ShaftTones(NamedTuple):
     """Shaft lines on a lattice of mesh tones and shaft tones.
 
     tones : exact frequencies [Hz] at the operating speed.  highest : largest order of each that a line stands on.
@@ -414,7 +413,7 @@ def _solve_size(
             y, used = solved.state.y, used + solved.calls
             if not solved.converged:
                 break
-        solved = replace(solved, converged=solved.converged and final)
+        solved = solved._replace(converged=solved.converged and final)
     dynamic = dynamic_size(solved.state.y)
     dropped = truncation_residual(prepared.coarse, solved.state, prepared.truncated_orders)
     return TorusPoint(

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -122,8 +121,7 @@ def efficiency(train: Train, options: EfficiencyOptions) -> xr.Dataset:
 # friction of the teeth ------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Teeth:
+class _Teeth(NamedTuple):
     """Friction of one pair: helices of one branch, loss factor H_V [1] of each and load along the path of the first.
 
     plane : of action, without its faces.  base_speed : of the base circles in the frame of the carrier [m/s].

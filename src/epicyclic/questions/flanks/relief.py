@@ -16,7 +16,7 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -184,13 +184,6 @@ def relief(drive: Drive, options: ReliefOptions, *, progress: Callable[[float], 
         "method": "GA" if len(objectives) == 1 else "NSGA-II",
     }
     return labelled
-
-
-def relief_model(result: xr.Dataset) -> str:
-    """Model file (TOML) of a result of `relief`: that of the source with the flanks of the answer."""
-    from ...document.writer import model_text
-
-    return model_text(json.loads(str(result.attrs["relieved_model"])))
 
 
 # statement of the problem ---------------------------------------------------------------------------------------------
@@ -372,8 +365,7 @@ _ROUNDS = 3
 # search ---------------------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SearchResult:
+class SearchResult(NamedTuple):
     """Evaluations of a search, in order.
 
     candidates : (E, v) points of the unit cube [1].  objectives : (E, o), nan where one could not be computed.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 from itertools import chain
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ...engine.plan import require_memory
 from ...errors import ModelError
+from ...options import Progress
 from ...results.dataset import dataset
 from ...statics.contact_equilibrium import ContactEquilibrium, ContactProblem, contact_equilibrium
 from ...statics.equilibrium import Compliance, compliance_of, equilibrium, require_balance
@@ -53,9 +54,7 @@ _LADDER = Ladder(phases=(16, 256), slices=(10, 80), fewest=(32, 20))
 _SAME = 1e-10
 
 
-def train_contact(
-    train: Train, options: ContactOptions, *, progress: Callable[[float], None] | None = None
-) -> xr.Dataset:
+def train_contact(train: Train, options: ContactOptions, *, progress: Progress | None = None) -> xr.Dataset:
     """Loaded contact of every mesh over a record: branches, sides and flanks share the load as the train lets them.
 
     Misalignment follows from tilt and twist of the bodies, of pins and carrier, and from deviations.  Mesh stiffnesses

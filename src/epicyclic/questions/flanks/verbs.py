@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 from ...options import RANGE_LOADS, Progress
 from ...verbs.options import loads_of
-from ...verbs.record import Verb, nondefault, refuse_without, takes
+from ...verbs.record import Verb, model_in, nondefault, refuse_without, takes
 from . import ContactOptions, EfficiencyOptions, ReliefOptions, StiffnessOptions
 
 if TYPE_CHECKING:
@@ -82,13 +82,6 @@ def relief(drive: "Drive", options: ReliefOptions, progress: Progress | None = N
     return run(drive, options, progress=progress)
 
 
-def _model_text(result: "xr.Dataset") -> str:
-    """The model with the relief found, as a model file."""
-    from .relief import relief_model
-
-    return relief_model(result)
-
-
 @takes(EfficiencyOptions)
 def efficiency(drive: "Drive", options: EfficiencyOptions) -> "xr.Dataset":
     """Power lost in the meshes, and efficiency of the train at its operating point.
@@ -127,7 +120,7 @@ VERBS = (
             },
         ),
         drawing=True,
-        model_text=_model_text,
+        model_text=model_in("relieved_model"),
     ),
     Verb(
         run=efficiency,

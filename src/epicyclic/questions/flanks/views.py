@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from ...limits import RELIEF_GAIN
 from ...results.dataset import largest
@@ -25,10 +26,6 @@ from ...show.series import (
     texts,
 )
 from ...show.views import ResultView
-
-if TYPE_CHECKING:
-    import xarray as xr
-
 
 _LEADS = 6  # phases of meshes in a sentence
 _NO_OVERLAP = 5e-8  # of tips, that reads as none [m]

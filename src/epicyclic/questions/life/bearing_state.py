@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import json
 from collections.abc import Hashable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from ...bearings.element_loads import contact_set, displacement, load_zone
 from ...bearings.rating_life import dynamic_rating, static_rating, static_safety
@@ -19,9 +20,6 @@ from ...results.dataset import dataset, largest
 from ...system.system import Array
 from ...train.train import DIRECTIONS, Link, Train
 from ...warning_codes import CodedText, coded
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 Columns = dict[str, tuple[Any, Any]]
 State = dict[str, Any]

@@ -21,9 +21,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, replace
 from fractions import Fraction
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from ...bearings.element_loads import LAMINAE, displacement
 from ...bearings.rating_life import (
@@ -63,9 +64,6 @@ from .bearing_state import (
     rolling_links,
     state_columns,
 )
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 # Places of a row, and radial loads at which a life is computed; between them log L is linear in log F.
 _PLACES, _LOADS = 48, 12

@@ -3,19 +3,18 @@
 from functools import partial
 from typing import TYPE_CHECKING
 
+from ...options import Progress
 from ...verbs.record import Verb, takes
 from . import EXAMPLE, LifeOptions
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     import xarray as xr
 
     from ...engine.source import Drive, Overrides
 
 
 @takes(LifeOptions, joint=True)
-def life(drive: "Drive", options: LifeOptions, progress: "Callable[[float], None] | None" = None) -> "xr.Dataset":
+def life(drive: "Drive", options: LifeOptions, progress: Progress | None = None) -> "xr.Dataset":
     """Life of the rolling bearings that the drawing states by their parts, under static forces, over load cases.
 
     Forces count over the turns of all bodies, with weight, run-outs and the loads of the file, at rest or of the steady
@@ -38,7 +37,7 @@ def life(drive: "Drive", options: LifeOptions, progress: "Callable[[float], None
 
 
 def _lives(
-    drive: "Drive", options: LifeOptions, changes: "Overrides", progress: "Callable[[float], None] | None" = None
+    drive: "Drive", options: LifeOptions, changes: "Overrides", progress: Progress | None = None
 ) -> "xr.Dataset":
     """Lives of a drive with changes laid over its model, over its one point or all load cases."""
     from ...verbs.cases import duty_of

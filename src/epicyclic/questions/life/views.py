@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from ...results.dataset import largest
 from ...show.bearing_tables import bearing_tables
 from ...show.elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table
 from ...show.series import engineering, numbers, texts
 from ...show.views import ResultView
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _HOUR = 3600.0
 _LIVES = {

@@ -161,7 +161,8 @@ def _contact_columns(train: Train, system: System, options: LoadFactorOptions) -
     that of a line contact.
     """
     alone = cache(partial(_alone, train, options.tolerance))
-    cycles = _cycles_of_all(system)
+    # of the first mesh frequency, in which every mesh passes a whole cycle of its own
+    cycles = max(ceil(reference_tone(system) / tone) for tone in system.tones if tone)
     how = ContactOptions(loads=(1.0,), tolerance=options.tolerance, cycles=cycles)
     whole = train_contact(train, how).sel(torque_factor=1.0)
     deviating = {error.mesh for error in train.mesh_errors if error.cause in _OF_TEETH}
@@ -187,11 +188,6 @@ def _contact_columns(train: Train, system: System, options: LoadFactorOptions) -
         "largest_load_per_length": ("mesh", load),
         "largest_root_stress": (("mesh", "mesh_gear"), whole.largest_root_stress.values),
     }, [whole, *found.values()]
-
-
-def _cycles_of_all(system: System) -> int:
-    """Mesh cycles of the record, of the first mesh frequency, in which every mesh passes a whole cycle of its own."""
-    return max(ceil(reference_tone(system) / tone) for tone in system.tones if tone)
 
 
 def _alone(train: Train, tolerance: float, mesh: str, deviations: bool) -> xr.Dataset:

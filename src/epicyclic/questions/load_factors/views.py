@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from ...results.dataset import EQUAL, first_largest, largest
-from ...show.elements import Company, Finding, KeyFigure, Section, Table, number
+from ...show.elements import Company, Finding, KeyFigure, Table, number
 from ...show.series import engineering, texts
-from ...show.views import ResultView
-
-if TYPE_CHECKING:
-    import xarray as xr
+from ...show.views import ResultView, in_section
 
 _OF_MESH = {
     "k_gamma": ("K_gamma", 1.0),
@@ -73,7 +71,9 @@ def _factors(result: xr.Dataset) -> Table:
             row += [scale * float(worst[name]) for name, (_, scale) in known.items()]
             rows.append([*row, *(1e-6 * at.largest_root_stress.values.max(axis=0) if stressed else ())])
     columns = {head: list(cells) for head, cells in zip(heads, zip(*rows, strict=True), strict=True)}
-    without = [name for name, basis in zip(mesh, _bases(result), strict=True) if basis.startswith("not")]
+    # what K_Hbeta of every mesh is of, in the first case that has a result
+    bases = (next(filter(None, map(str, column)), "") for column in result.face_load_basis.values.T)
+    without = [name for name, basis in zip(mesh, bases, strict=True) if basis.startswith("not")]
     lead = "Of each pair the mesh with the largest load; torques of one mesh under equal share."
     if "direct_load_factor" not in result:
         lead += " K_Halpha is not known without contact, and counts as 1."
@@ -90,11 +90,6 @@ def _own_product(result: xr.Dataset) -> xr.DataArray:
     """
     own: xr.DataArray = result.load_factor_product * result.branch_load / result.k_gamma
     return own
-
-
-def _bases(result: xr.Dataset) -> list[str]:
-    """What K_Hbeta of every mesh is of, in the first case that has a result."""
-    return [next(filter(None, map(str, column)), "") for column in result.face_load_basis.values.T]
 
 
 def _flanks(result: xr.Dataset) -> Table:
@@ -119,11 +114,6 @@ def key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
     return [(engineering(float(_own_product(result).max())), "largest product of load factors")]
 
 
-def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
-    """The tables."""
-    return [Section(anchor="load-factors", title="Load factors for a rating", parts=list(tables(result)))]
-
-
 def findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
     """The largest product, with the load of the mesh's own branch, and where it is."""
     product = _own_product(result).transpose("case", "mesh")
@@ -135,4 +125,5 @@ def findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
     return [Finding(tone="", text=text, anchor="load-factors")]
 
 
-VIEWS = (ResultView("load_factors", 36, tables, sections, key_figures=key_figures, findings=findings),)
+_SECTIONS = in_section("load-factors", "Load factors for a rating", tables)
+VIEWS = (ResultView("load_factors", 36, tables, _SECTIONS, key_figures=key_figures, findings=findings),)

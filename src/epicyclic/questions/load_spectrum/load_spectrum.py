@@ -16,9 +16,10 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import fields
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from ...document.schema import collect, reference
@@ -28,13 +29,9 @@ from ...document.writer import fragment_text, quantity_text
 from ...errors import ModelError
 from ...results.dataset import dataset
 from ...system.assembly import train_provenance
+from ...train.train import Train
 from . import Bins, SpectrumOptions
 from .history import Array, LoadHistory
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from ...train.train import Train
 
 RPM = COMMON["rpm"][0]
 Columns = dict[str, tuple[Any, Any]]  # name -> dims and values
@@ -85,8 +82,7 @@ def equivalent(size: Array, weight: Array, exponent: float, case: NDArray[np.int
     np.maximum.at(top, case, size)
     relative = np.divide(size, top[case], out=np.zeros_like(size), where=top[case] > 0)  # powers stay within a float
     sums = np.bincount(case, weight * relative**exponent, cases) / np.bincount(case, weight, cases)
-    found: Array = top * sums ** (1 / exponent)
-    return found
+    return top * sums ** (1 / exponent)
 
 
 def bin_edges(values: Array, bins: Bins, path: str) -> Array:

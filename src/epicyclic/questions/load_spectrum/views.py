@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from ...results.dataset import largest, ranked
 from ...show.elements import Company, Drawing, Finding, Part, Section, Table, number
 from ...show.series import engineering, texts
 from ...show.views import ResultView
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _SHOWN = 40
 

@@ -22,6 +22,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg
@@ -247,8 +248,7 @@ class Modes:
         return np.sqrt(self.omega_squared)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Whirl:
+class Whirl(NamedTuple):
     """Modes with gyroscopic terms or damping, one of each conjugate pair.
 
     mu : (n,) complex eigenvalues [1/s], frequency rising; 0 for rigid modes; of two real ones the slower decaying.
@@ -259,8 +259,7 @@ class Whirl:
     vectors: ComplexArray
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ClassifiedModes:
+class ClassifiedModes(NamedTuple):
     """Modes with their kinds.
 
     vectors : (n, modes) real or complex, M-orthonormal within each repeated root, canonical basis.

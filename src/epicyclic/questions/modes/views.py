@@ -5,9 +5,10 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from ...limits import NO_MATTER, RESONANCE_BAND, TEETH_PART, ResonanceVerdict
@@ -15,9 +16,6 @@ from ...results.dataset import EQUAL, ranked
 from ...show.elements import Company, Details, Drawing, Finding, KeyFigure, Listing, Part, Section, Table, named_columns
 from ...show.series import engineering, mode_groups, numbers, stage_count, summed_shares, texts, unbroken
 from ...show.views import ResultView
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 # --- modes -----------------------------------------------------------------------------------------------------------
 

@@ -14,9 +14,10 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from ...errors import ModelError
@@ -48,9 +49,6 @@ from .spectrum import (
     windowed_forces,
 )
 
-if TYPE_CHECKING:
-    import xarray as xr
-
 MESH, PASSING, MEAN = "mesh", "planets passing", "mean load passing"
 UNEVEN, UNLIKE = "uneven planets", "unlike planets"
 _MESHING = "tooth meshing"
@@ -66,8 +64,7 @@ _REPORTED = 0.5
 # --- labels of lines -------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Origin:
+class Origin(NamedTuple):
     """Frequency = sum_j mesh_j f_j + sign f_shaft + carrier |f_carrier|.  shaft : its index, -1 without."""
 
     mesh: tuple[int, ...]
@@ -210,8 +207,7 @@ class _Sensor(NamedTuple):
     options: ModulationOptions
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _SensorSignal:
+class _SensorSignal(NamedTuple):
     """Signal at the sensor by lines.
 
     frequency : (L,) at this speed [Hz].  signal : (L,) in `unit`.  acceleration : (L,) of the body under it [m/s2].
@@ -448,20 +444,20 @@ def _labelled(
         {
             **beside,
             "line_frequency": ("line", at_sensor.frequency[listed]),
-            "exact_frequency": ("line", _texts([str(exact) for exact in frequency])),
+            "exact_frequency": ("line", np.array([str(exact) for exact in frequency], dtype=object)),
             "mesh_order": ("line", np.array([float(exact / ready.lines.tones[labels.own]) for exact in frequency])),
             "carrier_order": ("line", np.array([float(exact / abs(position.turn or 1)) for exact in frequency])),
             "signal_amplitude": ("line", at_sensor.signal[listed]),
             "fault_free_amplitude": ("line", without),
             "sensor_acceleration": ("line", at_sensor.acceleration[listed]),
-            "family": ("line", _texts(family)),
-            "causes": ("line", _texts(causes)),
+            "family": ("line", np.array(family, dtype=object)),
+            "causes": ("line", np.array(causes, dtype=object)),
             "signal": ("sample_time", values),
             "passage": ("planet", _passages(position, speed)),
             "window_gain": ("window_angle", sensor.window.at(angle)),
         },
         {
-            "line": _texts([labels.label(sources[0]) for sources in origins]),
+            "line": np.array([labels.label(sources[0]) for sources in origins], dtype=object),
             "sample_time": np.arange(values.size) * (duration / values.size),
             "planet": list(position.branches),
             "window_angle": angle,
@@ -481,11 +477,6 @@ def _labelled(
         power_kept=float(_power(at_sensor.signal[listed]) / (_power(at_sensor.signal) or 1.0)),
     )
     return result
-
-
-def _texts(values: list[str]) -> NDArray[np.object_]:
-    """Texts as an array of objects, (n,)."""
-    return np.array(values, dtype=object)
 
 
 def _power(amplitude: ComplexArray) -> float:

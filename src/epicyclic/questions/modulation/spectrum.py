@@ -220,8 +220,7 @@ class Window:
     @property
     def sides(self) -> ComplexArray:
         """Coefficients c_-K .. c_K, (2 K + 1,)."""
-        both: ComplexArray = np.concatenate([self.coefficients[:0:-1].conj(), self.coefficients])
-        return both
+        return np.concatenate([self.coefficients[:0:-1].conj(), self.coefficients])
 
     def at(self, angle: ArrayLike) -> Array:
         """Gain at angles [rad], of their shape."""
@@ -308,8 +307,7 @@ def _hann(orders: Array, half: float) -> Array:
     """Fourier coefficients of orders (K,) of cos^2(pi phi / 2 half) for |phi| < half [rad]."""
     edge = math.pi / half
     centre, below, above = (np.sinc(half * order / math.pi) for order in (orders, orders - edge, orders + edge))
-    result: Array = half / (2 * math.pi) * (centre + (below + above) / 2)
-    return result
+    return half / (2 * math.pi) * (centre + (below + above) / 2)
 
 
 def _piecewise(phi: Array, value: Array, orders: Array) -> ComplexArray:
@@ -418,8 +416,7 @@ class StageSpectrum:
     motion: ComplexArray
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SensorContributions:
+class SensorContributions(NamedTuple):
     """Contributions to the sensor: step = step of the harmonic + order * carrier.
 
     row, order : (C,) index of the harmonic, and turns of the carrier by which it is shifted.
@@ -472,8 +469,7 @@ def _body_motion(system: System, motion: Spectrum, position: SensorPosition) -> 
         expand = np.stack([rows.real, rows.imag], axis=1).reshape(-1, rows.shape[1])
     for body in position.bodies if position.sensor < 0 else ():
         expand += system.dofs.rigid[6 * body : 6 * body + 6] / len(position.bodies)
-    moved: ComplexArray = np.tensordot(expand, motion.amplitude[:, 0], axes=1)
-    return moved
+    return np.tensordot(expand, motion.amplitude[:, 0], axes=1)
 
 
 def windowed_forces(spectrum: StageSpectrum, position: SensorPosition, window: Window) -> SensorContributions:
@@ -549,8 +545,7 @@ def _arm(radius: float, angle: ComplexArray) -> ComplexArray:
         return angle
     if not radius > 0:
         raise ModelError("the radius at which the sensor sits is needed here", path="radius", allowed="above zero")
-    result: ComplexArray = radius * angle
-    return result
+    return radius * angle
 
 
 def _contributions(amplitude: ComplexArray, orders: Index) -> SensorContributions:
@@ -567,8 +562,7 @@ class LineSource(NamedTuple):
     negative: bool
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SensorLines:
+class SensorLines(NamedTuple):
     """Lines at the sensor, frequencies rising, all above 0: value = Re sum_l amplitude_l exp(2 pi i frequency_l s t).
 
     frequency : exact [Hz at s = 1].  force : (L,) complex, of the meshes [N].  motion : (L,) complex, of the body [m].
@@ -641,5 +635,4 @@ def synthesised_signal(frequency: Array, amplitude: ComplexArray, duration: floa
         coarse = np.exp(np.outer(np.arange(starts) * steps, turn[lines]))
         fine = amplitude[lines, None] * np.exp(np.outer(turn[lines], np.arange(steps)))
         result += coarse.real @ fine.real - coarse.imag @ fine.imag
-    values: Array = result.ravel()[:samples]
-    return values
+    return result.ravel()[:samples]

@@ -5,16 +5,14 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from ...results.dataset import ranked
 from ...show.elements import SENSOR_UNITS, Company, Drawing, Section, Table, number
 from ...show.views import ResultView
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _SHOWN = 30
 

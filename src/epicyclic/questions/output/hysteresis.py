@@ -10,8 +10,8 @@ Zero torque is left out: with play the angle is not unique there.  Angles count 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
+from typing import NamedTuple
 
 import numpy as np
 
@@ -28,8 +28,7 @@ RANGE = (0.5, 1.0)
 _STILL = 1e-12  # turning per unit of the shaft's coordinate that is none
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Loop:
+class Loop(NamedTuple):
     """Torque over angle at P places of the mesh cycle.
 
     torque : (m,) rising from -rated to rated, without zero [N m].  rising, falling : (P, m) angle [rad].

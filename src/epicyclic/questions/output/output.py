@@ -19,9 +19,9 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, replace
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from ...engine.plan import all_uniforms, sampling_plan
@@ -42,9 +42,6 @@ from . import OutputOptions
 from .hysteresis import RANGE, Loop, both_senses, hysteresis, loop_at, rated_of, relative_torques
 from .kinematic_error import error_range, kinematic_error
 from .locked_train import OutputShaft, locked_train, output_shaft, ports
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _AT_ONCE = 512  # trains whose torques are solved at once
 _TURNING, _INSTANTS = 64, 2**11  # trains that turn, and instants of each unless a turn has more

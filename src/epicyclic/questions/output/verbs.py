@@ -2,19 +2,18 @@
 
 from typing import TYPE_CHECKING
 
+from ...options import Progress
 from ...verbs.record import Verb, takes
 from . import OutputOptions
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     import xarray as xr
 
     from ...engine.source import Drive
 
 
 @takes(OutputOptions)
-def output(drive: "Drive", options: OutputOptions, progress: "Callable[[float], None] | None" = None) -> "xr.Dataset":
+def output(drive: "Drive", options: OutputOptions, progress: Progress | None = None) -> "xr.Dataset":
     """The gearbox at its output, the other shafts locked: stiffness, hysteresis, lost motion, reflected inertia.
 
     Friction of the teeth is not in the hysteresis; play, clearances and friction of splines are.

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from ...show.elements import Company, Drawing, Finding, KeyFigure, Section, Table, columns_of
 from ...show.series import ARCMIN, engineering, texts
 from ...show.views import ResultView
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _ORDERS = 6  # of the kinematic error, in the table
 _NONE = 1e-9  # arcmin, N m/arcmin or J that is rounding

@@ -228,8 +228,7 @@ def dynamic_factor(largest: Array, transmitted: Array, groups: Sequence[MeshGrou
     carried = loaded_meshes(transmitted, groups, most=largest, rounding=rounding)
     # of a loaded pair one branch may still carry nothing
     carried &= transmitted > least_load(transmitted, most=largest, rounding=rounding)
-    factor: Array = np.where(carried, largest, np.nan) / np.where(carried, transmitted, 1.0)
-    return factor
+    return np.where(carried, largest, np.nan) / np.where(carried, transmitted, 1.0)
 
 
 def mean(signal: Signal) -> Array:
@@ -253,8 +252,7 @@ def mean_square(signal: Signal, *, derivative: int = 0) -> Array:
 
 def _line_omega(lines: LineFrequencies) -> Array:
     """|omega| of each distinct line, (F,) [rad/s]."""
-    omega: Array = np.abs(lines.omega)[lines.first]
-    return omega
+    return np.abs(lines.omega)[lines.first]
 
 
 def _translation_square(motion: Signal, translation: Array) -> Array:
@@ -435,8 +433,7 @@ TOLERANCE = 1e-8
 _ACCEPTED = 1e-4
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ShaftLine:
+class ShaftLine(NamedTuple):
     """Response at frequencies that are no multiples of the tone of its `Periodic`.
 
     frequency : exact [Hz at the operating speed].  causes : paths in the file; of another mesh frequency its stages.

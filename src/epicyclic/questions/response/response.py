@@ -426,23 +426,22 @@ def require_stable_mean(ready: Response, speed: float) -> None:
     ConvergenceError : no steady motion.
     """
     if unstable_speeds(ready, np.array([speed]))[0]:
-        tone, (critical, name) = float(ready.lines.tone), critical_speed(ready)
-        raise ConvergenceError(
-            f"no steady motion at {tone * speed:.6g} Hz mesh frequency: the mean system is unstable, since above "
-            f"{tone * critical:.6g} Hz the centripetal terms exceed the stiffness (first of {name})"
-        )
+        raise ConvergenceError(_no_steady_motion(ready, f"at {float(ready.lines.tone) * speed:.6g} Hz mesh frequency"))
 
 
 def instability_warnings(ready: Response, unstable: Array) -> list[CodedText]:
     """Warning where the mean system is unstable, at relative speeds (U,)."""
     if not unstable.size:
         return []
-    tone, (critical, name) = float(ready.lines.tone), critical_speed(ready)
-    return [
-        coded(
-            "no-steady-motion",
-            f"no steady motion at {unstable.size} speeds from {unstable.min() * tone:.6g} Hz mesh frequency on: the "
-            f"mean system is unstable, since above {critical * tone:.6g} Hz the centripetal terms exceed the stiffness "
-            f"(first of {name}); the values there are nan",
-        )
-    ]
+    lowest = float(ready.lines.tone) * unstable.min()
+    text = _no_steady_motion(ready, f"at {unstable.size} speeds from {lowest:.6g} Hz mesh frequency on")
+    return [coded("no-steady-motion", f"{text}; the values there are nan")]
+
+
+def _no_steady_motion(ready: Response, where: str) -> str:
+    """Why there is no steady motion at some speeds."""
+    critical, name = critical_speed(ready)
+    return (
+        f"no steady motion {where}: the mean system is unstable, since above {float(ready.lines.tone) * critical:.6g} "
+        f"Hz the centripetal terms exceed the stiffness (first of {name})"
+    )

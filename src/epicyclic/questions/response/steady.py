@@ -6,12 +6,14 @@ from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from ...engine.plan import MOST_NUMBERS, require_memory
+from ...engine.run_folder import RunFolder
 from ...engine.workers import each, import_results
 from ...statics.record import Record, idle_warnings, parallel_meshes, turn_fraction
 from ...statics.static import rounding_of
@@ -64,12 +66,6 @@ from .spectra import (
     whole_mesh_signal,
 )
 from .sweep_table import ROWS, SweepTable, empty_table, speeds_of, sweep_dataset, with_bounds_named
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from ...engine.run_folder import RunFolder
-
 
 # Largest residual of a speed, per tolerance.
 _ACCEPTED = 100.0
@@ -279,8 +275,7 @@ def _orders(spectrum: Spectrum, axis: int, top: int) -> ComplexArray:
 def _own_tone(ready: Response, by_axis: list[NDArray[Any]]) -> NDArray[Any]:
     """Of arrays (m, ..) of every tone the rows of each mesh's own tone, (m, ..)."""
     axis = mesh_axis(ready)
-    result: NDArray[Any] = np.array(by_axis)[axis, np.arange(len(axis))]
-    return result
+    return np.array(by_axis)[axis, np.arange(len(axis))]
 
 
 def _combinations(

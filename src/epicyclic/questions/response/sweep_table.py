@@ -10,9 +10,10 @@ from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import product
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from ...errors import ModelError
@@ -30,9 +31,6 @@ from . import SweepOptions
 from .measures import Layout
 from .response import Response, response
 from .spectra import LineExcitation, lateral_pairs
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 # A mode with less than a hundredth of the amplitude of an order, at its own frequency, is not excited by it: what moves
 # is the other modes.

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from ...limits import carries_load
 from ...results.dataset import first_largest, largest
@@ -31,12 +32,8 @@ from ...show.elements import (
     status_table,
     torque_tables,
 )
-from ...show.series import engineering, of_first_stage, own_tones, split_name, stage_count, texts, unbroken
+from ...show.series import engineering, equal_runs, of_first_stage, own_tones, split_name, stage_count, texts, unbroken
 from ...show.views import ResultView
-
-if TYPE_CHECKING:
-    import xarray as xr
-
 
 # --- steady ----------------------------------------------------------------------------------------------------------
 
@@ -224,9 +221,8 @@ def _first_most(values: np.ndarray) -> tuple[int, int]:
 def _ranges(speed: np.ndarray, inside: np.ndarray) -> list[tuple[float, float]]:
     """Stretches of the speeds (P,) that are inside (P,): first and last speed of each."""
     rank = np.argsort(speed)
-    marked = np.concatenate([[False], inside[rank], [False]]).astype(int)
-    starts, ends = np.flatnonzero(np.diff(marked) == 1), np.flatnonzero(np.diff(marked) == -1) - 1
-    return [(float(speed[rank][a]), float(speed[rank][b])) for a, b in zip(starts, ends, strict=True)]
+    runs = (rank[run[[0, -1]]] for run in equal_runs(inside[rank]))
+    return [(float(speed[a]), float(speed[b])) for a, b in runs if inside[a]]
 
 
 def _parting_tone(ranges: Sequence[tuple[float, float]]) -> str:
@@ -334,9 +330,8 @@ def _motions(result: xr.Dataset) -> Table:
             )
         ]
         label = np.array(said, dtype=object)[rank]
-        starts = np.flatnonzero(np.r_[True, label[1:] != label[:-1]])
-        for first, last in zip(starts, [*(starts[1:] - 1), len(label) - 1], strict=True):
-            rows.append((str(direction), float(frequency[first]), float(frequency[last]), str(label[first])))
+        for run in equal_runs(label):
+            rows.append((str(direction), *frequency[run[[0, -1]]].tolist(), str(label[run[0]])))
     of = of_first_stage(result) and f" mesh frequency{of_first_stage(result)}"
     headings = ("direction", f"from{of} [Hz]", f"to{of} [Hz]", "motion")
     left = f", first {_SHOWN} of {len(rows)}" if len(rows) > _SHOWN else ""

@@ -563,8 +563,7 @@ def _phases_at(
 def _coefficient_of(source: Source, phases: Array, members: Sequence[MeshGroup]) -> Array:
     """Coefficients 1 + |b - 1| of cycles with given phases (points, L) [turns], (points, m) [1]."""
     pieces = [source(phases[i : i + _CHUNK]).max(axis=2) for i in range(0, len(phases), _CHUNK)]
-    coefficient: Array = 1.0 + np.abs(shares(np.concatenate(pieces), members) - 1.0)
-    return coefficient
+    return 1.0 + np.abs(shares(np.concatenate(pieces), members) - 1.0)
 
 
 def _pattern_search(

@@ -6,16 +6,17 @@ Quickly: mesh cycles spread over the hunting period (`spread_cycles`), without t
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import reduce
-from typing import TYPE_CHECKING, Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from ...engine.plan import MOST_NUMBERS, require_memory, require_time
 from ...errors import ModelError
+from ...options import Progress
 from ...statics import StaticOptions
 from ...statics.record import (
     MeshGroup,
@@ -47,9 +48,6 @@ from .definitions import (
 )
 from .tone_forces import ToneForces, cycle_starts, forces_of_equilibria, mean_force, tone_forces
 
-if TYPE_CHECKING:
-    import xarray as xr
-
 # Mesh cycles whose forces are kept by default.
 _STORED = 64
 # Forces of a record worked out in a second, and the longest time that one may take [s]: whoever asks for more has
@@ -72,7 +70,7 @@ _EXACT = 2**62
 # --- by definition ---------------------------------------------------------------------------------------------------
 
 
-def sharing(system: System, options: SharingOptions, *, progress: Callable[[float], None] | None = None) -> xr.Dataset:
+def sharing(system: System, options: SharingOptions, *, progress: Progress | None = None) -> xr.Dataset:
     """Load-sharing coefficients of every mesh by every definition of `definitions`, and of the train (the largest).
 
     Meshes of one pair and side share the load; of a mesh in slices their sum counts.  ``steady`` takes the vibrating
@@ -121,7 +119,7 @@ def sharing(system: System, options: SharingOptions, *, progress: Callable[[floa
     return result.assign({name: moved[name] for name in errors})
 
 
-def _forces_by_tone(system: System, options: SharingOptions, progress: Callable[[float], None] | None) -> ForceRecord:
+def _forces_by_tone(system: System, options: SharingOptions, progress: Progress | None) -> ForceRecord:
     """Mesh forces over a record of mesh cycles of each mesh frequency."""
     method, samples = options.method, options.samples
     if samples is not None:  # the waves of every line
@@ -208,14 +206,12 @@ def record_samples(system: System) -> int:
     return samples_per_cycle(meshes, of_first, _INSTANTS)
 
 
-def _share_of(progress: Callable[[float], None] | None, done: int, count: int) -> Callable[[float], None] | None:
+def _share_of(progress: Progress | None, done: int, count: int) -> Progress | None:
     """Progress of one mesh frequency of several, as a share of the whole."""
     return None if progress is None else lambda share: progress((done + share) / count)
 
 
-def _record_extremes(
-    part: ToneForces, cycles: int, progress: Callable[[float], None] | None
-) -> tuple[Extremes, Array, Array]:
+def _record_extremes(part: ToneForces, cycles: int, progress: Progress | None) -> tuple[Extremes, Array, Array]:
     """Extremes (m_j,) over the record, a few MB of forces at a time.
 
     With them the least force of any slice of each mesh, and the mean of each (m_j,) [N].
@@ -244,8 +240,7 @@ def _worst_case(part: ToneForces, record: Extremes, cycles: int) -> tuple[Array,
 # --- at rest, quickly ------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SpreadSharing:
+class SpreadSharing(NamedTuple):
     """Load sharing of the w whole meshes at rest.
 
     mesh : (w,) names.  groups : indices of those that share a load.  loaded : (w,) whether they carry any.

@@ -5,9 +5,10 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from ...limits import KGammaVerdict, k_gamma_verdict
@@ -26,9 +27,6 @@ from ...show.elements import (
 )
 from ...show.series import engineering, largest_coefficients, readable, short_names, stage_count, texts, unbroken
 from ...show.views import ResultView
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _EQUAL = 5e-4  # half of the last digit shown of a coefficient
 _UNDEFINED = "undefined"  # a share of forces that sum to nothing or less

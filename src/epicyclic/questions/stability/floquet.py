@@ -26,6 +26,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from math import ceil, sqrt
+from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg
@@ -210,8 +211,7 @@ def _sorted(mu: ComplexArray, start: _MeanFlow) -> tuple[NDArray[np.int64], NDAr
 # --- the mean system --------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _MeanFlow:
+class _MeanFlow(NamedTuple):
     """The mean system as a linear flow: z' = generator z less the push of changed meshes.
 
     generator : (k + n, k + n) of z = (y (k,), u (n,)) [1/s].
@@ -287,8 +287,7 @@ def _conserved(K: Array, C: Array, rigid: int, neutral: int) -> int:
 # --- flow and kicks where no period ends them -------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class VariationalFlow:
+class VariationalFlow(NamedTuple):
     """Flow and kicks of a linear system whose meshes change in any way, for some disturbances side by side.
 
     mean : the mean system.  stiffness, damping : (m,) of the rows in it, less what `Modal` holds [N/m], [N s/m].
@@ -372,6 +371,8 @@ def independent_parts(
     rows : (m, n) gap rate of u.  weight : (n,) of y [rad/s].
     stiffness, damping : (m, N) changes of the meshes at N steps [N/m], [N s/m].
     """
+    from scipy.sparse.csgraph import connected_components  # only here: 20 ms
+
     n = len(weight)
     k, root = len(generator) - n, np.sqrt(weight)
     coupling = np.abs(generator[k:, k:]) / np.outer(root, root)
@@ -379,13 +380,8 @@ def independent_parts(
     for change, scaled in ((stiffness, rows / weight), (damping, rows / root)):
         if change is not None:
             coupling = np.maximum(coupling, _largest_coupling(change, scaled))
-    joined = (coupling > _COUPLED) | (coupling.T > _COUPLED) | np.eye(n, dtype=bool)
-    reached = 0
-    while np.count_nonzero(joined) > reached:
-        reached, numbers = int(np.count_nonzero(joined)), joined.astype(float)
-        joined = numbers @ numbers > 0
-    first = np.argmax(joined, axis=1)
-    return [np.flatnonzero(first == number) for number in np.unique(first)]
+    count, group = connected_components(coupling > _COUPLED, directed=False)
+    return [np.flatnonzero(group == number) for number in range(count)]
 
 
 def _largest_coupling(change: Array, rows: Array) -> Array:
@@ -412,8 +408,7 @@ def kick_maps(stiffness: Array, damping: Array | None, mass: Array, step: float)
     if damping is None:
         return step * force
     held = np.eye(len(mass)) + (step / 2) * (damping @ mass)
-    result: Array = step * np.linalg.solve(held, np.concatenate([force, damping], axis=2))
-    return result
+    return step * np.linalg.solve(held, np.concatenate([force, damping], axis=2))
 
 
 def monodromy(
@@ -467,8 +462,7 @@ def _group_size(size: int, sensed: int, rank: int, count: int) -> int:
     return ceil(count / ceil(count / best))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Group:
+class _Group(NamedTuple):
     """Tables of g steps from one state, of length N.
 
     first : (g, s, N) gaps met by each kick without those before.

@@ -23,12 +23,14 @@ from fractions import Fraction
 from functools import partial
 from itertools import count
 from math import gcd, lcm
-from typing import TYPE_CHECKING, Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.optimize
+import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
+from ...engine.run_folder import KeptPart, RunFolder
 from ...engine.workers import each, import_results
 from ...errors import ModelError
 from ...results.dataset import largest
@@ -40,11 +42,6 @@ from ..response.response import FrameSpeed
 from ..response.spectra import mesh_tones
 from ..response.sweep_table import of_one_tone
 from .floquet import STABLE, Floquet, floquet, multiplier_kind, steps_needed
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from ...engine.run_folder import KeptPart, RunFolder
 
 Index = NDArray[np.int64]
 # Modes closer than this part of their frequency are taken together: the width of the widest boundaries.
@@ -82,8 +79,7 @@ def half_width(strength: float, *, first: float, second: float) -> float:
     return float(np.inf) if ratio == 0 else float(2 * np.sqrt(strength**2 / ratio - mean**2))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Resonance:
+class Resonance(NamedTuple):
     """Two groups of close modes and one order of one mesh frequency that may couple them.
 
     first, second : indices of the modes, the same ones twice where a group meets itself.  order : l.
@@ -102,8 +98,7 @@ class Resonance:
     damping_limit: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Combination:
+class Combination(NamedTuple):
     """A range of speed in which w_p + w_q = l w makes the motion grow, to first order.
 
     first, second : modes that couple most, from 1 in the order of their frequencies.
@@ -304,8 +299,7 @@ def _group_terms(modal: Modal, group: Index) -> _GroupTerms:
         """
         if name not in modal.coupling:
             return 0.0
-        block: Array = modal.coupling[name].T[np.ix_(group, group)] * weight / weight[:, None]
-        return block
+        return modal.coupling[name].T[np.ix_(group, group)] * weight / weight[:, None]
 
     zero = np.zeros((group.size, group.size), complex)
     apart = 1j * (omega - omega.mean()) - modal.damping[group] / 2
@@ -406,8 +400,7 @@ class ParametricSystem:
     frame_speed: FrameSpeed
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class FloquetScan:
+class FloquetScan(NamedTuple):
     """Stability at P speeds.
 
     Multipliers (P, 2n), largest |mu| [1] and growth rate [1/s] (P,), kinds, steps, status (P,).  alone : (P,) whether

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from ...results.dataset import ranked
 from ...show.elements import Company, Drawing, Section, Table, named_columns, number, status_table
-from ...show.series import stability_verdict
+from ...show.series import equal_runs, stability_verdict
 from ...show.views import ResultView
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _SHOWN = 30
 
@@ -51,10 +49,9 @@ def _ranges(result: xr.Dataset) -> list[tuple[Any, ...]]:
     frequency, kind = result.mesh_frequency.values, result.instability.values.astype(str)
     size, rate, taking = result.largest_multiplier.values, result.growth_rate.values, result.taking_part.values
     unstable = ~np.isin(kind, ("", "stable"))
-    change = np.flatnonzero((kind[1:] != kind[:-1]) | (unstable[1:] != unstable[:-1])) + 1
     rows = []
-    for run in np.split(np.arange(len(kind)), change):
-        if len(run) and unstable[run[0]]:
+    for run in equal_runs(kind):
+        if unstable[run[0]]:
             words = ", ".join(dict.fromkeys(str(text) for text in taking[run] if text))
             ends, most = frequency[run[[0, -1]]].tolist(), (float(size[run].max()), float(rate[run].max()))
             rows.append((*ends, len(run), str(kind[run[0]]), *most, words))

@@ -14,7 +14,7 @@ is transposed.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -70,8 +70,7 @@ class ForceMeasure(NamedTuple):
     shaft: ComplexArray | None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class AdjointPart:
+class AdjointPart(NamedTuple):
     """Adjoint solutions of mesh orders or of shaft orders, of U meshes at B = P S points.
 
     kernel, solved : of the forward solution.  shifted : whether of shaft orders.
@@ -130,8 +129,7 @@ def mean_stiffness_change(system: System, change: SystemNumbers) -> Array:
     """Derivative of K + B k B^T, (n, n) [N/m per unit]."""
     B, k = system.meshes.B, system.meshes.stiffness
     mixed = (change.B * k) @ B.T
-    result: Array = change.K + mixed + mixed.T + (B * change.stiffness) @ B.T
-    return result
+    return change.K + mixed + mixed.T + (B * change.stiffness) @ B.T
 
 
 def with_lines(system: System, frequencies: Sequence[Fraction]) -> System:
@@ -237,8 +235,7 @@ def _part(
     def to_gap(pull: ComplexArray) -> ComplexArray:
         """dQ/d(gap) (U, m, B, J) of dQ/d(mesh force) (U, m, B, J)."""
         varying = _of_measures(to_complex(product(made, to_real(_flat(pull)))), U)
-        press: ComplexArray = meshes.stiffness[:, None, None] * pull + varying - rate * pull + truncated_force
-        return press
+        return meshes.stiffness[:, None, None] * pull + varying - rate * pull + truncated_force
 
     # A* z = B press, one system for every mesh and point
     B, press = len(solved.frequency), to_gap(kept)

@@ -149,8 +149,7 @@ def _plain(value: object) -> str:
 # --- saved results ---------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class VariableDifference:
+class VariableDifference(NamedTuple):
     """Largest difference of one variable between the first result and each other one.
 
     rows : of each result, the first one's own nan and "": difference, the values of the first and of the other there,

@@ -9,18 +9,20 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeVar
+from typing import Any, NamedTuple, Protocol, TypeVar
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from ...document.tables import leaves
 from ...engine.points import Outcome, outcomes
 from ...errors import ConvergenceError, ModelError
 from ...limits import NO_MATTER, SAME_SHAPE, ResonanceVerdict
+from ...options import Progress
 from ...results.dataset import EQUAL, dataset, ranked
 from ...statics.tangent import linear
 from ...system.assembly import assemble, train_provenance
@@ -37,10 +39,6 @@ from . import DetuneOptions
 from .compare import TrainModes, mode_pairs, modes_of, transmission_ratio
 from .derivatives import Parameter, all_parameters, parameter_at
 
-if TYPE_CHECKING:
-    import xarray as xr
-
-Progress = Callable[[float], None] | None
 # Largest sensible factor of a length or a mass, and of the stiffness of a support, a bearing or a mesh.
 _SIZE, _STIFFNESS = 1.25, 4.0
 _MASSES = ("mass", "inertia", "tilt_inertia")
@@ -160,7 +158,7 @@ def strongest(met: Sequence[Met]) -> Met:
     return met[ranked(force, equal=EQUAL)[0]] if np.isfinite(force).any() else min(met, key=lambda one: abs(one.away))
 
 
-def detune(train: Train, options: DetuneOptions, *, progress: Progress = None) -> xr.Dataset:
+def detune(train: Train, options: DetuneOptions, *, progress: Progress | None = None) -> xr.Dataset:
     """Changes of a drawing that move a resonance out of the band about a speed, the best first.
 
     Parameters
@@ -269,7 +267,7 @@ class _Search:
         """Places of the modes of the resonance."""
         return slice(self.chosen.mode, self.chosen.mode + self.chosen.multiplicity)
 
-    def numbers(self, told: Callable[[float], None]) -> Iterator[Change]:
+    def numbers(self, told: Progress) -> Iterator[Change]:
         """Changes of the lengths, masses and stiffnesses that the file states; mass and inertia of a body together."""
         groups: dict[tuple[str, float], list[Parameter]] = {}
         stated = dict(leaves(dict(self.train.document)))

@@ -51,8 +51,7 @@ _ADJOINT = 100.0
 _FREE_FORCE = 1e-6
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Basis:
+class Basis(NamedTuple):
     """Modes of the mean system, Phi^T M Phi = 1.
 
     omega : (n,) [rad/s].  shapes : (n, n) Phi.  rigid : (n,).  weight : (n,) q = Phi (y / weight).

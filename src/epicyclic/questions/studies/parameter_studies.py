@@ -18,7 +18,7 @@ from contextlib import suppress
 from dataclasses import replace
 from functools import cache, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 from ...document.units import written
 from ...engine.plan import require_time
 from ...engine.points import along, attempt, columns, failures, numbers, outcomes
+from ...engine.run_folder import RunFolder
 from ...engine.source import Source, StudyAxis, system_of, written_labels
 from ...errors import ModelError
 from ...results.dataset import dataset
@@ -40,6 +41,7 @@ from ...user_input import checked
 from ...warning_codes import placed
 from ..modes.campbell import LocusEvent, ModeSet, locus_events, repeated_loci, track_modes
 from ..modes.eigen import classify_modes, eigen
+from ..response.response import FrameSpeed
 from ..sharing import SharingOptions
 from ..sharing.sharing import sharing
 from ..stability.stability import (
@@ -55,10 +57,6 @@ from ..stability.stability import (
 )
 from . import TrackOptions
 from .derivatives import Parameter, parameter_at
-
-if TYPE_CHECKING:
-    from ...engine.run_folder import RunFolder
-    from ..response.response import FrameSpeed
 
 # Ratio of the limits above which the first values lie in equal ratios.
 _WIDE_RANGE = 10

@@ -7,15 +7,16 @@ form and those of mesh forces by one adjoint solution (`adjoint`).
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Hashable, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from collections.abc import Hashable, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from ...document.schema import nearest
 from ...errors import ModelError
+from ...options import Progress
 from ...results.dataset import dataset, largest, ranked
 from ...statics.tangent import linear
 from ...system.assembly import assemble, train_provenance
@@ -28,15 +29,11 @@ from .adjoint import SystemNumbers
 from .derivatives import Parameter, all_parameters, parameter_at, system_derivatives
 from .gradient import force_derivatives, frequency_derivatives, whirl_derivatives
 
-if TYPE_CHECKING:
-    import xarray as xr
-
-Progress = Callable[[float], None] | None
 # Sensitivity below which a parameter has no effect [percent per percent]: rounding of the difference quotients
 _NEGLIGIBLE = 1e-9
 
 
-def sensitivity(train: Train, options: SensitivityOptions, *, progress: Progress = None) -> xr.Dataset:
+def sensitivity(train: Train, options: SensitivityOptions, *, progress: Progress | None = None) -> xr.Dataset:
     """Derivatives of natural frequencies, or of mesh-force RMS, with respect to numbers of the model file, ranked.
 
     The speed of the forces follows a speed in the file.  Frequencies take a relative speed alone, for gyroscopic terms;
@@ -98,8 +95,7 @@ def sensitivity(train: Train, options: SensitivityOptions, *, progress: Progress
     return _labelled(train, system, parameters, quantity, left_out, only_effective=paths is None)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Derivatives:
+class _Derivatives(NamedTuple):
     """A differentiated quantity: t frequencies or mesh forces, c parameters.
 
     dim : mode or mesh.  unit : of the quantity.  value : (t,).  derivative : (c, t) per unit of the parameter.

@@ -1,6 +1,6 @@
 """The verbs sensitivity, detune and track, and study, a verb over many points, whose source is a job file."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -67,7 +67,7 @@ def study(
     resume: bool = False,
     workers: int | None = None,
     scheduler: str | None = None,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress | None = None,
 ) -> "xr.Dataset":
     """A verb over a grid, a list or a sample of values in the model file and of options, as one labelled Dataset.
 

@@ -15,9 +15,10 @@ import json
 import math
 from collections import Counter
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from ...limits import ResonanceVerdict
 from ...results.dataset import largest
@@ -39,18 +40,10 @@ from ...show.elements import (
 )
 from ...show.series import engineering as number_of
 from ...show.series import texts
-from ...show.views import ResultView
-
-if TYPE_CHECKING:
-    import xarray as xr
+from ...show.views import ResultView, in_section
 
 # Differences of the drawing, natural frequencies and variables in the table; the Dataset has all of them.
 _MOST = 12
-
-
-def compared_tables(result: xr.Dataset) -> Sequence[Table]:
-    """One table: paths of the drawing that differ, then what they do, each with its change from A."""
-    return [_table(result)]
 
 
 def compared_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
@@ -58,7 +51,7 @@ def compared_sections(result: xr.Dataset, company: Company) -> Sequence[Section]
     from ...show.charts.effects import compared
 
     words = "Change of each quantity from A, the largest at the top; what does not change is left out."
-    parts: list[Part] = [Drawing(anchor="compared", figure=compared(result), caption=words), _table(result)]
+    parts: list[Part] = [Drawing(anchor="compared", figure=compared(result), caption=words), *compared_tables(result)]
     return [Section(anchor="compared", title="Beside each other", parts=parts)]
 
 
@@ -73,15 +66,18 @@ def key_figures(result: xr.Dataset) -> Sequence[KeyFigure]:
     return found
 
 
-def _table(result: xr.Dataset) -> Table:
-    """The whole comparison as one table, and in its notes what is left out of it."""
+def compared_tables(result: xr.Dataset) -> Sequence[Table]:
+    """One table: paths of the drawing that differ, then what they do, each with its change from A.
+
+    Its notes say what is left out of it.
+    """
     signs = letters(result)
     differing, notes = _differences(result) if "difference" in result.sizes else ([], [])
     effects, left = _effects(result)
     changes = ["change"] if len(signs) == 2 else [f"{sign} to A" for sign in signs[1:]]
     columns = named_columns(("", "what", *signs, *changes), [*differing, *map(_row, effects)])
     lead = "; ".join(f"{sign} = {name}" for sign, name in zip(signs, texts(result, "train"), strict=True))
-    return Table(title="Beside each other", columns=columns, lead=lead, notes=(*notes, *left))
+    return [Table(title="Beside each other", columns=columns, lead=lead, notes=(*notes, *left))]
 
 
 def _differences(result: xr.Dataset) -> tuple[list[tuple[str, ...]], list[str]]:
@@ -245,11 +241,6 @@ def _resonance_text(result: xr.Dataset) -> str:
     return f"order {found['order']} with mode {found['mode']} ({hertz} Hz) at {speed} % of the operating speed"
 
 
-def detune_sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
-    """The changes as a table."""
-    return [Section(anchor="detune", title="What moves a resonance away", parts=list(detune_tables(result)))]
-
-
 def detune_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
     """How the resonance stands, and the change that moves it away best."""
     found, options = json.loads(result.attrs["resonance"]), json.loads(result.attrs["options"])
@@ -293,9 +284,10 @@ def _most(row: np.ndarray, names: np.ndarray) -> str:
     return f"{names[at]}: {number(float(row[at]))} %"
 
 
+_DETUNE = "detune", "What moves a resonance away"
 VIEWS = (
     ResultView("compare", 15, compared_tables, compared_sections, key_figures=key_figures),
     ResultView("track", 100, track_tables, track_sections),
-    ResultView("detune", 95, detune_tables, detune_sections, findings=detune_findings),
+    ResultView("detune", 95, detune_tables, in_section(*_DETUNE, detune_tables), findings=detune_findings),
     ResultView("sensitivity", 90, sensitivity_tables, sensitivity_sections, findings=sensitivity_findings),
 )

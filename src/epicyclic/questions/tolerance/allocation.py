@@ -15,9 +15,10 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import cache
 from itertools import product
-from typing import TYPE_CHECKING, Any, Generic, Literal, NamedTuple, TypeVar, cast
+from typing import Any, Generic, Literal, NamedTuple, TypeVar, cast
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from ...document.tolerances import Grade, Tolerance
@@ -26,6 +27,7 @@ from ...engine.source import Duty
 from ...engine.workers import one_thread
 from ...errors import ModelError
 from ...limits import KGammaLimit
+from ...options import Progress
 from ...results.dataset import dataset
 from ...statics.load_map import MEAN_LOADS
 from ...system.assembly import train_provenance
@@ -36,9 +38,6 @@ from . import AllocateOptions
 from .statistics import CONFIDENCE, Band, weighted_tally
 from .tolerance import pair_limits, piece_of_samples, sampled
 from .tolerance_map import ToleranceMap, tolerance_map
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 Array = NDArray[np.float64]
 Combination = tuple[int, ...]
@@ -66,8 +65,7 @@ def allowed_above(probability: float) -> float:
     return 1 - probability + 1e-12
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class GradeSet:
+class GradeSet(NamedTuple):
     """Grades that may be bought.
 
     entry : (e,) their entries in the map.  grades : of each, the finest first.
@@ -459,7 +457,6 @@ def _best_first(
     return None, below, True, tried
 
 
-Report = Callable[[float], None]
 Columns = dict[str, tuple[Any, Any]]
 
 # parts of combinations that a search by sums tries at most: some ten seconds
@@ -524,7 +521,7 @@ class _Problem:
         return tuple(len(row) - 1 for row in self.offered.grades)
 
 
-def allocate(source: Train | Duty, options: AllocateOptions, *, progress: Report | None = None) -> xr.Dataset:
+def allocate(source: Train | Duty, options: AllocateOptions, *, progress: Progress | None = None) -> xr.Dataset:
     """Cheapest grades of ``[tolerance.cost]`` with which K_gamma stays at or below a target with a probability.
 
     Parameters
@@ -622,13 +619,6 @@ def _document(source: Train | Duty, trains: Mapping[str, Train]) -> dict[str, An
     return {**document, "cases": {**document["cases"], **own}}
 
 
-def allocated_model(result: xr.Dataset) -> str:
-    """Model file (TOML) of a result of `allocate`: that of the source with the grades found as its tolerances."""
-    from ...document.writer import model_text
-
-    return model_text(json.loads(str(result.attrs["allocated_model"])))
-
-
 # statement of the problem ---------------------------------------------------------------------------------------------
 
 
@@ -694,7 +684,7 @@ class _Verified(NamedTuple):
     trains: Mapping[str, Train]
 
 
-def _verified(problem: _Problem, columns: DutyGrades[GradeColumns] | None, report: Report) -> _Verified:
+def _verified(problem: _Problem, columns: DutyGrades[GradeColumns] | None, report: Progress) -> _Verified:
     """Grades whose K_gamma a run with another seed confirms; the target of the search is lowered by what it misses."""
     first: Allocation | None = None
     found: _Verified | None = None

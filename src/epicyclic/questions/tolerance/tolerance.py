@@ -5,13 +5,14 @@ from __future__ import annotations
 import json
 import math
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import closing
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from ...document.writer import model_text
@@ -28,6 +29,7 @@ from ...engine.plan import (
 from ...engine.workers import one_thread
 from ...errors import ModelError
 from ...limits import JUDGED_AT, KGammaLimit, k_gamma_limit, limit_columns, nearest_limit, stated_limit
+from ...options import Progress
 from ...results.dataset import dataset
 from ...results.files import write_text
 from ...statics.load_map import MEAN_LOADS
@@ -41,11 +43,7 @@ from .effects import effects_of, places, without_effect
 from .statistics import CONFIDENCE, WIDTH, Band, SampleTally, piece_statistics, probabilities_of
 from .tolerance_map import ToleranceMap, tolerance_map
 
-if TYPE_CHECKING:
-    import xarray as xr
-
 Array = NDArray[np.float64]
-Progress = Callable[[float], None] | None
 Effects = Literal["none", "shares", "all"]
 Columns = dict[str, tuple[Any, Any]]
 
@@ -67,7 +65,7 @@ _SAMPLE_TIME, _TOLD = 5e-6, 4
 _RESUMED, _LONGEST = 30 * 86_400.0, 3600.0
 
 
-def tolerance(train: Train, options: ToleranceOptions, *, progress: Progress = None) -> xr.Dataset:
+def tolerance(train: Train, options: ToleranceOptions, *, progress: Progress | None = None) -> xr.Dataset:
     """Distribution of the mesh-load factor of a train whose file has a table ``[tolerance]``.
 
     Parameters
@@ -197,7 +195,7 @@ def pair_limits(drawn: ToleranceMap, train: Train, stated: float | str | None) -
     ]
 
 
-def _part(progress: Progress, start: float, end: float) -> Progress:
+def _part(progress: Progress | None, start: float, end: float) -> Progress | None:
     """Progress of one part of the work, from and to a share of the whole; counts stay those of the part."""
     if progress is None:
         return None

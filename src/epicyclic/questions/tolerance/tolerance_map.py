@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -437,8 +437,7 @@ SAMPLES = 2**13
 _LEAST_SAMPLES = 2**8
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Moved:
+class Moved(NamedTuple):
     """A torque or stiffness that an entry draws.
 
     entry, planet : its index, and whose number it is, from 0.  mean : of the number.

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from ...options import Progress
-from ...verbs.record import Verb, takes
+from ...verbs.record import Verb, model_in, takes
 from . import AllocateOptions, ToleranceOptions
 
 if TYPE_CHECKING:
@@ -45,13 +45,6 @@ def allocate(drive: "Drive", options: AllocateOptions, progress: Progress | None
     return run(duty_of(drive) or drive.train, options, progress=progress)
 
 
-def _model_text(result: "xr.Dataset") -> str:
-    """The model with the grades found, as a model file."""
-    from .allocation import allocated_model
-
-    return allocated_model(result)
-
-
 VERBS = (
     Verb(
         run=tolerance,
@@ -65,6 +58,6 @@ VERBS = (
         gives=("allocate",),
         examples=({"target": 1.5, "samples": 1024, "fresh_samples": 1024},),
         drawing=True,
-        model_text=_model_text,
+        model_text=model_in("allocated_model"),
     ),
 )

@@ -5,9 +5,10 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from ...limits import JUDGED_AT, k_gamma_verdict, passes
 from ...show.elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table, named_columns
@@ -28,9 +29,6 @@ from ...show.series import (
     texts,
 )
 from ...show.views import ResultView
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 # --- tolerance -------------------------------------------------------------------------------------------------------
 

@@ -49,10 +49,8 @@ def per_instant(values: NDArray[T], matrix: NDArray[T]) -> NDArray[T]:
 
     NumPy asks BLAS for each of the small products; large ones do without it.
     """
-    if values.shape[-2] * matrix.size > _ONE_THREAD:
-        result: NDArray[T] = np.einsum("...kn,nc->...kc", values, matrix)
-        return result
-    result = values @ matrix
+    large = values.shape[-2] * matrix.size > _ONE_THREAD
+    result: NDArray[T] = np.einsum("...kn,nc->...kc", values, matrix) if large else values @ matrix
     return result
 
 
@@ -253,15 +251,13 @@ def _line_of(prescribed: Program, time: Array) -> tuple[Index, Array, Array]:
 def speed_at(prescribed: Program, time: Array) -> Array:
     """Relative speed s at times (T,) [s], (T,) [1]."""
     at, since, rise = _line_of(prescribed, time)
-    speed: Array = prescribed.speed[at] + rise * since
-    return speed
+    return prescribed.speed[at] + rise * since
 
 
 def phase_at(prescribed: Program, time: Array) -> Array:
     """Integral of s dt at times (T,) [s], (T,) [s]; exact."""
     at, since, rise = _line_of(prescribed, time)
-    phase: Array = prescribed.phase[at] + since * (prescribed.speed[at] + rise * since / 2)
-    return phase
+    return prescribed.phase[at] + since * (prescribed.speed[at] + rise * since / 2)
 
 
 Contact = Literal["unilateral", "linear"]
@@ -463,8 +459,7 @@ def from_modal(moving: Motion, state: Array) -> Array:
 
 def phases_at(moving: Motion, tau: Array) -> Array:
     """Phases (T, D) of the mesh tones [cycles] at integrals tau (T,) of the relative speed [s]."""
-    phases: Array = np.multiply.outer(tau, moving.numbers.tones)
-    return phases
+    return np.multiply.outer(tau, moving.numbers.tones)
 
 
 def tangent_series(moving: Motion, tau: Array) -> Array:

@@ -125,15 +125,13 @@ def _ahead(laws: Laws, speed: Array) -> Array:
     """
     size = laws.rows.size(speed)
     reach = np.where(laws.memory, AHEAD * laws.slip_start, 0.0)
-    step: Array = laws.rows.spread(reach / np.where(size > 0, size, 1.0)) * speed
-    return step
+    return laws.rows.spread(reach / np.where(size > 0, size, 1.0)) * speed
 
 
 def group_gaps(moving: Motion, at: InstantTerms, y: Array) -> Array:
     """Stretch less error (R,) [m] of the rows of groups, from modal coordinates y (n,)."""
     F = moving.numbers.drag.size
-    gap: Array = times(y, moving.numbers.gaps[:, F:]) - at.error[F:]
-    return gap
+    return times(y, moving.numbers.gaps[:, F:]) - at.error[F:]
 
 
 def moved_slider(moving: Motion, at: InstantTerms, y: Array, slider: Array) -> Array:
@@ -218,8 +216,7 @@ def _residual(moving: Motion, at: InstantTerms, y: Array, slider: Array) -> Arra
 def _scale(moving: Motion) -> Array:
     """Modal displacement per root of the strain energy (n,)."""
     squared = moving.numbers.squared
-    scale: Array = 1.0 / np.sqrt(np.where(squared > 0, squared, max(float(squared.max(initial=0.0)), 1.0)))
-    return scale
+    return 1.0 / np.sqrt(np.where(squared > 0, squared, max(float(squared.max(initial=0.0)), 1.0)))
 
 
 def _first_guess(moving: Motion, at: InstantTerms, slider: Array) -> Array:
@@ -260,8 +257,7 @@ def _newton_step(moving: Motion, at: InstantTerms, y: Array, left: Array, slider
     stiff = np.diag(N.squared) + (N.gaps @ (tangent - mean) @ N.pulls).T
     stiff += at.stiff.T
     scale = _scale(moving)
-    step: Array = scale * np.linalg.lstsq(scale[:, None] * stiff * scale, scale * left, rcond=_FREE)[0]
-    return step
+    return scale * np.linalg.lstsq(scale[:, None] * stiff * scale, scale * left, rcond=_FREE)[0]
 
 
 Adaptive = Literal["dop853", "radau"]

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,8 +37,7 @@ _BALANCE = 1e-6
 # --- ports -----------------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Ports:
+class Ports(NamedTuple):
     """Coordinates with torque, and the rigid motions a load must not work on.
 
     system.  places : coordinates rz with a torque at the operating point.  rigid : (n, r) motions that strain nothing.
@@ -141,8 +140,7 @@ class History:
     where: Sequence[str] = ()
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Scenario:
+class Scenario(NamedTuple):
     """What happens: from time 0 to `duration` [s].
 
     speed : relative speeds at the beginning and at the end, a straight line between them.
@@ -298,8 +296,7 @@ _STEPS = 40_000
 _NUMBERS = 500_000
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Begun:
+class Begun(NamedTuple):
     """All numbers a run depends on: equation, start (2, n) modal and sliders (R,), and lengths of its plan."""
 
     moving: Motion
@@ -323,12 +320,10 @@ class RunPlan:
 
     def times(self, first: int, last: int) -> Array:
         """Times of samples first .. last, (last - first + 1,) [s]."""
-        times: Array = np.arange(first, last + 1, dtype=np.float64) * (self.keep * self.step)
-        return times
+        return np.arange(first, last + 1, dtype=np.float64) * (self.keep * self.step)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class RunRecord:
+class RunRecord(NamedTuple):
     """What a run has found.
 
     moving, plan : as they were run, from the folder where the run was taken up again.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Hashable
+from collections.abc import Hashable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -12,6 +12,7 @@ import numpy as np
 from ...engine.plan import MOST_NUMBERS, require_memory, require_time
 from ...errors import ModelError
 from ...machine_code import numba_available
+from ...options import Progress
 from ...statics.record import link_factor, reference_tone
 from ...statics.sensors import motion_signals, sensor_labels
 from ...statics.transmission_error import run_errors
@@ -135,8 +136,7 @@ def group_stretch(moving: Motion, times: Array, states: Array) -> Array:
     N, F = moving.numbers, moving.numbers.drag.size
     speed, tau = speed_at(moving.program, times), phase_at(moving.program, times)
     error, _ = _line_sum(N.gap_at, N.gap[0, :, F:] + 1j * N.gap[1, :, F:], speed, tau)
-    stretch: Array = per_instant(states, moving.rows[:, F:])[:, 0] - error
-    return stretch
+    return per_instant(states, moving.rows[:, F:])[:, 0] - error
 
 
 def group_force(moving: Motion, times: Array, states: Array, sliders: Array) -> Array:
@@ -147,8 +147,7 @@ def group_force(moving: Motion, times: Array, states: Array, sliders: Array) -> 
     sliders : (T, R) of Coulomb friction [m], no columns without a memory.
     """
     force = moving.laws.force(group_stretch(moving, times, states), sliders if sliders.size else None)
-    size: Array = moving.laws.rows.size(force).T
-    return size
+    return moving.laws.rows.size(force).T
 
 
 def sensor_signal(moving: Motion, times: Array, modal: Array, sliders: Array, mesh: Array, link: Array) -> Array:
@@ -174,9 +173,7 @@ def sensor_signal(moving: Motion, times: Array, modal: Array, sliders: Array, me
 # --- the run ---------------------------------------------------------------------------------------------------------
 
 
-def transient(
-    system: System, options: TransientOptions, *, progress: Callable[[float], None] | None = None
-) -> xr.Dataset:
+def transient(system: System, options: TransientOptions, *, progress: Progress | None = None) -> xr.Dataset:
     """Mesh forces and displacements over time, from any start, through ramps of speed and torque; teeth may part.
 
     The speed is prescribed, and the coordinates are small motions about it.  All phases are counted in the angle

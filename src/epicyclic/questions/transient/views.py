@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from ...results.dataset import largest
 from ...show.elements import (
@@ -22,9 +23,6 @@ from ...show.elements import (
 )
 from ...show.series import engineering, of_first_stage, own_tones, short_names, texts
 from ...show.views import ResultView
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _NO_FORCE = 1e-6  # rounding of a train without load [N]
 # The end of a run, for what it settles to.

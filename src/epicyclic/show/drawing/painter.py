@@ -110,13 +110,10 @@ def paint(drawn: go.Figure, shapes: Sequence[DrawnShape], *, pixel: float = 1.0)
     ----------
     pixel : size of a pixel [mm].
     """
-    for (kind, role, body_kind), own in groupby(shapes, lambda one: (type(one), one.role, _line_kind(one))):
+    for (kind, role, body_kind), own in groupby(
+        shapes, lambda one: (type(one), one.role, one.kind if one.role == "helix" else "")
+    ):
         PAINTERS[kind](drawn, role, body_kind, list(own), pixel)
-
-
-def _line_kind(shape: DrawnShape) -> str:
-    """The kind of body that gives a line its colour."""
-    return shape.kind if shape.role == "helix" else ""
 
 
 def _areas(drawn: go.Figure, role: str, _: str, own: Sequence[Area], pixel: float) -> None:

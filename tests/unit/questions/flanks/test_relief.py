@@ -19,8 +19,9 @@ from epicyclic.engine.plain_data import write_plain
 from epicyclic.engine.run_folder import RunFolder, segment_path
 from epicyclic.errors import ModelError
 from epicyclic.questions.flanks import ReliefOptions
-from epicyclic.questions.flanks.relief import genetic_search, relief_model
+from epicyclic.questions.flanks.relief import genetic_search
 from epicyclic.show.charts.flanks import relief_effect, relief_search
+from epicyclic.verbs.record import model_in
 
 pytest.importorskip("pymoo")
 
@@ -224,7 +225,7 @@ def test_an_answer_on_a_bound_is_told() -> None:
 
 def test_the_model_written_differs_in_its_flanks_alone(single: xr.Dataset, tmp_path: Path) -> None:
     path = tmp_path / "best.toml"
-    path.write_text(relief_model(single), encoding="utf-8")
+    path.write_text(model_in("relieved_model")(single), encoding="utf-8")
     after = epicyclic.load(path)
     document = copy.deepcopy(dict(after.document))
     stage: Any = document["stages"]

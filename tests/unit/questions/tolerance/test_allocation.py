@@ -18,12 +18,13 @@ from epicyclic.cli.main import app
 from epicyclic.engine.plan import piece_uniforms, sampling_plan
 from epicyclic.errors import ModelError
 from epicyclic.questions.tolerance import AllocateOptions
-from epicyclic.questions.tolerance.allocation import GradeSet, SampledGrades, allocate, allocated_model, grade_columns
+from epicyclic.questions.tolerance.allocation import GradeSet, SampledGrades, allocate, grade_columns
 from epicyclic.questions.tolerance.tolerance_map import tolerance_map
 from epicyclic.show.charts.sharing import grade_prices
 from epicyclic.show.views import findings_of
 from epicyclic.statics import sample_loads
 from epicyclic.train.resolution import costs_of, tolerances_of
+from epicyclic.verbs.record import model_in
 
 POSITION, GAP = "deviations.main.planet.position.y", "deviations.main.meshes.sun-planet.gap"
 RUN_OUT, PIN = "deviations.main.sun.run_out", "stages.main.planet.bearing.radial"
@@ -171,7 +172,7 @@ def test_where_contact_opens_the_loads_of_teeth_that_only_push_decide() -> None:
 
 def test_the_written_model_meets_the_target_by_itself(tmp_path: Path) -> None:
     found = epicyclic.allocate(MODEL, target=1.12, probability=0.95, samples=SAMPLES, fresh_samples=4096)
-    (tmp_path / "drawing.toml").write_text(allocated_model(found), encoding="utf-8")
+    (tmp_path / "drawing.toml").write_text(model_in("allocated_model")(found), encoding="utf-8")
     train = epicyclic.load(tmp_path / "drawing.toml")
     entries = {entry.path: entry for entry in tolerances_of(train)}
     position = entries[POSITION].own
@@ -253,7 +254,7 @@ def test_without_prices_there_is_nothing_to_choose() -> None:
 def test_the_command_writes_a_drawing_or_nothing(tmp_path: Path) -> None:
     model, drawing = tmp_path / "model.toml", tmp_path / "drawing.toml"
     found = epicyclic.allocate(MODEL, target=1.12, probability=0.95, samples=SAMPLES, fresh_samples=256)
-    model.write_text(allocated_model(found), encoding="utf-8")
+    model.write_text(model_in("allocated_model")(found), encoding="utf-8")
     less = ["--probability", "0.95", "--samples", str(SAMPLES), "--fresh-samples", "256", "-o", str(drawing)]
     refused = CliRunner().invoke(app, ["allocate", str(model), "--target", "1.001", *less])
     assert refused.exit_code == 2
@@ -317,7 +318,7 @@ def test_over_cases_one_drawing_is_the_cheapest_by_the_time_above_the_target() -
     (finding,) = findings_of({"": found})
     assert "% of the time of all trains" in finding.text
     assert "% of the time of all trains" in str(grade_prices(found).layout.title.text)
-    drawing = allocated_model(found)
+    drawing = model_in("allocated_model")(found)
     assert "[cases.idle]" in drawing
     assert "\ncase =" not in drawing
 
