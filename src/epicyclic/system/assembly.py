@@ -409,20 +409,15 @@ def _symmetries(train: Train, structure: Structure, T: Array, M: Array, K: Array
             elif body.member.split(".")[0] == stage:
                 place = body.name.removeprefix(body.shaft_of or body.name)
                 members.setdefault((body.member, body.side, place), {})[body.branch] = i
-        moves = [(where[b], where[b % branches + 1]) for where in members.values() for b in where]
+        bodies = [(where[b], where[b % branches + 1]) for where in members.values() for b in where]
         angle = 2 * math.pi / branches
-        full = np.eye(len(T))
-        rigid = turn_operator(len(train.bodies), moves=moves, turned=central, angle=angle)
-        full[: len(rigid), : len(rigid)] = rigid
         columns = {part.body: part.columns for part in structure.elastic}
+        moves = [(slice(6 * i, 6 * i + 6), slice(6 * j, 6 * j + 6)) for i, j in bodies]
+        moves += [(columns[i], columns[j]) for i, j in bodies if i in columns and j in columns]
+        full = turn_operator(len(T), moves=moves, turned=central, angle=angle)
         for part in structure.elastic:
             if part.body in central and (turned := part.elastic.turned(angle)) is not None:
                 full[part.columns, part.columns] = turned
-        own = [(columns[i], columns[j]) for i, j in moves if i in columns and j in columns]
-        for source, _ in own:
-            full[source, source] = 0.0
-        for source, target in own:
-            full[target, source] = np.eye(source.stop - source.start)
         R = reduced_operator(full, T) if branches > 1 else None
         holds = R is not None and commutes(R, M) and commutes(R, K)
         operator = np.eye(T.shape[1]) if R is None else R

@@ -685,25 +685,24 @@ def free_motions(rows: Array) -> tuple[Array, Array]:
 _TOLERANCE = 1e-9
 
 
-def turn_operator(count: int, *, moves: Sequence[tuple[int, int]], turned: Sequence[int], angle: float) -> Array:
+def turn_operator(size: int, *, moves: Sequence[tuple[slice, slice]], turned: Sequence[int], angle: float) -> Array:
     """Operator that rotates the displacements of a stage by one branch.
 
     Parameters
     ----------
-    count : number of bodies.
-    moves : (from, to) indices of the bodies on branches; their own axes rotate with them.
-    turned : bodies on the axis, whose x y and rx ry rotate by `angle` [rad].
+    size : N, the number of all coordinates.
+    moves : (from, to) coordinates of the bodies on branches; their own axes rotate with them.
+    turned : indices of bodies on the axis, whose x y and rx ry rotate by `angle` [rad].
 
     Returns
     -------
-    (6 count, 6 count) [1]; identity on all other bodies.
+    (N, N) [1]; identity on all other coordinates.
     """
-    R = np.eye(6 * count)
+    R = np.eye(size)
     for source, _ in moves:
-        R[6 * source : 6 * source + 6] = 0.0
+        R[source, source] = 0.0
     for source, target in moves:
-        R[6 * target : 6 * target + 6] = 0.0
-        R[6 * target : 6 * target + 6, 6 * source : 6 * source + 6] = np.eye(6)
+        R[target, source] = np.eye(source.stop - source.start)
     c, s = np.cos(angle), np.sin(angle)
     rotation = np.array([[c, -s], [s, c]])
     for body in turned:
