@@ -394,8 +394,10 @@ class System:
         )
 
     def _repr_html_(self) -> str:
-        """Coupling pattern and key numbers, for notebooks."""
-        return system_html(self)
+        """Coupling pattern and key numbers, for notebooks: one well-formed HTML element, without outside references."""
+        rows = "".join(f"<tr><td>{escape(name)}</td><td>{escape(text)}</td></tr>" for name, text in _facts(self))
+        title = escape(str(self.provenance.get("title", "")))
+        return f"<div><p><b>{title}</b></p>{_pattern(self)}<table>{rows}</table></div>"
 
     @property
     def far_flanks(self) -> FarFlanks:
@@ -733,13 +735,6 @@ def commutes(R: Array, matrix: Array) -> bool:
 
 _CELL, _LABEL = 13, 10  # side of a cell of the pattern and size of its letters [px]
 _MESH, _LINK, _BODY = "#e07b39", "#6ea8d8", "#c8c8c8"  # colours of couplings and of a body with itself
-
-
-def system_html(system: System) -> str:
-    """Coupling pattern and key numbers of a system as one well-formed HTML element, without outside references."""
-    rows = "".join(f"<tr><td>{escape(name)}</td><td>{escape(text)}</td></tr>" for name, text in _facts(system))
-    title = escape(str(system.provenance.get("title", "")))
-    return f"<div><p><b>{title}</b></p>{_pattern(system)}<table>{rows}</table></div>"
 
 
 def damping_text(system: System) -> str:
