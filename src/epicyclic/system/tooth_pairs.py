@@ -297,7 +297,8 @@ class _At:
 class MeshFaceLaw:
     """Face law of equal meshes: one pair of gears, side and place of the faces, different phases.
 
-    meshes : their numbers.  pair : contact pair.  lead [mesh cycles], sense : (g,) of each.
+    meshes : their numbers (g,) among the whole meshes of the System, which have three rows each.  pair : contact pair.
+    lead [mesh cycles], sense : (g,) of each.
     """
 
     meshes: tuple[int, ...]
@@ -306,7 +307,7 @@ class MeshFaceLaw:
     sense: Array
 
     def at(self, cycles: Array) -> _At:
-        """Contact at times (T, g) [mesh cycles], as of `system.flank_laws.FaceLaw`."""
+        """Contact at times (T, g) counted in cycles of each mesh [mesh cycles]."""
         segments = contact_segments(self.pair, (self.sense * (cycles + self.lead)).ravel())
         return _At(segments=segments, weight=row_weights(segments, _stations(self.pair)))
 
