@@ -175,7 +175,8 @@ def link_at(site: LinkSite, name: str, table: LinkTable, rest: Mapping[str, floa
         if held := table.held_by_parts():
             inner_first = second is not None or site.kind == "support"
             curve, contacts = _law_of_parts(rolling, held, inner_first=inner_first)
-            own = (curve.stiffness,) * 2 if curve is not None else contacts.stiffness if contacts is not None else ()
+            own = [curve.stiffness] * 2 if curve is not None else []
+            own += [] if contacts is None else contacts.stiffness.tolist()
             stiffness = (*(one or rest for one, rest in zip(own, stiffness, strict=False)), *stiffness[len(own) :])
             curves += () if curve is None else ((0, curve), (1, curve))
             for place, key in enumerate(DIRECTIONS):
