@@ -34,7 +34,6 @@ from ..document.tolerances import (
     Width,
     read_correlations,
     tolerances,
-    tolerances_and_costs,
 )
 from ..errors import ModelError, in_mm
 from ..teeth import geometry
@@ -384,8 +383,7 @@ def tolerances_of(train: Train) -> tuple[Tolerance, ...]:
 
 def costs_of(train: Train) -> dict[str, tuple[Grade, ...]]:
     """Return the grades that `[tolerance.cost]` of a train prices, by the path of their entry.  Raises ModelError."""
-    _, priced = tolerances_and_costs(train.document, _width_of(train.bodies, train.meshes))
-    return {path: grades for path, grades in priced.items() if not of_another_point(train.document, path)}
+    return {entry.path: entry.grades for entry in tolerances_of(train) if entry.grades}
 
 
 def _width_of(bodies: Sequence[Body], meshes: Sequence[Mesh]) -> Width:
@@ -473,14 +471,13 @@ def check_tolerances(document: Document, bodies: Sequence[Body], meshes: Sequenc
     table = _table(document.data)
     if not table:
         return
-    width = _width_of(bodies, meshes)
-    entries, priced = tolerances_and_costs(document, width)
+    entries = tolerances(document, _width_of(bodies, meshes))
     for entry in entries:
         _check_place(entry.path, table[entry.path], bodies, meshes)
         for own in (entry.own, entry.common):
             if own is not None:
                 _check_size(entry, own, f"tolerance.{entry.path}", bodies)
-        for grade in priced.get(entry.path, ()):
+        for grade in entry.grades:
             _check_size(entry, grade.distribution, f"tolerance.cost.{entry.path}", bodies)
     if "correlation" in table:
         names = collect(document.data)
