@@ -14,10 +14,10 @@ from functools import lru_cache
 
 from ..bearings.checks import checked, with_unit
 from ..bearings.clearance import operating_clearance
-from ..bearings.element_loads import Array, contact_set, radial_curve
+from ..bearings.element_loads import contact_set, radial_curve
 from ..bearings.rating_life import dynamic_rating, static_rating
 from ..bearings.rolling_bearing import RollingBearing
-from ..document.schema import ModelFile
+from ..document.schema import SIDES, ModelFile
 from ..document.schema_fields import (
     PARTS,
     BearingTable,
@@ -174,11 +174,9 @@ def link_at(site: LinkSite, name: str, table: LinkTable, rest: Mapping[str, floa
             lubrication = table.viscosity_ratio, table.contamination
         if held := table.held_by_parts():
             inner_first = second is not None or site.kind == "support"
-            curve, contacts = _law_of_parts(rolling, held, inner_first=inner_first)
-            own = [curve.stiffness] * 2 if curve is not None else []
-            own += [] if contacts is None else contacts.stiffness.tolist()
+            radial, contacts, own = _law_of_parts(rolling, held, inner_first=inner_first)
             stiffness = (*(one or rest for one, rest in zip(own, stiffness, strict=False)), *stiffness[len(own) :])
-            curves += () if curve is None else ((0, curve), (1, curve))
+            curves += radial
             for place, key in enumerate(DIRECTIONS):
                 if key in held:
                     unit = "N/m" if key in "xyz" else "N m/rad"
@@ -283,35 +281,34 @@ def _inside_gear(site: LinkSite, path: str, table: BearingTable, bearing: Rollin
 
 def _law_of_parts(
     bearing: RollingBearing, held: Collection[str], *, inner_first: bool
-) -> tuple[ForceCurve | None, ContactSet | None]:
-    """Radial law of one row without contact angle, else the contacts of its law of five rows.
+) -> tuple[tuple[tuple[int, ForceCurve], ...], ContactSet | None, list[float]]:
+    """Radial law, along x and y, of one row without contact angle, else the contacts of its law of five rows.
 
-    Contacts keep the nominal contact angle.
+    With them the stiffness of the first directions [N/m, N m/rad].  Contacts keep the nominal contact angle.
 
     held : directions that follow the law; of the others contacts know nothing.
     inner_first : whether the first body of the link is on the inner race.
     """
     if not bearing.contact_angle and bearing.rows == 1:
         # up to the static rating, beyond which the races are dented
-        deflection, force, slope = (tuple(v.tolist()) for v in _radial_curve(bearing))
+        deflection, force, slope = (tuple(v.tolist()) for v in _radial_curve(bearing, static_rating(bearing) / 4))
         touch = max(sum(value <= _TOUCH * force[-1] for value in force) - 1, 0)
-        return ForceCurve(deflection=deflection[touch:], force=(0.0, *force[touch + 1 :]), slope=slope[touch:]), None
+        curve = ForceCurve(deflection=deflection[touch:], force=(0.0, *force[touch + 1 :]), slope=slope[touch:])
+        return ((0, curve), (1, curve)), None, [curve.stiffness] * 2
     contacts = contact_set(bearing, places=_PLACES, laminae=_LAMINAE)
     normals = contacts.normals * [1.0 if key in held else 0.0 for key in DIRECTIONS[:5]] * (1 if inner_first else -1)
     coefficient = contacts.weight * contacts.coefficient
-    return None, ContactSet(
+    law = ContactSet(
         normals=tuple(map(tuple, normals.tolist())),
         gap=tuple(contacts.gap.tolist()),
         coefficient=(coefficient,) * len(contacts.gap),
         exponent=contacts.exponent,
         load=static_rating(bearing) / 2,
     )
+    return (), law, law.stiffness.tolist()
 
 
-@lru_cache(maxsize=64)
-def _radial_curve(bearing: RollingBearing) -> tuple[Array, Array, Array]:
-    """Deflection [m], force [N] and slope [N/m] up to the static rating; kept, as planets share it."""
-    return radial_curve(bearing, static_rating(bearing) / 4)
+_radial_curve = lru_cache(maxsize=64)(radial_curve)  # planets share it
 
 
 def _stiffnesses(
@@ -422,7 +419,7 @@ def links_of_stage(shape: StageShape, model: ModelFile, bodies: Mapping[str, Bod
                 for body in member_bodies(plan, name, number).values():
                     links += _seat(plan, name, bodies[body], bodies, model, log)
             links += _joints(plan, name, number, bodies, model, log)
-        if plan.split(name) and member.neck is None:
+        if not planet and plan.split(name) and member.neck is None:
             _check_halves(plan, name, model)
     return links
 
@@ -621,13 +618,9 @@ def couplings(model: ModelFile, bodies: Mapping[str, Body], log: ResolutionLog) 
 
 def _check_halves(plan: Plan, name: str, model: ModelFile) -> None:
     """Halves without a neck need something else that keeps each of them from turning away."""
-    if not plan.central(name):
-        return
     key = f"{plan.name}.{name}"
-    if key in model.operation.held:
-        return
     ends = {end for table in model.couplings.values() for end in table.between}
-    for side in ("left", "right"):
+    for side in SIDES if key not in model.operation.held else ():
         table, _ = overlaid(plan.member_levels(name, side), "support")
         links = [] if table is None else [table, *table.bearings.values()]
         sprung = any(link.rz is not None and link.rz.value != 0.0 for link in links)
