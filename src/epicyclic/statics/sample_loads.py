@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from ..errors import ConvergenceError, ModelError
 from ..limits import carries_load
+from ..system.gaps import net_force
 from ..system.system import Array, ComplexArray, System
 from .equilibrium import LEFT
 from .load_map import (
@@ -156,9 +157,7 @@ def net_forces(
     stretch, regular = stretches(everyone, 0.0)
     found &= np.asarray(regular & np.isfinite(stretch.sum(axis=1)))
     force = stretch[:, :F] * np.where(state, pressing[..., :F], 0.0)
-    net = force[:, :m].copy()
-    net[:, loads.far] -= force[:, m:]
-    return net, np.asarray(found, bool)
+    return net_force(force, loads.far), np.asarray(found, bool)
 
 
 def _stretches_of_each(
@@ -191,7 +190,10 @@ def _stretches_of_sets(
     """
     F, k0, S = state.shape[1], loads.flexible.stiffness, loads.flexible.to_mesh
     stretch, regular = closed.copy(), np.ones(len(closed), bool)
-    for at in _alike(state, np.flatnonzero((state != (k0[:F] > 0)).any(axis=1))):
+    changed = np.flatnonzero((state != (k0[:F] > 0)).any(axis=1))
+    _, number, count = np.unique(np.packbits(state[changed], axis=1), axis=0, return_inverse=True, return_counts=True)
+    alike = np.split(changed[np.argsort(number.ravel(), kind="stable")], np.cumsum(count)[:-1])
+    for at in alike if changed.size else ():
         kappa = k0.copy()
         kappa[:F] = np.where(state[at[0]], pressing[:F], open_part * k0[:F])
         differs = np.flatnonzero(k0 != kappa)
@@ -206,16 +208,6 @@ def _stretches_of_sets(
             missed = stretch[np.ix_(at, differs)] - solution[0].T
             regular[at] &= _balanced(np.maximum(k0, kappa)[differs] * missed, kappa * stretch[at])
     return stretch, regular
-
-
-def _alike(state: NDArray[np.bool_], chosen: NDArray[np.int64]) -> list[NDArray[np.int64]]:
-    """The chosen samples in groups of one set of rows each."""
-    if not chosen.size:
-        return []
-    packed = np.packbits(state[chosen], axis=1)
-    order = np.lexsort(packed.T)
-    new = np.any(np.diff(packed[order], axis=0) != 0, axis=1)
-    return np.split(chosen[order], np.flatnonzero(new) + 1)
 
 
 def _solutions(matrix: Array, right: Array) -> tuple[Array, NDArray[np.bool_]]:
