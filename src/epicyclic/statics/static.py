@@ -22,8 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ConvergenceError
-from ..system.flank_laws import LinearAt
-from ..system.gaps import FlanksAt, flanks, groups_past_the_end, net_force, past_the_end
+from ..system.gaps import flanks, groups_past_the_end, linear_flanks, net_force, past_the_end
 from ..system.link_laws import STATES, Laws
 from ..system.system import Array, Faces, System, elastic_rows, faces
 from ..warning_codes import CodedText, coded
@@ -155,9 +154,7 @@ def settled(
     if held.system.meshes.laws:
         contact = flanks(held.system).at(here.phases)
     else:
-        linear = LinearAt(stiffness=np.hstack([here.stiffness, here.far_stiffness]))
-        count = linear.stiffness.shape[1]
-        contact = FlanksAt(parts=((linear, slice(0, count)),), count=count)
+        contact = linear_flanks(np.hstack([here.stiffness, here.far_stiffness]))
     with thrust_named(held.system):
         state = equilibrium(
             held.whole,

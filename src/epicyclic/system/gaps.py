@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..warning_codes import CodedText, coded
-from .flank_laws import FlankAt, LawRows, LinearLaw
+from .flank_laws import FlankAt, LawRows, LinearAt, LinearLaw
 from .system import Array, ComplexArray, System
 
 Number = TypeVar("Number", bound=np.inexact)
@@ -156,6 +156,12 @@ class FlanksAt:
         for each, (_, rows) in zip(values, self.parts, strict=True):
             result[..., rows] = each
         return result
+
+
+def linear_flanks(stiffness: Array) -> FlanksAt:
+    """Flanks of stiffness (P, F) [N/m] at P phases."""
+    F = stiffness.shape[1]
+    return FlanksAt(parts=((LinearAt(stiffness=stiffness), slice(0, F)),), count=F)
 
 
 def _together(rows: NDArray[np.int64], count: int) -> Rows:
