@@ -511,15 +511,13 @@ def _bearings_of_seat(
     ------
     ModelError : a body held on itself.
     """
-    if body.name in seconds and support is not None:
+    support = SupportTable() if support is None else support
+    if body.name in seconds:
         raise ModelError(
             "holds a body on itself", path=f"{path}.to", given=support.to, allowed="housing, or another body"
         )
-    listed: list[tuple[str, LinkTable]] = []
-    if support is None or not support.bearings or support.directions():
-        listed.append(("", support if support is not None else LinkTable()))
-    if support is not None:
-        listed += list(support.bearings.items())
+    listed: list[tuple[str, LinkTable]] = [("", support)] if not support.bearings or support.directions() else []
+    listed += support.bearings.items()
     named = {d for _, link in listed for d in link.directions()}
     if any(link.bolts is not None for _, link in listed):
         named = set(DIRECTIONS)
