@@ -20,7 +20,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, is_dataclass, replace
 from fractions import Fraction
 from functools import lru_cache
 from html import escape
@@ -366,18 +366,9 @@ class System:
 
     def __post_init__(self) -> None:
         """Make the arrays read-only: what follows from a System is kept by its identity."""
-        parts = (
-            self,
-            self.dofs,
-            self.meshes,
-            self.links,
-            self.far,
-            self.errors,
-            self.sensors,
-            self.passing,
-            *self.groups,
-        )
-        for part in (one for one in (*parts, *self.lines, *self.scaled) if one is not None):
+        held = [getattr(self, name) for name in self.__dataclass_fields__]
+        parts = [part for value in held for part in (value if isinstance(value, tuple) else (value,))]
+        for part in filter(is_dataclass, (self, *parts)):
             for name in part.__dataclass_fields__:
                 values = getattr(part, name)
                 while isinstance(values, np.ndarray):  # and what it is a view of
