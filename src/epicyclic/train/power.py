@@ -454,21 +454,16 @@ def _kept(kinematics: Kinematics) -> tuple[str, ...]:
 
     A torque is free to be kept while the balance without losses does not fix it by those kept before.
     """
+    from scipy.linalg import null_space
+
     torque, power = kinematics.torque or {}, kinematics.power or {}
     ends = tuple(dict.fromkeys((*kinematics.stated, *kinematics.reacting)))
-    free = _null_space(_lossless_columns(kinematics, ends))
+    free = null_space(_lossless_columns(kinematics, ends), rcond=1e-10)
     kept: list[str] = []
     for name in sorted(kinematics.stated, key=lambda name: -power.get(name, 0.0)):
         row = free[ends.index(name)]
         if torque.get(name) is None or np.linalg.norm(row) < 1e-9:
             continue
         kept.append(name)
-        free = free @ _null_space(row[None])
+        free = free @ null_space(row[None], rcond=1e-10)
     return tuple(kept)
-
-
-def _null_space(matrix: Array) -> Array:
-    """Orthonormal basis (n, k) of the null space of a matrix (m, n) [1]."""
-    _, size, vectors = np.linalg.svd(matrix)
-    rank = int((size > 1e-10 * size.max(initial=1.0)).sum())
-    return np.asarray(vectors[rank:].T)
