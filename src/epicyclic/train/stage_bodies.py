@@ -215,9 +215,7 @@ def _member(shape: StageShape, name: str, branch: int | None, model: ModelFile, 
                 centre=shape.place(name, branch or 0) if name in plan.gears else (0.0, 0.0),
                 station=half_station(plan, name, side),
                 angle=shape.polar(name, branch or 0) if name in plan.gears else 0.0,
-                mass=masses["mass"],
-                inertia=masses["inertia"],
-                tilt_inertia=masses["tilt_inertia"],
+                **masses,
                 reference_radius=radius if math.isfinite(radius) else 1.0,
                 outer_radius=rim if math.isfinite(rim) else None,
                 gear=gear,
@@ -232,7 +230,7 @@ def _member(shape: StageShape, name: str, branch: int | None, model: ModelFile, 
 
 def _masses(
     plan: Plan, name: str, side: str | None, gear: GearData | None, radius: float, model: ModelFile
-) -> dict[str, float]:
+) -> dict[str, Any]:
     """Mass [kg] and inertias [kg m^2] of one body by key: stated, else of the solid of the gear; nan where not known.
 
     A hollow cylinder: m = rho pi (r_o^2 - r_i^2) l, J_p = m (r_o^2 + r_i^2)/2, J_d = J_p/2 + m l^2/12.
