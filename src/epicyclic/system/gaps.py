@@ -125,16 +125,11 @@ class FlanksAt:
             chosen_rows = number[rows]
             kept = np.flatnonzero(chosen_rows >= 0)
             if kept.size:
-                first, every = int(kept[0]), kept.size == chosen_rows.size
-                run = int(kept[-1]) - first + 1 == kept.size  # a slice, of which NumPy makes no copy
-                kept_law = law if every else law.rows(slice(first, first + kept.size) if run else kept)
-                parts.append((kept_law, _together(chosen_rows[kept], wanted.size)))
+                parts.append((law.rows(kept), _together(chosen_rows[kept], wanted.size)))
         return FlanksAt(parts=tuple(parts), count=wanted.size)
 
     def evaluate(self, delta: Array) -> tuple[Array, Array]:
         """Force [N] and tangent [N/m] at gaps delta (..., P, F) [m]."""
-        if len(self.parts) == 1 and isinstance(self.parts[0][1], slice):
-            return self.parts[0][0].evaluate(delta)
         force, tangent = np.zeros_like(delta), np.zeros_like(delta)
         for law, rows in self.parts:
             force[..., rows], tangent[..., rows] = law.evaluate(delta[..., rows])
@@ -150,8 +145,6 @@ class FlanksAt:
 
     def _placed(self, values: Sequence[Values]) -> Values:
         """Values (..., c) of each part at their rows, (..., F)."""
-        if len(values) == 1 and isinstance(self.parts[0][1], slice):
-            return values[0]
         result = np.zeros((*(values[0].shape[:-1] if values else ()), self.count))
         for each, (_, rows) in zip(values, self.parts, strict=True):
             result[..., rows] = each

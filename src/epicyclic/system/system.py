@@ -517,8 +517,6 @@ class Faces:
 
     def total(self, values: NDArray[Number], axis: int = 0) -> NDArray[Number]:
         """Sums (..., w, ...) over the rows of each mesh of values (..., m, ...), in their unit, along `axis`."""
-        if len(self.first) == len(self.row):
-            return values
         return np.add.reduceat(values, self.first, axis=axis)
 
     def least(self, values: Array, axis: int = 0) -> Array:
