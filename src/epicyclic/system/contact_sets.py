@@ -12,12 +12,10 @@ its axis: an integral over rolling elements, without what varies as these pass b
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-
-from ..train.train import ContactSet
 
 Array = NDArray[np.float64]
 
@@ -54,19 +52,29 @@ class Contacts:
         """Derivative of the force (..., r, r) [N/m, N/rad, N m/rad] at motions q (..., r) [m, rad]."""
         approach, p = self.approach(q), self.exponent
         slope = np.where(approach >= 0, p * self.coefficient * np.maximum(approach, 0.0) ** (p - 1), 0.0)
+        return self.summed(slope)
+
+    def summed(self, slope: Array) -> Array:
+        """Sum of slopes (..., E) [N/m] times n n' (..., r, r)."""
         r = self.normals.shape[1]
         dyads = (self.normals[:, :, None] * self.normals[:, None, :]).reshape(-1, r * r)
         total: Array = (slope @ dyads).reshape(*slope.shape[:-1], r, r)
         return total
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
-class ContactSetLaw(ContactSet):
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ContactSetLaw:
     """Contacts of one link as its law, over r rows.
 
-    normals : E tuples n (r,) [1, m], of the rows alone; the others as of `ContactSet`.
+    normals : E tuples n (r,) [1, m].  gap : g (E,) [m].  coefficient : c (E,) [N/m^p].  exponent : p, 1 or more.
+    load : sum of the contact forces at which all contacts, equally pressed, have the nominal stiffness [N].
     """
 
+    normals: tuple[tuple[float, ...], ...] = field(repr=False)
+    gap: tuple[float, ...] = field(repr=False)
+    coefficient: tuple[float, ...] = field(repr=False)
+    exponent: float
+    load: float
     # the same of every set, and so no fields
     kind = "contact set"
     slip_start = 0.0
@@ -83,6 +91,18 @@ class ContactSetLaw(ContactSet):
             coefficient=np.array(self.coefficient),
             exponent=self.exponent,
         )
+
+    @property
+    def nominal(self) -> Array:
+        """Tangent (r, r) [N/m, N/rad, N m/rad] of all contacts, equally pressed to forces of the sum `load`."""
+        contacts, p = self.contacts, self.exponent
+        approach = (self.load / contacts.coefficient.sum()) ** (1 / p)
+        return contacts.summed(p * contacts.coefficient * approach ** (p - 1))
+
+    @property
+    def stiffness(self) -> Array:
+        """Of each row in the mean system before it is linearised, (r,) [N/m, N m/rad]."""
+        return np.diag(self.nominal)
 
     @property
     def stiffest(self) -> Array:

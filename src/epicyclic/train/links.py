@@ -281,7 +281,7 @@ def _inside_gear(site: LinkSite, path: str, table: BearingTable, bearing: Rollin
 
 def _law_of_parts(
     bearing: RollingBearing, held: Collection[str], *, inner_first: bool
-) -> tuple[tuple[tuple[int, ForceCurve], ...], ContactSet | None, list[float]]:
+) -> tuple[tuple[tuple[int, ForceCurve], ...], ContactSet | None, tuple[float, ...]]:
     """Radial law, along x and y, of one row without contact angle, else the contacts of its law of five rows.
 
     With them the stiffness of the first directions [N/m, N m/rad].  Contacts keep the nominal contact angle.
@@ -294,7 +294,7 @@ def _law_of_parts(
         deflection, force, slope = (tuple(v.tolist()) for v in _radial_curve(bearing, static_rating(bearing) / 4))
         touch = max(sum(value <= _TOUCH * force[-1] for value in force) - 1, 0)
         curve = ForceCurve(deflection=deflection[touch:], force=(0.0, *force[touch + 1 :]), slope=slope[touch:])
-        return ((0, curve), (1, curve)), None, [curve.stiffness] * 2
+        return ((0, curve), (1, curve)), None, (curve.stiffness,) * 2
     contacts = contact_set(bearing, places=_PLACES, laminae=_LAMINAE)
     normals = contacts.normals * [1.0 if key in held else 0.0 for key in DIRECTIONS[:5]] * (1 if inner_first else -1)
     coefficient = contacts.weight * contacts.coefficient
@@ -305,7 +305,7 @@ def _law_of_parts(
         exponent=contacts.exponent,
         load=static_rating(bearing) / 2,
     )
-    return (), law, law.stiffness.tolist()
+    return (), law, law.stiffness
 
 
 _radial_curve = lru_cache(maxsize=64)(radial_curve)  # planets share it

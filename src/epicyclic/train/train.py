@@ -256,22 +256,18 @@ class ContactSet:
     load : sum of the contact forces at which the stiffness of all, equally pressed, is the nominal one [N].
     """
 
-    normals: tuple[tuple[float, ...], ...] = field(repr=False)
-    gap: tuple[float, ...] = field(repr=False)
-    coefficient: tuple[float, ...] = field(repr=False)
+    normals: tuple[tuple[float, ...], ...]
+    gap: tuple[float, ...]
+    coefficient: tuple[float, ...]
     exponent: float
     load: float
 
     @property
-    def nominal(self) -> NDArray[np.float64]:
-        """Tangent (r, r) [N/m, N/rad, N m/rad] of all contacts, equally pressed to forces of the sum `load`."""
-        n, c, p = np.array(self.normals), np.array(self.coefficient), self.exponent
-        return np.asarray(p * (self.load / c.sum()) ** (1 - 1 / p) * (n.T * c) @ n)
-
-    @property
-    def stiffness(self) -> NDArray[np.float64]:
-        """Nominal one of x, y, z [N/m], rx, ry [N m/rad], in the mean system; of one that no contact acts in 0."""
-        return np.diag(self.nominal)
+    def stiffness(self) -> tuple[float, ...]:
+        """Nominal stiffness of x, y, z [N/m], rx, ry [N m/rad]; of one that no contact acts in 0."""
+        p, whole = self.exponent, sum(self.coefficient)
+        slope = p * (self.load / whole) ** (1 - 1 / p)
+        return tuple((slope * (np.array(self.coefficient) @ np.array(self.normals) ** 2)).tolist())
 
     def __repr__(self) -> str:
         """One line: number of contacts, exponent and load."""
