@@ -26,7 +26,7 @@ from ..teeth.mesh_stiffness import series_in_time
 from ..train.train import DIRECTIONS, Body, Link, Mesh, Train
 from ..user_input import checked
 from .excitation import FullModel, excitation_lines
-from .sensor_rows import sensor_rows
+from .signal_rows import error_rows, sensor_rows
 from .structure import (
     Structure,
     flank_laws,
@@ -50,7 +50,6 @@ from .system import (
     reduced_operator,
     turn_operator,
 )
-from .transmission_rows import error_rows
 
 # direction of a row -> that across it, and the sense in which a turn by a quarter leads there
 _ACROSS = {0: (1, 1), 1: (0, -1), 3: (4, 1), 4: (3, -1)}
