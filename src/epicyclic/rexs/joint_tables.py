@@ -6,7 +6,7 @@ Bearings and couplings become supports, planet bearings and couplings; speeds an
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -38,18 +38,16 @@ class _Load(NamedTuple):
 # supports -------------------------------------------------------------------------------------------------------------
 
 
-def _outer_joints(unit: GearUnit, member: StageMember) -> list[Joint]:
+def _outer_joints(unit: GearUnit, member: StageMember) -> Iterator[Joint]:
     """Joints of a member with anything outside it, the nearest member on a shared shaft taking each."""
     shared = unit.sharing(member)
-    joints = []
     for joint in unit.joints_at(member.parts):
         inside = [part for part in joint.ends if member in unit.at(part)]
         if len(inside) != 1:
             continue
         offsets = [abs(_offset(unit, joint, other)) for other in shared] if len(shared) > 1 else [0.0]
         if shared[offsets.index(min(offsets))] == member:
-            joints.append(joint)
-    return joints
+            yield joint
 
 
 def _to_housing(unit: GearUnit, member: StageMember) -> list[Joint]:

@@ -7,7 +7,7 @@ loaded one, and is open by the backlash (docs/conventions.md).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -227,20 +227,18 @@ def past_the_end(system: System, rows: Flanks, largest: Array) -> list[CodedText
     return [_exceeded(pair, ratio, end, "N a row") for pair, (ratio, end) in worst.items()]
 
 
-def groups_past_the_end(system: System, largest: Array) -> list[CodedText]:
+def groups_past_the_end(system: System, largest: Array) -> Iterator[CodedText]:
     """A warning for every link whose forces pass the end of its table, by how much.
 
     Parameters
     ----------
     largest : (G,) largest force of every group met [N, N m].
     """
-    warnings = []
     for group, force in zip(system.groups, largest.tolist(), strict=True):
         end = group.law.end
         if force > (1 + _NOTABLE) * end:
             unit = "N m" if group.rows[0].endswith(("/rx", "/ry", "/rz")) else "N"
-            warnings.append(_exceeded(group.name, force / end, end, unit))
-    return warnings
+            yield _exceeded(group.name, force / end, end, unit)
 
 
 def _exceeded(name: str, ratio: float, end: float, unit: str) -> CodedText:

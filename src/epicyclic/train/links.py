@@ -8,7 +8,7 @@ One link of a model file at its site, and bolts on a pitch circle, each of which
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -403,7 +403,9 @@ def links_at(site: LinkSite, name: str, table: LinkTable, rest: Mapping[str, flo
     ]
 
 
-def links_of_stage(shape: StageShape, model: ModelFile, bodies: Mapping[str, Body], log: ResolutionLog) -> list[Link]:
+def links_of_stage(
+    shape: StageShape, model: ModelFile, bodies: Mapping[str, Body], log: ResolutionLog
+) -> Iterator[Link]:
     """All links of a stage.
 
     Raises
@@ -411,27 +413,23 @@ def links_of_stage(shape: StageShape, model: ModelFile, bodies: Mapping[str, Bod
     ModelError : halves that nothing holds together, a member that carries nothing it could carry.
     """
     plan = shape.plan
-    links: list[Link] = []
     for name, member in plan.stage.members.items():
         planet = not plan.central(name)
         for number in range(1, plan.branches + 1) if planet else (None,):
             if member.on is None or (member.bearing if planet else member.support) is not None:
                 for body in member_bodies(plan, name, number).values():
-                    links += _seat(plan, name, bodies[body], bodies, model, log)
-            links += _joints(plan, name, number, bodies, model, log)
+                    yield from _seat(plan, name, bodies[body], bodies, model, log)
+            yield from _joints(plan, name, number, bodies, model, log)
         if not planet and plan.split(name) and member.neck is None:
             _check_halves(plan, name, model)
-    return links
 
 
-def links_of_bodies(model: ModelFile, bodies: Mapping[str, Body], log: ResolutionLog) -> list[Link]:
+def links_of_bodies(model: ModelFile, bodies: Mapping[str, Body], log: ResolutionLog) -> Iterator[Link]:
     """Supports of the file's `[bodies]`."""
-    links: list[Link] = []
     for name, body in model.bodies.items():
         path = f"bodies.{name}.support"
         second = _carrying(body.support, bodies, None, path)
-        links += _bearings_of_seat(path, bodies[name], [second], body.support, model, log)
-    return links
+        yield from _bearings_of_seat(path, bodies[name], [second], body.support, model, log)
 
 
 # supports and bearings -----------------------------------------------------------------------------------------------
@@ -439,7 +437,7 @@ def links_of_bodies(model: ModelFile, bodies: Mapping[str, Body], log: Resolutio
 
 def _seat(
     plan: Plan, name: str, body: Body, bodies: Mapping[str, Body], model: ModelFile, log: ResolutionLog
-) -> list[Link]:
+) -> Iterator[Link]:
     """What a body is carried by, its seat: the support of a central body, the bearing of a planet on its carrier.
 
     Raises
@@ -498,7 +496,7 @@ def _bearings_of_seat(
     support: SupportTable | None,
     model: ModelFile,
     log: ResolutionLog,
-) -> list[Link]:
+) -> Iterator[Link]:
     """One link for every bearing of a seat; a direction that none names is rigid (rz: where held) in the first one.
 
     Tilt that none names is rigid too, but where two bearings at a distance hold it by their own stiffness.
@@ -527,7 +525,6 @@ def _bearings_of_seat(
     if body.member not in model.operation.held:
         unnamed["rz"] = 0.0
     kind = "support" if body.branch is None else "bearing"
-    links: list[Link] = []
     for second in seconds:
         plate = second.rsplit("/", 1)[-1] if second is not None and len(seconds) > 1 else None
         for i, (name, link) in enumerate(listed):
@@ -545,8 +542,7 @@ def _bearings_of_seat(
                 radius=body.reference_radius,
                 share=0.5 if half else 1.0,
             )
-            links += links_at(site, name, link, free if i else unnamed, log)
-    return links
+            yield from links_at(site, name, link, free if i else unnamed, log)
 
 
 # necks, shafts, couplings --------------------------------------------------------------------------------------------
@@ -554,7 +550,7 @@ def _bearings_of_seat(
 
 def _joints(
     plan: Plan, name: str, number: int | None, bodies: Mapping[str, Body], model: ModelFile, log: ResolutionLog
-) -> list[Link]:
+) -> Iterator[Link]:
     """Neck between the halves of a member, and shaft to the member it sits on; directions that the shape of a solid
     does not give are rigid.
 
@@ -578,17 +574,15 @@ def _joints(
             first, second = bodies[piece_of(plan, below, number, side)], bodies[body]
             apart = abs(second.station - first.station)
             joints.append(("shaft", body, first, second, member.shaft or SolidTable(), apart))
-    links = []
     for kind, whose, first, second, table, default in joints:
         path = f"{plan.member_path(name)}.{kind}"
         rest: dict[str, float] = dict.fromkeys(DIRECTIONS, STIFF)
         rest |= solid_stiffness(table, table.length or default, material, path)
         site = LinkSite.between(path, f"{whose}/{kind}", kind, first, second, first.reference_radius)
-        links.append(link_at(site, "", table, rest, log))
-    return links
+        yield link_at(site, "", table, rest, log)
 
 
-def couplings(model: ModelFile, bodies: Mapping[str, Body], log: ResolutionLog) -> list[Link]:
+def couplings(model: ModelFile, bodies: Mapping[str, Body], log: ResolutionLog) -> Iterator[Link]:
     """All couplings.
 
     Raises
@@ -596,7 +590,6 @@ def couplings(model: ModelFile, bodies: Mapping[str, Body], log: ResolutionLog) 
     ModelError : an end that is no single body, an rz in N/m without radius, a fixed shaft without its shape.
     """
     material = elastic_constants(file_material(model))
-    links: list[Link] = []
     for name, table in model.couplings.items():
         path = f"couplings.{name}"
         first, second = (bodies[body_of(end, bodies, f"{path}.between")] for end in table.between)
@@ -610,8 +603,7 @@ def couplings(model: ModelFile, bodies: Mapping[str, Body], log: ResolutionLog) 
         if table.ends == "fixed":
             rest |= shape
         site = LinkSite.between(path, name, "coupling", first, second, table.radius or 1.0)
-        links += links_at(site, "", table, rest, log)
-    return links
+        yield from links_at(site, "", table, rest, log)
 
 
 def _check_halves(plan: Plan, name: str, model: ModelFile) -> None:

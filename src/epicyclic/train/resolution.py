@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from itertools import combinations, product
@@ -351,25 +351,21 @@ def _sided_torques(member: str, model: ModelFile, kinematics: Kinematics) -> dic
     return halves
 
 
-def external_loads(model: ModelFile, bodies: Sequence[Body]) -> list[Load]:
+def external_loads(model: ModelFile, bodies: Sequence[Body]) -> Iterator[Load]:
     """The file's loads: on a split member half on each half, on a planet gear the same on every planet."""
-    loads = []
     for name, table in model.loads.items():
         pieces = bodies_named(table.on, bodies)
         share = 0.5 if len({b.side for b in pieces}) > 1 else 1.0
         force, moment = ((v.x * share, v.y * share, v.z * share) for v in (table.force, table.moment))
         for body in pieces:
-            loads.append(
-                Load(
-                    path=f"loads.{name}",
-                    body=body.name,
-                    force=force,
-                    moment=moment,
-                    station=member_centre(body, model) + table.at,
-                    turns=table.frame == "member",
-                )
+            yield Load(
+                path=f"loads.{name}",
+                body=body.name,
+                force=force,
+                moment=moment,
+                station=member_centre(body, model) + table.at,
+                turns=table.frame == "member",
             )
-    return loads
 
 
 def tolerances_of(train: Train) -> tuple[Tolerance, ...]:
@@ -671,7 +667,7 @@ def resolve(document: Document) -> Train:
     )
     resolve_deviations(model, deviated)
     ripples, prescribed = resolve_ripples(model, bodies, kinematics, log)
-    sensors = resolve_sensors(model, bent, shafts.links, log)
+    sensors = tuple(resolve_sensors(model, bent, shafts.links, log))
     gravity = model.operation.gravity or (0.0, 0.0, 0.0)
     if model.operation.gravity is not None:
         log.note(f"{model.operation_path('gravity')}.gravity", list(gravity), "m/s^2")
@@ -692,7 +688,7 @@ def resolve(document: Document) -> Train:
         displacements=tuple(deviated.displacements),
         mesh_errors=(*deviated.mesh_errors, *contact_errors(meshes, kinematics)),
         loads=(*moved_loads(external_loads(model, bodies), bent), *deviated.loads),
-        sensors=tuple(sensors),
+        sensors=sensors,
         spans=tuple(shafts.spans),
         ripples=tuple(ripples),
         gravity=gravity,

@@ -7,7 +7,7 @@ it.  On a held ring it stands still in the housing, whose planets pass by.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from ..document.schema import ModelFile, SensorTable
@@ -18,7 +18,7 @@ from .train import Body, Link, ResolutionLog, Sensor, bodies_named
 
 def resolve_sensors(
     model: ModelFile, bodies: Sequence[Body], links: Sequence[Link], log: ResolutionLog
-) -> list[Sensor]:
+) -> Iterator[Sensor]:
     """Sensors of a file, one on each body of a member; the torque of a member is that of all its halves.
 
     Raises
@@ -27,13 +27,12 @@ def resolve_sensors(
         there, or without a torque of its own.
     """
     by_name = {body.name: body for body in bodies}
-    sensors = []
     for name, table in model.sensors.items():
         path = f"sensors.{name}"
         if table.link is not None:
             found = _links_named(table.link, links, f"{path}.link")
             held = [by_name[link.second or link.first] for link in found]
-            sensors += [
+            yield from [
                 Sensor(name=f"{name}{end}", kind=table.kind, link=link.name)
                 for link, end in zip(found, _endings(held), strict=True)
             ]
@@ -49,24 +48,21 @@ def resolve_sensors(
                 problem, allowed = "no teeth on it, nor on what it carries", "a gear or carrier, or a link (link)"
                 raise ModelError(problem, path=f"{path}.on", given=table.on, allowed=allowed)
             branches = {body.branch: [one.name for one in of if one.branch == body.branch] for body in of}
-            sensors += [
+            yield from [
                 Sensor(name=name if branch is None else f"{name}/{branch}", kind=table.kind, bodies=tuple(names))
                 for branch, names in branches.items()
             ]
             continue
         for body, end in zip(of, _endings(of), strict=True):
-            sensors.append(
-                Sensor(
-                    name=f"{name}{end}",
-                    kind=table.kind,
-                    direction=table.direction,
-                    bodies=(body.name,),
-                    angle=table.angle,
-                    radius=0.0 if table.kind == "angle" else _radius(table, body, path, log),
-                    z=0.0 if table.z is None else member_centre(body, model) + table.z - body.station,
-                )
+            yield Sensor(
+                name=f"{name}{end}",
+                kind=table.kind,
+                direction=table.direction,
+                bodies=(body.name,),
+                angle=table.angle,
+                radius=0.0 if table.kind == "angle" else _radius(table, body, path, log),
+                z=0.0 if table.z is None else member_centre(body, model) + table.z - body.station,
             )
-    return sensors
 
 
 def _radius(table: SensorTable, body: Body, path: str, log: ResolutionLog) -> float:
