@@ -326,14 +326,12 @@ def face_laws(
     alike: dict[object, list[int]] = {}
     for number, mesh in enumerate(train.meshes):
         alike.setdefault((mesh.pair, mesh.side, axial_offsets(train, mesh)), []).append(number)
-    laws = []
-    for numbers in alike.values():
-        meshes = [train.meshes[i] for i in numbers]
-        law = MeshFaceLaw(
+    return tuple(
+        MeshFaceLaw(
             meshes=tuple(numbers),
-            pair=pair_of(train, meshes[0], slices=slices, linear_at=linear_at, corner=corner),
-            lead=np.array([float(mesh.lead) for mesh in meshes]),
-            sense=np.array([float(mesh.sense) for mesh in meshes]),
+            pair=pair_of(train, train.meshes[numbers[0]], slices=slices, linear_at=linear_at, corner=corner),
+            lead=np.array([float(train.meshes[i].lead) for i in numbers]),
+            sense=np.array([float(train.meshes[i].sense) for i in numbers]),
         )
-        laws.append(law)
-    return tuple(laws)
+        for numbers in alike.values()
+    )
