@@ -121,7 +121,7 @@ def structure_of(train: Train) -> Structure:
     rigid = np.array([math.isinf(row.stiffness) for row in rows], bool)
     rigids = tuple(row for row in rows if math.isinf(row.stiffness))
 
-    meshes = mesh_rows(train.meshes)
+    meshes = tuple(mesh_rows(train.meshes))
     ends = np.array([(index[row.mesh.a], index[row.mesh.b]) for row in meshes], np.int64).reshape(-1, 2)
     far_of = np.flatnonzero([math.isfinite(row.mesh.backlash) for row in meshes])
     flanks = [row.mesh for row in meshes] + [replace(meshes[i].mesh, flank=-meshes[i].mesh.flank) for i in far_of]
@@ -327,12 +327,11 @@ def _round(matrix: Array) -> bool:
 # meshes ---------------------------------------------------------------------------------------------------------------
 
 
-def mesh_rows(meshes: Sequence[Mesh]) -> tuple[MeshRow, ...]:
+def mesh_rows(meshes: Sequence[Mesh]) -> Iterator[MeshRow]:
     """All rows of the meshes, in order; a slice has its share of stiffness and damping, and its own place and phase."""
-    rows = []
     for mesh in meshes:
         if not mesh.slices:
-            rows.append(MeshRow(mesh.name, 0, mesh))
+            yield MeshRow(mesh.name, 0, mesh)
         for number, piece in enumerate(mesh.slices, start=1):
             share = replace(
                 mesh,
@@ -344,8 +343,7 @@ def mesh_rows(meshes: Sequence[Mesh]) -> tuple[MeshRow, ...]:
                 stiffness=mesh.stiffness / len(mesh.slices),
                 damping=mesh.damping / len(mesh.slices),
             )
-            rows.append(MeshRow(mesh.name, number, share))
-    return tuple(rows)
+            yield MeshRow(mesh.name, number, share)
 
 
 def _mesh_matrix(

@@ -296,10 +296,7 @@ def _first_branch(
         m.pair: m.flank * (lattice.tooth(_solid(table, m.a)[0], table[m.a].teeth, met) - points[m.pair].a)
         for m in meshes
     }
-    angle = {}
-    for name in table:
-        solid, ahead = _solid(table, name)
-        angle[name] = lattice.tooth(solid, 1, met) + ahead
+    angle = {name: lattice.tooth(s, 1, met) + ahead for name in table for s, ahead in [_solid(table, name)]}
     return _Branch(place, gaps[len(starts) :], angle)
 
 

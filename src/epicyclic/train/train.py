@@ -421,13 +421,9 @@ def _front_views(train: Train) -> str:
 
 def _pitch_radii(train: Train) -> dict[str, float]:
     """Working pitch radius of every gear in its first mesh, else its reference radius [m]."""
-    radii: dict[str, float] = {}
-    for mesh in train.meshes:
-        radii.setdefault(mesh.a, mesh.radius_a)
-        radii.setdefault(mesh.b, mesh.radius_b)
-    for body in train.bodies:
-        if body.gear is not None:
-            radii.setdefault(body.name, body.gear.reference_radius)
+    radii = {body.name: body.gear.reference_radius for body in train.bodies if body.gear is not None}
+    for mesh in reversed(train.meshes):
+        radii |= {mesh.a: mesh.radius_a, mesh.b: mesh.radius_b}
     return {name: radius for name, radius in radii.items() if math.isfinite(radius)}
 
 
