@@ -20,7 +20,7 @@ from typing import Any
 from ..errors import ModelError
 from ..warning_codes import CodedText, coded
 from .schema import LOADING, SIDES, Names, implied_pairs, nearest
-from .tables import REMOVE, PlainTable, clean, dotted_line, leaves, nested, split_path, union, value_at
+from .tables import REMOVE, PlainTable, clean, dotted_line, leaves, nested, split_path, together, union, value_at
 from .units import KINDS, Bounds, Quantity, finite_float, is_typed, read_quantity, typed
 from .writer import quantity_text
 
@@ -124,11 +124,8 @@ def layer_of(overrides: Mapping[str, object], base: PlainTable) -> PlainTable:
 
 def settings_of(overrides: Mapping[str, object]) -> PlainTable:
     """Return the overrides with numbers that a person typed, as a table."""
-    table: PlainTable = {}
-    for text, value in overrides.items():
-        if is_typed(value):
-            table = union(table, nested(split_path(str(text), path=str(text)), clean(value, str(text))), "")
-    return table
+    typed_ones = ((str(text), value) for text, value in overrides.items() if is_typed(value))
+    return together((nested(split_path(text, path=text), clean(value, text)) for text, value in typed_ones), "")
 
 
 def _check_known(path: tuple[str, ...], value: object, base: PlainTable) -> None:

@@ -155,18 +155,16 @@ def _with_units(plain: PlainTable) -> PlainTable:
         for written, _ in leaves(expand(nested(tuple(path.split(".")), value), names)):
             if written in bare:
                 kinds[path] = bare[written]
-    return _spelled(plain, "", kinds)
+    return dict(_spelled(plain, "", kinds))
 
 
-def _spelled(table: PlainTable, path: str, kinds: Mapping[str, tuple[str, ...]]) -> PlainTable:
+def _spelled(table: PlainTable, path: str, kinds: Mapping[str, tuple[str, ...]]) -> Iterator[tuple[str, Any]]:
     """A table with a unit at the numbers of the paths in `kinds`."""
-    result: PlainTable = {}
     for name, value in table.items():
         where = _join(path, name)
         if isinstance(value, dict) and where not in kinds:
-            value = _spelled(value, where, kinds)
-        result[name] = unit_text(value, kinds[where]) if where in kinds else value
-    return result
+            value = dict(_spelled(value, where, kinds))
+        yield name, unit_text(value, kinds[where]) if where in kinds else value
 
 
 def _placed(comments: Mapping[str, str], document: PlainTable) -> dict[str, str]:
