@@ -219,7 +219,7 @@ def operation_table(unit: GearUnit) -> Table:
         table["held"] = [_short(unit, member) for member in held]
         for member in held:
             unit.view.read(member.parts[0], "held", "operation.held", "joined to the casing so that it does not turn")
-    ends = _ends(unit, held)
+    ends = dict(_ends(unit, held))
     speeds = _speeds(unit, ends)
     if speeds:
         table["speed"] = {name: number.text for name, number in speeds.items()}
@@ -230,8 +230,8 @@ def _short(unit: GearUnit, member: StageMember) -> str:
     return member.name if len(unit.stages) == 1 else member.full_name
 
 
-def _ends(unit: GearUnit, held: list[StageMember]) -> dict[int, str]:
-    """Part -> name of the body or member that turns with it, of those that turn and are in a planetary stage.
+def _ends(unit: GearUnit, held: list[StageMember]) -> Iterator[tuple[int, str]]:
+    """Part, and name of the body or member that turns with it, of those that turn and are in a planetary stage.
 
     The member that a part is rigidly joined to comes before others.
     """
@@ -242,14 +242,12 @@ def _ends(unit: GearUnit, held: list[StageMember]) -> dict[int, str]:
         if joint.holds_turn:
             turning.join(joint.ends)
     turned = grouped((turning.root(part), member) for member in unit.central for part in member.parts)
-    ends: dict[int, str] = {}
     for part in unit.view.components:
         members = unit.at(part) or turned.get(turning.root(part), ())
         if (free := unit.free.get(unit.rigid.root(part))) is not None:
-            ends[part] = free
+            yield part, free
         elif members and members[0] not in held:
-            ends[part] = _short(unit, members[0])
-    return ends
+            yield part, _short(unit, members[0])
 
 
 def _signed(unit: GearUnit, number: Number, part: int) -> Number:
