@@ -331,10 +331,9 @@ def _stiffnesses(
                 radius = _known(site.radius, f"{path}.{key}", "a table in m and N")
             curve = force_curve(*stated.curves[0]).scaled(deflection=1 / radius, force=radius * site.share)
             curves.append((number, curve))
-            values.append(curve.stiffness)
-            log.note(f"{path}.{key}.tangent", curve.stiffness / site.share, unit, "half of its last force")
-            continue
-        if stated is None:
+            value = curve.stiffness / site.share
+            log.note(f"{path}.{key}.tangent", value, unit, "half of its last force")
+        elif stated is None:
             log.note(f"{path}.{key}", value, unit, "default" if math.isinf(value) or not value else "geometry")
         else:
             whole = _torsional(stated, site.radius, f"{path}.{key}") if isinstance(stated, Quantity) else stated

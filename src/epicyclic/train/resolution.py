@@ -309,12 +309,9 @@ def ties_of(model: ModelFile, plans: Sequence[Plan]) -> tuple[Tie, ...]:
     return (*shafts, *(tie for tie in joined if tie.a != tie.b))
 
 
-def body_torques(model: ModelFile, kinematics: Kinematics, bodies: Sequence[Body]) -> dict[str, float]:
+def body_torques(model: ModelFile, kinematics: Kinematics, bodies: Sequence[Body]) -> Iterator[tuple[str, float]]:
     """External torque on each body that carries one [N m]: on a split member half each, unless a side is named."""
-    if kinematics.torque is None:
-        return {}
-    torques: dict[str, float] = {}
-    for member, torque in kinematics.torque.items():
+    for member, torque in (kinematics.torque or {}).items():
         pieces = [body for body in bodies if body.member == member]
         if member in kinematics.held or not pieces:
             continue
@@ -329,8 +326,7 @@ def body_torques(model: ModelFile, kinematics: Kinematics, bodies: Sequence[Body
         for body in pieces:
             value = shares.get(body.side, 0.0) if shares else torque / len(pieces)
             if value:
-                torques[body.name] = value
-    return torques
+                yield body.name, value
 
 
 def _sided_torques(member: str, model: ModelFile, kinematics: Kinematics) -> dict[str | None, float]:
@@ -679,7 +675,7 @@ def resolve(document: Document) -> Train:
         links=(*shafts.links, *prescribed),
         kinematics=kinematics,
         planets=planets,
-        torques=body_torques(model, kinematics, bodies),
+        torques=dict(body_torques(model, kinematics, bodies)),
         power_paths=power_flow(
             kinematics,
             planets={f"{plan.name}.{gear}" for plan in plans for gear in plan.gears if not plan.central(gear)},

@@ -178,14 +178,11 @@ def free_bodies(model: ModelFile, log: ResolutionLog) -> Iterator[Body]:
 def _member(shape: StageShape, name: str, branch: int | None, model: ModelFile, log: ResolutionLog) -> Iterator[Body]:
     """Bodies of one member, by side; of a planet gear those of one branch (0 ..)."""
     plan, member = shape.plan, shape.plan.stage.members[name]
-    number = None if branch is None else branch + 1
+    path, number = plan.member_path(name), None if branch is None else branch + 1
     if name not in plan.gears:
-        log.note(
-            f"{plan.member_path(name)}.split", plan.split(name), "", "default" if member.split is None else "given"
-        )
+        log.note(f"{path}.split", plan.split(name), "", "default" if member.split is None else "given")
     if name == plan.carrier:
-        origin = "geometry" if member.pin_radius is None else "given"
-        log.note(f"{plan.member_path(name)}.pin_radius", shape.pin_radius, "m", origin)
+        log.note(f"{path}.pin_radius", shape.pin_radius, "m", "geometry" if member.pin_radius is None else "given")
     radius = shape.gear(name).base_radius if name in plan.gears else shape.pin_radius
     for side, body in member_bodies(plan, name, number).items():
         gear = shape.gears[name][side] if name in plan.gears else None
@@ -194,8 +191,7 @@ def _member(shape: StageShape, name: str, branch: int | None, model: ModelFile, 
         ring = None
         if member.elastic is not None and gear is not None:
             of_rim, material = (rim, _width(gear, side)), member_material(plan, name, model)
-            path = f"{plan.member_path(name)}.elastic"
-            ring = ring_of(member.elastic, path, gear, of_rim, masses["mass"], material, log)
+            ring = ring_of(member.elastic, f"{path}.elastic", gear, of_rim, masses["mass"], material, log)
         if not branch:
             _log_masses(plan, name, side, masses, log)
         yield Body(
