@@ -145,10 +145,9 @@ def _link_tangents(system: System, *, floating: bool) -> _LinkTangents:
     stretch = mean.group_stretch[0]
     tangent = small_motion_tangent(system.laws, stretch, floating=floating)
     lag = np.repeat([group.lag for group in system.groups], [len(group.rows) for group in system.groups])
-    groups = []
-    for group, first in zip(system.groups, system.laws.rows.first, strict=True):
-        rows = slice(first, first + len(group.rows))
-        groups.append(_along_axes(group, rows, stretch[rows], tangent[rows, rows]))
+    begins = zip(system.groups, system.laws.rows.first, strict=True)
+    slices = [(group, slice(first, first + len(group.rows))) for group, first in begins]
+    groups = [_along_axes(group, rows, stretch[rows], tangent[rows, rows]) for group, rows in slices]
     return _LinkTangents(stretch, mean.group_force[0] - tangent @ stretch, tangent, lag, groups)
 
 

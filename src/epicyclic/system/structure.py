@@ -315,11 +315,9 @@ def _isotropic(matrix: Array, rows: list[LinkRow]) -> bool:
 
 def _round(matrix: Array) -> bool:
     """Whether a symmetric (6, 6) matrix commutes with rotations about z; entries on the scale of their diagonals."""
-    turn = np.zeros((6, 6))
+    turn, diagonal = np.zeros((6, 6)), np.sqrt(np.diag(matrix))
     for i in (0, 3):
         turn[i, i + 1], turn[i + 1, i] = -1.0, 1.0
-    diagonal = np.sqrt(np.diag(matrix))
-    for i in (0, 3):
         diagonal[i : i + 2] = diagonal[i : i + 2].max()
     return bool(np.all(np.abs(matrix @ turn - turn @ matrix) <= _ROUND * np.outer(diagonal, diagonal)))
 
