@@ -80,7 +80,7 @@ def chosen(matrices: Mapping[str, Array], letter: str, where: str) -> Array | No
 def _cards(text: str) -> Iterator[tuple[int, str, list[str]]]:
     """Line, name and fields of the cards that are read, with those of their continuations."""
     card: tuple[int, str, list[str]] | None = None
-    for number, line in enumerate(text.splitlines(), 1):
+    for number, line in enumerate([*text.splitlines(), "ENDDATA"], 1):
         line = line.partition("$")[0].expandtabs(8).rstrip()
         if not line:
             continue
@@ -92,8 +92,6 @@ def _cards(text: str) -> Iterator[tuple[int, str, list[str]]]:
             card = (number, name, fields) if name in ("DMIG", "GRID", "SPOINT") else None
         elif card:
             card[2].extend(fields)
-    if card:
-        yield card
 
 
 def _fields(line: str) -> tuple[str, list[str]]:

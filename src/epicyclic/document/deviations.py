@@ -306,9 +306,8 @@ class StandardGrade:
     def distribution(self, width: float, *, vector: bool) -> Distribution:
         """Return the normal distribution within +- width/2 [SI], of a vector that of each of its components."""
         deviation = width / 2 / self.sigmas
-        if vector:
-            return Distribution(kind="rayleigh", values=(deviation,), text=self.text)
-        return Distribution(kind="normal", values=(0.0, deviation), text=self.text)
+        kind, values = ("rayleigh", (deviation,)) if vector else ("normal", (0.0, deviation))
+        return Distribution(kind=kind, values=values, text=self.text)
 
 
 def read_distribution(

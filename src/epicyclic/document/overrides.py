@@ -19,8 +19,8 @@ from typing import Any
 
 from ..errors import ModelError
 from ..warning_codes import CodedText, coded
-from .schema import LOADING, SIDES, Names, nearest
-from .tables import REMOVE, PlainTable, clean, dotted_line, leaves, nested, split_path, union, value_at
+from .schema import LOADING, SIDES, Names, implied_pairs, nearest
+from .tables import REMOVE, PlainTable, clean, dotted_line, leaves, nested, split_path, together, union, value_at
 from .units import KINDS, Bounds, Quantity, finite_float, is_typed, read_quantity, typed
 from .writer import quantity_text
 
@@ -124,11 +124,8 @@ def layer_of(overrides: Mapping[str, object], base: PlainTable) -> PlainTable:
 
 def settings_of(overrides: Mapping[str, object]) -> PlainTable:
     """Return the overrides with numbers that a person typed, as a table."""
-    table: PlainTable = {}
-    for text, value in overrides.items():
-        if is_typed(value):
-            table = union(table, nested(split_path(str(text), path=str(text)), clean(value, str(text))), "")
-    return table
+    typed_ones = ((str(text), value) for text, value in overrides.items() if is_typed(value))
+    return together((nested(split_path(text, path=text), clean(value, text)) for text, value in typed_ones), "")
 
 
 def _check_known(path: tuple[str, ...], value: object, base: PlainTable) -> None:
@@ -315,12 +312,8 @@ def _scaled_paths(
 
 def _pairs(table: PlainTable, teeth: dict[str, tuple[int, int]], kinds: Mapping[str, str]) -> dict[str, float]:
     """Ratio of the reference centre distances now and before, by mesh; those with a sun first."""
-    planets = [m for m in teeth if kinds[m] == "planet"]
     named = list(table["meshes"]) if isinstance(table.get("meshes"), dict) else []
-    implied = [f"{m}-{planets[0]}" for m in teeth if kinds[m] == "sun"] if len(planets) == 1 else []
-    implied += [f"{planets[0]}-{m}" for m in teeth if kinds[m] == "ring"] if len(planets) == 1 else []
-    if not planets and len(teeth) == 2:
-        implied = ["-".join(sorted(teeth, key=lambda m: kinds[m] == "ring"))]
+    implied = map("-".join, implied_pairs({m: kinds[m] for m in teeth}))
     found = {}
     for name in dict.fromkeys((*implied, *named)):
         a, _, b = name.partition("-")

@@ -635,6 +635,18 @@ def mesh_name(name: str, stage: str, names: Names, *, path: str) -> str:
     return f"{b}-{a}" if _RANK.get(members[a], 0) > _RANK.get(members[b], 0) else name
 
 
+def implied_pairs(kinds: Mapping[str, str]) -> list[tuple[str, str]]:
+    """Pairs of gears that need no naming: the meshes of a single planet gear, and of two gears on fixed axes."""
+    planets = [name for name, kind in kinds.items() if kind == "planet"]
+    if len(planets) == 1:
+        inner = [(name, planets[0]) for name, kind in kinds.items() if kind == "sun"]
+        return inner + [(planets[0], name) for name, kind in kinds.items() if kind == "ring"]
+    if planets or len(kinds) != 2 or not ("ring" in kinds.values() or set(kinds.values()) == {"gear"}):
+        return []
+    a, b = sorted(kinds, key=lambda name: kinds[name] == "ring")
+    return [(a, b)]
+
+
 def nearest(word: object, known: Iterable[str]) -> str:
     """Return `; did you mean 'teeth'?`, or nothing where no known word is near."""
     found = get_close_matches(str(word)[:80], list(known), n=1, cutoff=0.6)

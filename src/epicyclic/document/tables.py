@@ -11,7 +11,7 @@ import json
 import math
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
-from functools import partial
+from functools import partial, reduce
 from operator import not_
 from typing import Any, Final
 
@@ -140,6 +140,11 @@ def union(first: PlainTable, second: PlainTable, path: str) -> PlainTable:
         elif value is not REMOVE or result[name] is not REMOVE:  # removed twice, by two spellings, is removed
             raise ModelError("given twice", path=where, given=value, allowed="one of the two")
     return result
+
+
+def together(parts: Iterable[PlainTable], path: str) -> PlainTable:
+    """Return tables of one layer as one, as of `union`."""
+    return reduce(partial(union, path=path), parts, PlainTable())
 
 
 class Whole(dict[str, Any]):
@@ -274,28 +279,25 @@ def _stages(table: PlainTable, names: Names) -> PlainTable:
             if name == "meshes" and isinstance(value, dict):
                 value = _renamed(value, stage, names, path)
             elif name not in STAGE_KEYS and isinstance(value, dict):
-                value = _member(value, path, stage, names)
+                value = dict(_member(value, path, stage, names))
             result[stage][name] = value
     return result
 
 
 def _renamed(table: PlainTable, stage: str, names: Names, path: str) -> PlainTable:
     """Return a table of meshes with their gears in the order sun, planet, ring."""
-    result: PlainTable = {}
-    for name, value in table.items():
-        result = union(result, {mesh_name(name, stage, names, path=f"{path}.{name}"): value}, path)
-    return result
+    renamed = ({mesh_name(name, stage, names, path=f"{path}.{name}"): value} for name, value in table.items())
+    return together(renamed, path)
 
 
-def _member(table: PlainTable, path: str, stage: str, names: Names) -> PlainTable:
+def _member(table: PlainTable, path: str, stage: str, names: Names) -> Iterator[tuple[str, Any]]:
     """Expand one gear or carrier, or one side of it."""
-    result: PlainTable = {}
     for name, value in table.items():
         where = f"{path}.{name}"
         if isinstance(value, dict) and name in ("support", "bearing", "neck", "shaft"):
             value = _link(value, where, names)
         elif isinstance(value, dict) and name in SIDES:
-            value = _member(value, where, stage, names)
+            value = dict(_member(value, where, stage, names))
         elif name == "shaft_sections":
             value = _numbered(value)
         elif name == "elastic" and value is True:  # a key that is laid over it changes this one alone
@@ -304,8 +306,7 @@ def _member(table: PlainTable, path: str, stage: str, names: Names) -> PlainTabl
             value = {"file": value}
         elif name == "on" and isinstance(value, str):
             value = reference(value if "." in value else f"{stage}.{value}", names, path=where, sides=False)
-        result[name] = value
-    return result
+        yield name, value
 
 
 def _link(table: PlainTable, path: str, names: Names) -> PlainTable:
@@ -397,11 +398,8 @@ def _cases(table: PlainTable, names: Names) -> PlainTable:
 
 def _full(table: PlainTable, names: Names, path: str) -> PlainTable:
     """Return a table by members with the stage put in front of each where it was left out."""
-    result: PlainTable = {}
-    for name, value in table.items():
-        segments = full_path(split_path(name, path=path), names)
-        result = union(result, nested(segments, value), path)
-    return result
+    full = (nested(full_path(split_path(name, path=path), names), value) for name, value in table.items())
+    return together(full, path)
 
 
 def _deviations(table: PlainTable, names: Names) -> PlainTable:
@@ -414,7 +412,7 @@ def _deviations(table: PlainTable, names: Names) -> PlainTable:
                 renamed = _renamed(meshes, stage, names, path)
                 entry = entry | {"meshes": {k: _errors(v, f"{path}.{k}", stage, names) for k, v in renamed.items()}}
             result[stage] = entry
-    return {k: _amplitudes(v) if isinstance(v, dict) else v for k, v in result.items()}
+    return {k: dict(_amplitudes(v)) if isinstance(v, dict) else v for k, v in result.items()}
 
 
 def _errors(table: Any, path: str, stage: str, names: Names) -> Any:
@@ -439,24 +437,18 @@ def _errors(table: Any, path: str, stage: str, names: Names) -> Any:
     return result
 
 
-def _amplitudes(table: PlainTable) -> PlainTable:
+def _amplitudes(table: PlainTable) -> Iterator[tuple[str, Any]]:
     """Replace bare `run_out = "20 um"` and the like by their table, at any depth."""
-    result: PlainTable = {}
     for name, value in table.items():
         if isinstance(value, dict):
-            result[name] = value if name in _BARE else _amplitudes(value)
+            yield name, value if name in _BARE else dict(_amplitudes(value))
         else:
-            result[name] = {_BARE[name]: value} if name in _BARE and value is not REMOVE else value
-    return result
+            yield name, {_BARE[name]: value} if name in _BARE and value is not REMOVE else value
 
 
 def _by_path(table: PlainTable, names: Names, path: str) -> PlainTable:
     """Return a table by paths with every path written out, `radial` as x and y."""
-    result: PlainTable = {}
-    for text, value in leaves(table):
-        for found in expand_path(text, names, path=f"{path}.{text}"):
-            result[found] = value
-    return result
+    return {found: value for text, value in leaves(table) for found in expand_path(text, names, path=f"{path}.{text}")}
 
 
 def _tolerances(table: PlainTable, names: Names) -> PlainTable:
@@ -470,11 +462,9 @@ def _tolerances(table: PlainTable, names: Names) -> PlainTable:
     for name in TOLERANCE_TABLES:
         inner = table.get(name)
         if isinstance(inner, dict):
-            by_path: PlainTable = {}
-            for text, value in leaves(inner, ends=_holds_no_table):
-                where = f"tolerance.{name}.{text}"
-                by_path = union(by_path, {one_path(text, names, where): value}, f"tolerance.{name}")
-            result[name] = by_path
+            where, found = f"tolerance.{name}", leaves(inner, ends=_holds_no_table)
+            by_path = ({one_path(text, names, f"{where}.{text}"): value} for text, value in found)
+            result[name] = together(by_path, where)
         elif name in table:
             result[name] = inner
     return result

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Collection, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from ..errors import ModelError
@@ -40,6 +40,7 @@ class Tolerance:
     pair, draws for itself; of a single member its only draw.  common : one draw for all planets, added.
     phase : "random", or "marked": each planet's own draw gives its magnitude, at phase 0 of the planet's own x axis.
     unit : SI unit.  count : draws of `own`, one a planet; both halves of a member and both sides of a mesh share one.
+    grades : that `[tolerance.cost]` prices, in their order.
     """
 
     path: str
@@ -48,6 +49,7 @@ class Tolerance:
     phase: str
     unit: str
     count: int
+    grades: tuple[Grade, ...] = ()
 
     @property
     def vector(self) -> bool:
@@ -74,19 +76,10 @@ def tolerances(document: object, width: Width | None = None) -> tuple[Tolerance,
     document : a Document, or its tables (`Train.document`).  width : of the grades; `train.resolution` knows the
     sizes that they apply to.  Raises ModelError as `check_tolerance`, and for a grade without `width`.
     """
-    return _table_of(document, width).entries()
-
-
-def tolerances_and_costs(
-    document: object, width: Width | None = None
-) -> tuple[tuple[Tolerance, ...], dict[str, tuple[Grade, ...]]]:
-    """Return `tolerances`, and the grades that `[tolerance.cost]` prices, by the path of their entry, in their order.
-
-    document, width : as of `tolerances`.  Raises ModelError likewise.
-    """
-    reading = _table_of(document, width)
-    entries = reading.entries()
-    return entries, {entry.path: tuple(reading.priced(entry)) for entry in entries if entry.path in reading.costs}
+    data = getattr(document, "data", document)
+    if not isinstance(data, Mapping):
+        raise TypeError(f"a Document or its tables, not {type(document).__name__}")
+    return _ToleranceTable(dict(data), collect(data), width).entries()
 
 
 def check_tolerance(data: PlainTable, names: Names) -> None:
@@ -113,9 +106,6 @@ def check_tolerance(data: PlainTable, names: Names) -> None:
             problem = f"no tolerance at this path{nearest(path, known)}"
             allowed = f"one of {', '.join(known)}" if known else "a path of [tolerance]"
             raise ModelError(problem, path=f"tolerance.cost.{path}", given=_shown(table), allowed=allowed)
-    for entry in entries:
-        if entry.path in reading.costs:
-            list(reading.priced(entry))
 
 
 def still_toleranced(data: PlainTable, file: PlainTable, above: PlainTable, names: Names) -> PlainTable:
@@ -163,9 +153,12 @@ class _ToleranceTable:
         """Return the entries in the order of the file. Raises ModelError."""
         stated = {path: value for path, value in self.table.items() if path not in TOLERANCE_TABLES}
         found = quantities_at(self.data, stated, self.names)
-        return tuple(self._entry(path, value, found[path]) for path, value in stated.items())
+        entries = (self._entry(path, value, found[path]) for path, value in stated.items())
+        return tuple(
+            replace(one, grades=tuple(self._priced(one))) if one.path in self.costs else one for one in entries
+        )
 
-    def priced(self, entry: Tolerance) -> Iterator[Grade]:
+    def _priced(self, entry: Tolerance) -> Iterator[Grade]:
         """Yield the grades of one entry. Raises ModelError."""
         where = f"tolerance.cost.{entry.path}"
         table = self.costs[entry.path]
@@ -385,14 +378,6 @@ def _numbers_of(entry: Tolerance, names: Names) -> list[str]:
         # an amplitude stands in place of x and y
         return [f"{table}.{last}", *([f"{table}.x", f"{table}.y"] if last == "amplitude" else [])]
     return found
-
-
-def _table_of(document: object, width: Width | None) -> _ToleranceTable:
-    """Return `[tolerance]` of a Document, or of its tables."""
-    data = getattr(document, "data", document)
-    if not isinstance(data, Mapping):
-        raise TypeError(f"a Document or its tables, not {type(document).__name__}")
-    return _ToleranceTable(dict(data), collect(data), width)
 
 
 # smallest eigenvalue that counts as positive: rounding of a matrix of ones is 1e-15, and a direction with a thousandth

@@ -8,6 +8,7 @@ quantity that may stand at a path.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from functools import reduce
 from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
@@ -421,11 +422,8 @@ def quantities_at(data: PlainTable, paths: Iterable[str], names: Names) -> dict[
             return error
 
     layers = {path: expand(nested(tuple(path.split(".")), ASKED), names) for path in paths}
-    trial = data
-    for layer in layers.values():
-        trial = merge(trial, layer)
     try:
-        faults = _faults(trial, names, Reading())
+        faults = _faults(reduce(merge, layers.values(), data), names, Reading())
     except ModelError:  # a path refers to nothing
         faults = []
     errors = [(path_of(fault["loc"]), fault.get("ctx", {}).get("error")) for fault in faults]

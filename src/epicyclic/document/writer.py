@@ -155,18 +155,16 @@ def _with_units(plain: PlainTable) -> PlainTable:
         for written, _ in leaves(expand(nested(tuple(path.split(".")), value), names)):
             if written in bare:
                 kinds[path] = bare[written]
-    return _spelled(plain, "", kinds)
+    return dict(_spelled(plain, "", kinds))
 
 
-def _spelled(table: PlainTable, path: str, kinds: Mapping[str, tuple[str, ...]]) -> PlainTable:
+def _spelled(table: PlainTable, path: str, kinds: Mapping[str, tuple[str, ...]]) -> Iterator[tuple[str, Any]]:
     """A table with a unit at the numbers of the paths in `kinds`."""
-    result: PlainTable = {}
     for name, value in table.items():
         where = _join(path, name)
         if isinstance(value, dict) and where not in kinds:
-            value = _spelled(value, where, kinds)
-        result[name] = unit_text(value, kinds[where]) if where in kinds else value
-    return result
+            value = dict(_spelled(value, where, kinds))
+        yield name, unit_text(value, kinds[where]) if where in kinds else value
 
 
 def _placed(comments: Mapping[str, str], document: PlainTable) -> dict[str, str]:
@@ -192,7 +190,7 @@ def _paths(table: PlainTable, path: str) -> Iterator[str]:
             yield from _paths(value, where)
 
 
-def _section(table: PlainTable, path: str, heading: str, notes: Mapping[str, str]) -> list[str]:
+def _section(table: PlainTable, path: str, heading: str, notes: Mapping[str, str]) -> Iterator[str]:
     """Lines of a table under its heading, then of those in it that have a heading of their own."""
     headed = {name: value for name, value in table.items() if _has_heading(value, path, name, notes)}
     rows = [
@@ -201,19 +199,14 @@ def _section(table: PlainTable, path: str, heading: str, notes: Mapping[str, str
         if name not in headed
         for row in _rows(key_text(name), value, _join(path, name), notes)
     ]
-    below = [
-        line
-        for name, value in headed.items()
-        for line in _section(value, _join(path, name), ".".join(filter(None, (heading, key_text(name)))), notes)
-    ]
-    if not heading:
-        return _aligned(rows) + below
-    if not rows and headed and path not in notes:  # [stages] alone says nothing
-        return below
-    said, line = _comment_lines(notes.get(path, "")), f"[{heading}]"
-    if len(said) == 1 and len(line) + 2 + len(said[0]) <= _WIDTH:
-        said, line = [], f"{line}  {said[0]}"
-    return ["", *said, line, *_aligned(rows), *below]
+    if heading and (rows or not headed or path in notes):  # [stages] alone says nothing
+        said, line = _comment_lines(notes.get(path, "")), f"[{heading}]"
+        if len(said) == 1 and len(line) + 2 + len(said[0]) <= _WIDTH:
+            said, line = [], f"{line}  {said[0]}"
+        yield from ("", *said, line)
+    yield from _aligned(rows)
+    for name, value in headed.items():
+        yield from _section(value, _join(path, name), ".".join(filter(None, (heading, key_text(name)))), notes)
 
 
 def _has_heading(value: object, path: str, name: str, notes: Mapping[str, str]) -> bool:
@@ -255,21 +248,19 @@ def _in_braces(value: Mapping[str, object], path: str, notes: Mapping[str, str])
     return (len(value) > 1 or path.startswith("tolerance.")) and len(value_text(value)) <= _BRACES
 
 
-def _aligned(rows: Sequence[_Line]) -> list[str]:
+def _aligned(rows: Sequence[_Line]) -> Iterator[str]:
     """Lines with their = below each other, and comments behind them where there is room."""
     column = max((len(row.key) for row in rows if len(row.key) <= _LONGEST_KEY), default=0)
     texts = [f"{row.key:<{column}} = {row.value}" for row in rows]
     behind = [bool(row.comment) and "\n" not in row.comment for row in rows]
     behind = [is_behind and len(text) <= _WIDTH // 2 for is_behind, text in zip(behind, texts, strict=True)]
     place = max((len(text) for text, is_behind in zip(texts, behind, strict=True) if is_behind), default=0) + 2
-    lines = []
     for row, text, is_behind in zip(rows, texts, behind, strict=True):
         said = _comment_lines(row.comment)
         if is_behind and len(said) == 1 and place + len(said[0]) <= _WIDTH:
-            lines.append(f"{text:<{place}}{said[0]}")
+            yield f"{text:<{place}}{said[0]}"
         else:
-            lines += [*said, text]
-    return lines
+            yield from (*said, text)
 
 
 def _comment_lines(text: str) -> list[str]:

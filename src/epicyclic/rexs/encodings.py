@@ -42,7 +42,9 @@ from .file import (
 )
 from .table import REFERENCES, ROW, WORDS
 
-_HEADS = ("version", "applicationId", "applicationVersion", "date")  # of the root
+_HEADS = dict(  # keys of the root: fields of `RexsFile`
+    version="version", applicationId="application", applicationVersion="application_version", date="date"
+)
 _MARKS = ("id", "type", "role", "hint", "order", "name", "unit")  # what stands in a tag
 _ID = re.compile(r"[0-9]{1,15}")
 
@@ -75,12 +77,8 @@ def _file(model: object, encoding: Literal["xml", "json"]) -> RexsFile:
     own = {component.id for component in components if _is_custom(component.type)}
     relations = [r for r in _relations(model, notes) if not own.intersection(part for _, part in r.refs)]
     _check_ids(components, relations)
-    version, application, application_version, date = (plain_text(str(model.get(key, ""))) for key in _HEADS)
     return RexsFile(
-        version=version,
-        application=application,
-        application_version=application_version,
-        date=date,
+        **{field: plain_text(str(model.get(key, ""))) for key, field in _HEADS.items()},
         components=tuple(component for component in components if component.id not in own),
         relations=tuple(relations),
         load_cases=tuple(load_cases),
@@ -489,8 +487,8 @@ def rexs_bytes(file: RexsFile, encoding: str, *, name: str = "model.rexs") -> by
 def _model_tables(file: RexsFile) -> dict[str, Any]:
     """The tables of a file; relations repeat the types of their components as hints."""
     types = {component.id: component.type for component in file.components}
-    heads = (file.version, file.application, file.application_version, file.date)
-    model: dict[str, Any] = {**dict(zip(_HEADS, map(plain_text, heads), strict=True)), "relations": []}
+    model: dict[str, Any] = {key: plain_text(getattr(file, field)) for key, field in _HEADS.items()}
+    model["relations"] = []
     for relation in file.relations:
         refs = [{"id": part, "role": plain_text(role), "hint": plain_text(types[part])} for role, part in relation.refs]
         order = {} if relation.order is None else {"order": relation.order}
@@ -508,21 +506,20 @@ def _component_tables(components: Iterable[Component]) -> list[dict[str, Any]]:
     """Components with their attributes, each value beside the key that names its type."""
     tables = []
     for component in components:
-        attributes = []
-        for attribute in component.attributes.values():
-            entry: dict[str, Any] = {"id": plain_text(attribute.id), "unit": plain_text(attribute.unit)}
-            if attribute.value is not None:
-                key, value = _typed(attribute, f"component {component.id}, {attribute.id}")
-                entry[key] = value
-            attributes.append(entry)
+        attributes = [
+            {"id": plain_text(a.id), "unit": plain_text(a.unit), **_typed(a, f"component {component.id}, {a.id}")}
+            for a in component.attributes.values()
+        ]
         name = {"name": plain_text(component.name)} if component.name else {}
         tables.append({"id": component.id, "type": plain_text(component.type), **name, "attributes": attributes})
     return tables
 
 
-def _typed(attribute: Attribute, where: str) -> tuple[str, object]:
-    """The key that names the type of a value, and the value. Raises ModelError for a number that is not finite."""
+def _typed(attribute: Attribute, where: str) -> dict[str, object]:
+    """A value by the key that names its type, empty of none. Raises ModelError for a number that is not finite."""
     value, form = attribute.value, "{}"
+    if value is None:
+        return {}
     rows: list[tuple[Value, ...]] = [value if isinstance(value, tuple) else (value,)]
     if isinstance(value, tuple):
         form = "{}_array"
@@ -539,7 +536,7 @@ def _typed(attribute: Attribute, where: str) -> tuple[str, object]:
     else:
         kind = "integer" if cells and all(isinstance(cell, int) for cell in cells) else "floating_point"
     plain = [[_scalar(cell, where) for cell in row] for row in rows]
-    return form.format(kind), plain[0][0] if form == "{}" else plain[0] if form == "{}_array" else plain
+    return {form.format(kind): plain[0][0] if form == "{}" else plain[0] if form == "{}_array" else plain}
 
 
 def _scalar(value: Value, where: str) -> str | float | None:

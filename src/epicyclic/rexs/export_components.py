@@ -235,14 +235,12 @@ def _gears(body: Body, hands: Mapping[Key, int]) -> list[GearPart]:
     gear = body.gear
     if gear is None:
         return []
-    if not gear.herringbone:
-        hand = hands.get((body.name, body.side), hands.get((body.name, None), gear.hand))
-        return [GearPart(key=(body.name, body.side), body=body, gear=gear, hand=hand, station=body.station)]
-    apart = ((gear.face_width or 0.0) + gear.gap) / 2
+    apart, hand = ((gear.face_width or 0.0) + gear.gap) / 2, hands.get((body.name, None), gear.hand)
+    sides = [("left", apart, hand), ("right", -apart, -hand)] if gear.herringbone else [(body.side, 0.0, hand)]
     return [
-        GearPart(key=(body.name, side), body=body, gear=gear, hand=hands.get((body.name, side), sign * gear.hand),
-                 station=body.station - sign * apart)
-        for side, sign in (("left", 1), ("right", -1))
+        GearPart(key=(body.name, side), body=body, gear=gear, hand=hands.get((body.name, side), own),
+                 station=body.station - off)
+        for side, off, own in sides
     ]  # fmt: skip
 
 
@@ -544,12 +542,8 @@ def _mesh_load_factors(draft: Draft) -> dict[str, float]:
         draft.drop("K_gamma", f"{_FACTOR} is not written: {note}")
     loads = dict(zip(names, (float(v) for v in values[0]), strict=True))
     groups = grouped(((mesh.pair, mesh.side), mesh.name) for mesh in train.meshes)
-    factors: dict[str, float] = {}
-    for members in groups.values():
-        largest = float(np.max([loads.get(name, math.nan) for name in members]))
-        if math.isfinite(largest):
-            factors |= dict.fromkeys(members, largest)
-    return factors
+    largest = {members: float(np.max([loads.get(name, math.nan) for name in members])) for members in groups.values()}
+    return {name: value for members, value in largest.items() for name in members if math.isfinite(value)}
 
 
 def add_meshes(draft: Draft) -> None:

@@ -242,12 +242,8 @@ def _material(unit: GearUnit, gear: int) -> tuple[int, Table]:
     material = material_of(unit.view, gear)
     if material is None:
         return 0, {}
-    table: Table = {}
-    for row in _MATERIAL:
-        number = unit.view.number(material.id, row.id)
-        if number is not None and number.si > 0:
-            table[row.key] = row.entry(number)
-    return material.id, table
+    numbers = ((row, unit.view.number(material.id, row.id)) for row in _MATERIAL)
+    return material.id, {row.key: row.entry(number) for row, number in numbers if number is not None and number.si > 0}
 
 
 def _common_material(unit: GearUnit, materials: Sequence[tuple[int, Table]]) -> Table:
@@ -323,8 +319,8 @@ def _unread(unit: GearUnit) -> set[int]:
     return parts | {joint.id for joint in unit.joints if {*joint.ends} & shafts}
 
 
-def _counterparts(unit: GearUnit) -> dict[int, int]:
-    """Components of planets 2..n and of their meshes -> the same of planet 1."""
+def _counterparts(unit: GearUnit) -> Iterator[tuple[int, int]]:
+    """Components of planets 2..n and of their meshes, and the same of planet 1."""
     view = unit.view
 
     def of(stage: StageParts, branch: Branch) -> Iterator[int]:
@@ -333,19 +329,16 @@ def _counterparts(unit: GearUnit) -> dict[int, int]:
         yield from (*gears, *flanks, branch.shaft, *view.parts(branch.shaft, "additional_mass", "shaft_section"))
         yield from (part.id for flank in flanks for part in view.referenced(flank))
 
-    firsts: dict[int, int] = {}
     for stage in unit.stages:
         first = list(of(stage, stage.branches[0]))
         for branch in stage.branches[1:]:
-            firsts |= {b: a for a, b in zip(first, of(stage, branch), strict=False) if a != b}
-        firsts |= {mesh: meshes[0] for meshes in stage.meshes.values() for mesh in meshes[1:]}
-    return firsts
+            yield from ((b, a) for a, b in zip(first, of(stage, branch), strict=False) if a != b)
+        yield from ((mesh, meshes[0]) for meshes in stage.meshes.values() for mesh in meshes[1:])
 
 
-def _dropped(unit: GearUnit) -> list[Entry]:
+def _dropped(unit: GearUnit) -> Iterator[Entry]:
     """Every attribute that nobody asked for, by component, with the reason."""
-    dropped = []
-    view, unread, firsts = unit.view, _unread(unit), _counterparts(unit)
+    view, unread, firsts = unit.view, _unread(unit), dict(_counterparts(unit))
     for component in sorted(view.file.components, key=lambda c: c.id):
         first = view.components.get(firsts.get(component.id, -1))
         reasons: dict[str, list[str]] = {}
@@ -360,6 +353,6 @@ def _dropped(unit: GearUnit) -> list[Entry]:
             else:
                 reason = reason_dropped(component.type)
             reasons.setdefault(reason, []).append(name)
-        dropped += [Entry(component.id, ", ".join(names), "", reason) for reason, names in reasons.items()]
+        yield from (Entry(component.id, ", ".join(names), "", reason) for reason, names in reasons.items())
     reason = "a name of the user's own, which the standard leaves to him"
-    return dropped + [Entry(None, note, "", reason) for note in view.file.notes]
+    yield from (Entry(None, note, "", reason) for note in view.file.notes)

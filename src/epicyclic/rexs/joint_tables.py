@@ -6,7 +6,7 @@ Bearings and couplings become supports, planet bearings and couplings; speeds an
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -38,18 +38,16 @@ class _Load(NamedTuple):
 # supports -------------------------------------------------------------------------------------------------------------
 
 
-def _outer_joints(unit: GearUnit, member: StageMember) -> list[Joint]:
+def _outer_joints(unit: GearUnit, member: StageMember) -> Iterator[Joint]:
     """Joints of a member with anything outside it, the nearest member on a shared shaft taking each."""
     shared = unit.sharing(member)
-    joints = []
     for joint in unit.joints_at(member.parts):
         inside = [part for part in joint.ends if member in unit.at(part)]
         if len(inside) != 1:
             continue
         offsets = [abs(_offset(unit, joint, other)) for other in shared] if len(shared) > 1 else [0.0]
         if shared[offsets.index(min(offsets))] == member:
-            joints.append(joint)
-    return joints
+            yield joint
 
 
 def _to_housing(unit: GearUnit, member: StageMember) -> list[Joint]:
@@ -221,7 +219,7 @@ def operation_table(unit: GearUnit) -> Table:
         table["held"] = [_short(unit, member) for member in held]
         for member in held:
             unit.view.read(member.parts[0], "held", "operation.held", "joined to the casing so that it does not turn")
-    ends = _ends(unit, held)
+    ends = dict(_ends(unit, held))
     speeds = _speeds(unit, ends)
     if speeds:
         table["speed"] = {name: number.text for name, number in speeds.items()}
@@ -232,8 +230,8 @@ def _short(unit: GearUnit, member: StageMember) -> str:
     return member.name if len(unit.stages) == 1 else member.full_name
 
 
-def _ends(unit: GearUnit, held: list[StageMember]) -> dict[int, str]:
-    """Part -> name of the body or member that turns with it, of those that turn and are in a planetary stage.
+def _ends(unit: GearUnit, held: list[StageMember]) -> Iterator[tuple[int, str]]:
+    """Part, and name of the body or member that turns with it, of those that turn and are in a planetary stage.
 
     The member that a part is rigidly joined to comes before others.
     """
@@ -244,14 +242,12 @@ def _ends(unit: GearUnit, held: list[StageMember]) -> dict[int, str]:
         if joint.holds_turn:
             turning.join(joint.ends)
     turned = grouped((turning.root(part), member) for member in unit.central for part in member.parts)
-    ends: dict[int, str] = {}
     for part in unit.view.components:
         members = unit.at(part) or turned.get(turning.root(part), ())
         if (free := unit.free.get(unit.rigid.root(part))) is not None:
-            ends[part] = free
+            yield part, free
         elif members and members[0] not in held:
-            ends[part] = _short(unit, members[0])
-    return ends
+            yield part, _short(unit, members[0])
 
 
 def _signed(unit: GearUnit, number: Number, part: int) -> Number:

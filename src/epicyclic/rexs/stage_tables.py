@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -163,20 +163,18 @@ def _distance(unit: GearUnit, stage: StageParts, path: str) -> Number | None:
     return number
 
 
-def _shared(unit: GearUnit, stage: StageParts, path: str) -> Table:
+def _shared(unit: GearUnit, stage: StageParts, path: str) -> Iterator[tuple[str, object]]:
     """What all gears of a stage have in common: module, helix angle, pressure angle, face width."""
     gears = list(stage.gears.values())
     flanks = [flank.id for gear in gears for flank in unit.view.flanks_of(gear)]
-    table: Table = {}
     for row, parts, told in (*((row, gears, gears) for row in _SHARED), (_PRESSURE_ANGLE, flanks, gears[:1])):
         entries = {_entry(unit.view, part, row) for part in parts}
         if len(entries) == 1 and (entry := entries.pop()):
-            table[row.key] = entry
+            yield row.key, entry
             for gear in told:
                 unit.view.read(gear, row.id, f"{path}.{row.key}", entry)
         elif row is _PRESSURE_ANGLE and not entries - {None}:
             unit.view.assume(stage.id, row.id, "", "not given: 20 deg")
-    return table
 
 
 def _entry(view: View, part: int, row: RexsRow) -> object:
@@ -332,7 +330,7 @@ def gear_table(view: View, gears: Sequence[int], path: str, stage_table: Table) 
             if entry is not None and table.get(row.key, entry) != entry:
                 view.lose(flanks[-1].id, row.id, "differs from that of the left flank, which counts")
             _put(view, flank.id, row, table, path, stage_table)
-    modified = [_flank_table(view, flank, facts, f"{path}.flank") for flank in flanks]
+    modified = [dict(_flank_table(view, flank, facts, f"{path}.flank")) for flank in flanks]
     if len(modified) == 2 and modified[0] != modified[1]:
         reason = "left and right flank differ: that of the left flank is taken for the loaded one"
         view.assume(flanks[0].id, "flank", f"{path}.flank" if modified[0] else "", reason)
@@ -388,24 +386,22 @@ def _tools(view: View, gear: int) -> list[Component]:
     return [component for component in (*view.referenced(gear), *working) if component.type in _TOOLS]
 
 
-def _flank_table(view: View, flank: Component, facts: GearFacts, path: str) -> Table:
+def _flank_table(view: View, flank: Component, facts: GearFacts, path: str) -> Iterator[tuple[str, object]]:
     """Modifications of one flank."""
-    table: Table = {}
     for part in view.referenced(flank.id):
         if part.type in ("tip_relief", "root_relief"):
             relief = _relief(view, part, facts)
             if relief:
-                table[part.type] = relief
+                yield part.type, relief
                 view.read(part.id, f"{part.type}_depth", f"{path}.{part.type}", relief["amount"])
         elif part.type == "helix_crowning":
             ends = [view.number(part.id, row.id) for row in rows_of("helix_crowning")]
             crownings = [number for number in ends if number is not None]
             if crownings and all(number.si == crownings[0].si for number in crownings) and crownings[0].si >= 0:
-                table["crown"] = crownings[0].text
+                yield "crown", crownings[0].text
                 view.read(part.id, "helix_crowning_amount_datum_face", f"{path}.crown", crownings[0].text)
             elif crownings:
                 view.lose(part.id, "helix_crowning_amount", "crowning that differs at both ends of the face")
-    return table
 
 
 def _relief(view: View, part: Component, facts: GearFacts) -> Table:

@@ -7,7 +7,7 @@ between shafts, plates and the casing, and which parts turn as one.
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Generic, NamedTuple, TypeVar
 
@@ -486,7 +486,7 @@ def _stage(view: View, stage: int, name: str, meshes: _Meshes) -> StageParts:
         allowed = "relations stage with gear_1, gear_2"
         raise ModelError("no gear that meshes with the planets", path=where, allowed=allowed)
     by_shaft = grouped((shaft, gear) for gear in central if (shaft := view.shaft_of(gear)) is not None)
-    twins = _twins(view, [*on_shaft.values(), *by_shaft.values()])
+    twins = dict(_twins(view, [*on_shaft.values(), *by_shaft.values()]))
     right = set(twins.values())
     members: dict[str, int] = {}
     for gear in sorted(set(central) - right, key=lambda g: (view.components[g].type, g)):
@@ -513,14 +513,13 @@ def _stage(view: View, stage: int, name: str, meshes: _Meshes) -> StageParts:
         planets=planets,
         branches=tuple(branches),
         carrier=carriers[0] if carriers else None,
-        meshes=_pairs(members, planets, branches, of_stage),
+        meshes=dict(_pairs(members, planets, branches, of_stage)),
         twins=twins,
     )
 
 
-def _twins(view: View, groups: Sequence[Sequence[int]]) -> dict[int, int]:
+def _twins(view: View, groups: Sequence[Sequence[int]]) -> Iterator[tuple[int, int]]:
     """Left gear -> right gear of two on one shaft that are alike but for their hand: halves of a herringbone gear."""
-    twins = {}
     for group in groups:
         if len(group) != 2:
             continue
@@ -532,22 +531,18 @@ def _twins(view: View, groups: Sequence[Sequence[int]]) -> dict[int, int]:
         if frames[0] is None or frames[1] is None:
             continue
         order = (frames[1].place - frames[0].place) @ frames[0].u >= 0
-        left, right = group if order else (group[1], group[0])
-        twins[left] = right
-    return twins
+        yield (group[0], group[1]) if order else (group[1], group[0])
 
 
 def _pairs(
     members: Mapping[str, int], planets: Sequence[str], branches: Sequence[Branch], meshes: _Meshes
-) -> dict[str, tuple[int, ...]]:
+) -> Iterator[tuple[str, tuple[int, ...]]]:
     """Pairs of members that mesh, with the cylindrical stage of each branch where it has one."""
     by_gears = {frozenset(pair): mesh for mesh, pair in meshes}
-    pairs: dict[str, tuple[int, ...]] = {}
     for member, gear in members.items():
         for place, planet in enumerate(planets):
             stages = [by_gears.get(frozenset((gear, branch.gears[place]))) for branch in branches]
             of_pair = tuple(stage for stage in stages if stage is not None)
             if of_pair:
                 name = f"{planet}-{member}" if member.startswith("ring") else f"{member}-{planet}"
-                pairs[name] = of_pair
-    return pairs
+                yield name, of_pair

@@ -41,8 +41,7 @@ from numpy.typing import NDArray
 
 from ..errors import ConvergenceError, ModelError
 from ..system.contact_sets import ContactSetLaw
-from ..system.flank_laws import LinearAt
-from ..system.gaps import FlanksAt
+from ..system.gaps import FlanksAt, linear_flanks
 from ..system.link_laws import Laws, stacked
 from ..system.system import Array, System, elastic_rows, free_motions
 from .record import contradicting_radii, unheld, unheld_error
@@ -151,6 +150,8 @@ _OPEN = 1e-12
 # The same of a group in its clearance.  Less leaves an unloaded body that just touches swinging round its clearance
 # with steps so long that the touch itself is not resolved; 1e-3 costs two steps more.
 _FLOATING = 1e-6
+# Residual of row forces, relative to the largest, to which the iteration goes, and its most steps.
+_TOLERANCE, _STEPS = 1e-10, 60
 # Rounding of the residual, per row and per its largest term.
 _ROUNDING = 1e-15
 # Drop of the residual below the least of any full step before that lets one stand without a line search.
@@ -407,8 +408,6 @@ def equilibrium(
     laws: Laws | None = None,
     anchor: Array | None = None,
     start: Array | None = None,
-    tolerance: float = 1e-10,
-    max_iterations: int = 60,
 ) -> Equilibrium:
     """Equilibrium at T instants, meshes pulling nothing, groups following their laws.
 
@@ -420,20 +419,15 @@ def equilibrium(
     laws : of the groups, where there are any.  anchor : (T, R) sliders before this step, for laws with a memory [m];
         without it they follow the radial law.
     start : (T, M) approach B'q to start from [m]; all loaded flanks closed, and the far ones open, where None.
-    tolerance : of the residual of row forces, relative to the largest [1].
 
     Raises
     ------
     ModelError : the load drives bodies apart and nothing holds them.
-    ConvergenceError : not converged in `max_iterations`, or forces on a body that do not balance.
+    ConvergenceError : not converged in so many steps, or forces on a body that do not balance.
     """
     k0, S = flexible.stiffness, flexible.to_mesh
     laws = stacked(()) if laws is None else laws
-    if flanks is None:
-        flanks = FlanksAt(
-            parts=((LinearAt(stiffness=stiffness), slice(0, stiffness.shape[1])),), count=stiffness.shape[1]
-        )
-    rows = _Rows(flanks=flanks, gap=gap, laws=laws, anchor=anchor)
+    rows = _Rows(flanks=linear_flanks(stiffness) if flanks is None else flanks, gap=gap, laws=laws, anchor=anchor)
     free_gap = force @ flexible.gap_of_force.T
     m = stiffness.shape[1]
     if start is None:
@@ -447,9 +441,9 @@ def equilibrium(
     least, best, solution = np.full(len(gap), np.inf), np.full(len(gap), np.inf), pull.copy()
     polished = ~np.any(force != 0, axis=1)  # without a load all forces are rounding
     todo = np.arange(len(gap))
-    for _ in range(max_iterations + 1):
+    for _ in range(_STEPS + 1):
         here = rows.at(todo)
-        residual, limit, exact = _residual(S, k0, pull[todo], free_gap[todo], here, tolerance)
+        residual, limit, exact = _residual(S, k0, pull[todo], free_gap[todo], here)
         left = np.max(np.abs(residual), axis=1, initial=0.0)
         within = (left <= limit) & (left < best[todo])
         best[todo[within]], solution[todo[within]] = left[within], pull[todo[within]]
@@ -460,7 +454,7 @@ def equilibrium(
         todo = todo[unfinished]
         if not todo.size:
             return _result(flexible, solution, free_gap, rows, force, iterations, m)
-        if iterations[todo[0]] >= max_iterations:
+        if iterations[todo[0]] >= _STEPS:
             break
         step, least[todo] = _newton_step(
             flexible, residual[unfinished], least[todo], pull[todo], free_gap[todo], here.at(unfinished)
@@ -468,7 +462,7 @@ def equilibrium(
         pull[todo] += step
         iterations[todo] += 1
     raise ConvergenceError(
-        f"no static equilibrium after {max_iterations} steps at {todo.size} of {len(gap)} instants; "
+        f"no static equilibrium after {_STEPS} steps at {todo.size} of {len(gap)} instants; "
         "check that supports and meshes can carry the load"
     )
 
@@ -492,9 +486,7 @@ def thrust_named(system: System) -> Iterator[None]:
         raise ConvergenceError(text) from error
 
 
-def _residual(
-    S: Array, k0: Array, pull: Array, free_gap: Array, rows: _Rows, tolerance: float = 0.0
-) -> tuple[Array, Array, Array]:
+def _residual(S: Array, k0: Array, pull: Array, free_gap: Array, rows: _Rows) -> tuple[Array, Array, Array]:
     """r = p - k0 w + f(w - e) (T, M) [N], its convergence limit (T,) [N], and that without rounding (T,) [N]."""
     w = free_gap + pull @ S
     contact, tangent = rows.force_and_tangent(w)
@@ -504,7 +496,7 @@ def _residual(
         stiff[:, far] = tangent[:, far]
     sizes = np.maximum(np.abs(pull), stiff * (np.abs(w) + np.abs(rows.gap)))
     terms = np.max(sizes, axis=1, initial=np.finfo(float).tiny)
-    exact = tolerance * np.max(np.abs(contact), axis=1, initial=0.0)
+    exact = _TOLERANCE * np.max(np.abs(contact), axis=1, initial=0.0)
     return pull - k0 * w + contact, exact + _ROUNDING * len(k0) * terms, exact
 
 

@@ -168,12 +168,8 @@ def phase_points(phases: SlowPhases, count: int) -> ComplexArray:
     """
     if not phases:
         return np.ones((1, 0), complex)
-    t = 2 * np.pi * _lattice(count, len(phases))
-    unit = np.empty((count, sum(map(len, phases))), complex)
-    for column, waves in enumerate(phases):
-        for place, order in waves:
-            unit[:, place] = np.exp(1j * order * t[:, column])
-    return unit
+    of, order, _ = _waves(phases)
+    return np.asarray(np.exp(1j * order * (2 * np.pi * _lattice(count, len(phases))[:, of])))
 
 
 def phase_steps(phases: SlowPhases, rounds: int) -> Array:
@@ -185,12 +181,14 @@ def phase_steps(phases: SlowPhases, rounds: int) -> Array:
     count = 2 ** (min(len(phases), 4) + 1)
     step = np.random.default_rng(1).normal(size=(rounds, len(phases), count))
     step /= np.linalg.norm(step, axis=1, keepdims=True)
-    turn = np.empty((rounds, sum(map(len, phases)), count))
-    for column, waves in enumerate(phases):
-        highest = max(order for _, order in waves)
-        for place, order in waves:
-            turn[:, place] = order / highest * step[:, column]
-    return turn
+    of, order, highest = _waves(phases)
+    return np.asarray((order / highest)[:, None] * step[:, of])
+
+
+def _waves(phases: SlowPhases) -> NDArray[np.int64]:
+    """Set, order, and highest order of its set, (3, G), of every wave."""
+    waves = sorted((i, at, order, max(n for _, n in tied)) for at, tied in enumerate(phases) for i, order in tied)
+    return np.array(waves, np.int64).reshape(-1, 4).T[1:]
 
 
 @lru_cache(maxsize=32)
@@ -223,10 +221,7 @@ def closed_loads(force: Array, wave: ComplexArray, members: Sequence[MeshGroup],
     """
     loads = np.empty((2, *force.shape))
     for group in members:
-        still, turning = force[:, group], wave[:, :, group]
-        mean, largest = _closed_shares(still, turning, phases)
-        loads[0][:, group] = len(group) * mean
-        loads[1][:, group] = len(group) * largest
+        loads[..., group] = len(group) * np.array(_closed_shares(force[:, group], wave[:, :, group], phases))
     return loads
 
 
@@ -315,10 +310,8 @@ class LineMap:
         turning = np.empty((len(self.frequency), S, self.still.size), complex)
         for f in range(len(self.frequency)):
             together = self.column_line == f
-            x = factors[:, together]
-            turning[f].real = x @ self.column[together].real
-            turning[f].imag = x @ self.column[together].imag
-            turning[f] += self.turning[f]
+            wave = factors[:, together] @ self.column[together].view(float)  # parts side by side: all stays real
+            turning[f] = wave.view(complex) + self.turning[f]
         return still, turning
 
 

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from ..errors import ConvergenceError, ModelError
 from ..limits import carries_load
+from ..system.gaps import net_force
 from ..system.system import Array, ComplexArray, System
 from .equilibrium import LEFT
 from .load_map import (
@@ -156,9 +157,7 @@ def net_forces(
     stretch, regular = stretches(everyone, 0.0)
     found &= np.asarray(regular & np.isfinite(stretch.sum(axis=1)))
     force = stretch[:, :F] * np.where(state, pressing[..., :F], 0.0)
-    net = force[:, :m].copy()
-    net[:, loads.far] -= force[:, m:]
-    return net, np.asarray(found, bool)
+    return net_force(force, loads.far), np.asarray(found, bool)
 
 
 def _stretches_of_each(
@@ -174,11 +173,12 @@ def _stretches_of_each(
     for first in range(0, T, step):
         at = slice(first, first + step)
         matrix = np.eye(M) - S * (k0 - kappa[at])[:, None, :]
-        stretch[at], regular[at] = _solutions(matrix, closed[at])
+        solution, regular[at] = _solutions(matrix, closed[at, :, None])
+        stretch[at] = solution[..., 0]
         if not open_part:
-            missed = (matrix @ stretch[at, :, None])[..., 0] - closed[at]
-            regular[at] &= _consistent(missed, closed[at])
-            regular[at] &= _balanced(np.maximum(k0, kappa[at]) * missed, kappa[at] * stretch[at])
+            missed = (matrix @ solution)[..., 0] - closed[at]
+            regular[at] &= _at_most(_CONSISTENT, missed, closed[at])
+            regular[at] &= _at_most(LEFT, np.maximum(k0, kappa[at]) * missed, kappa[at] * stretch[at])
     return stretch, regular
 
 
@@ -191,7 +191,11 @@ def _stretches_of_sets(
     """
     F, k0, S = state.shape[1], loads.flexible.stiffness, loads.flexible.to_mesh
     stretch, regular = closed.copy(), np.ones(len(closed), bool)
-    for at in _alike(state, np.flatnonzero((state != (k0[:F] > 0)).any(axis=1))):
+    changed = np.flatnonzero((state != (k0[:F] > 0)).any(axis=1))
+    packed = np.packbits(state[changed], axis=1)  # as bytes of one length, which are sorted four times as quickly
+    _, number, count = np.unique(packed.view(f"S{packed.shape[1]}"), return_inverse=True, return_counts=True)
+    alike = np.split(changed[np.argsort(number.ravel(), kind="stable")], np.cumsum(count)[:-1])
+    for at in alike if changed.size else ():
         kappa = k0.copy()
         kappa[:F] = np.where(state[at[0]], pressing[:F], open_part * k0[:F])
         differs = np.flatnonzero(k0 != kappa)
@@ -200,54 +204,39 @@ def _stretches_of_sets(
         right = closed[np.ix_(at, differs)]
         solution, regular[at] = _solutions(matrix[None], right.T[None])
         if not open_part:
-            regular[at] &= _consistent((matrix @ solution[0]).T - right, closed[at])
+            regular[at] &= _at_most(_CONSISTENT, (matrix @ solution[0]).T - right, closed[at])
         stretch[at] = closed[at] + (solution[0].T * D) @ S[:, differs].T
         if not open_part:
             missed = stretch[np.ix_(at, differs)] - solution[0].T
-            regular[at] &= _balanced(np.maximum(k0, kappa)[differs] * missed, kappa * stretch[at])
+            regular[at] &= _at_most(LEFT, np.maximum(k0, kappa)[differs] * missed, kappa * stretch[at])
     return stretch, regular
 
 
-def _alike(state: NDArray[np.bool_], chosen: NDArray[np.int64]) -> list[NDArray[np.int64]]:
-    """The chosen samples in groups of one set of rows each."""
-    if not chosen.size:
-        return []
-    packed = np.packbits(state[chosen], axis=1)
-    order = np.lexsort(packed.T)
-    new = np.any(np.diff(packed[order], axis=0) != 0, axis=1)
-    return np.split(chosen[order], np.flatnonzero(new) + 1)
-
-
 def _solutions(matrix: Array, right: Array) -> tuple[Array, NDArray[np.bool_]]:
-    """Solutions of batched linear equations and whether each matrix is regular.
+    """Solutions (T, n, r) of batched linear equations and whether each matrix (T, n, n) is regular.
 
     A branch that is open on both sides turns freely: the gaps of its rows are not unique, all forces are.  Of singular
     equations the solution of least size stands, if it is one.
     """
-    vector = right.ndim == 2
     try:
-        solution = np.linalg.solve(matrix, right[..., None] if vector else right)
-        return np.asarray(solution[..., 0] if vector else solution), np.ones(len(matrix), bool)
+        return np.asarray(np.linalg.solve(matrix, right), float), np.ones(len(matrix), bool)
     except np.linalg.LinAlgError:
         if len(matrix) == 1:
             least = np.linalg.lstsq(matrix[0], right[0], rcond=None)[0]
             missed = (matrix[0] @ least - right[0]).reshape(1, -1)
-            return least[None], _consistent(missed, right.reshape(1, -1))
+            return least[None], _at_most(_CONSISTENT, missed, right.reshape(1, -1))
         halves = [_solutions(*half) for half in zip(np.array_split(matrix, 2), np.array_split(right, 2), strict=True)]
         return np.concatenate([half[0] for half in halves]), np.concatenate([half[1] for half in halves])
 
 
-def _consistent(missed: Array, closed: Array) -> NDArray[np.bool_]:
-    """Whether what equations miss (T, n) [m] is rounding beside the closed stretches (T, M) [m], each sample (T,)."""
-    size = np.max(np.abs(closed), axis=1, initial=0.0)
-    return np.asarray(np.max(np.abs(missed), axis=1, initial=0.0) <= _CONSISTENT * size)
+def _at_most(part: float, missed: Array, beside: Array) -> NDArray[np.bool_]:
+    """Whether what equations of a sample miss (T, n) is at most a part of what is beside it (T, M), each sample (T,).
 
-
-def _balanced(missed: Array, force: Array) -> NDArray[np.bool_]:
-    """Whether forces that rows miss (T, n) [N] are rounding beside those of all rows (T, M) [N], each sample (T,)."""
+    That are the closed stretches [m], or the forces of all rows [N]; where these are zero, what is missed is rounding.
+    """
     left = np.max(np.abs(missed), axis=1, initial=0.0)
-    largest = np.max(np.abs(force), axis=1, initial=0.0)
-    return np.asarray((left <= LEFT * largest) | (largest == 0))
+    largest = np.max(np.abs(beside), axis=1, initial=0.0)
+    return np.asarray((left <= part * largest) | (largest == 0))
 
 
 # samples --------------------------------------------------------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""Signals of sensors over time, from displacements and forces; the rows are those of `system.sensor_rows`."""
+"""Signals of sensors over time, from displacements and forces; the rows are those of `system.signal_rows`."""
 
 from __future__ import annotations
 

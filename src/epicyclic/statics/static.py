@@ -22,8 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ConvergenceError
-from ..system.flank_laws import LinearAt
-from ..system.gaps import FlanksAt, flanks, groups_past_the_end, net_force, past_the_end
+from ..system.gaps import flanks, groups_past_the_end, linear_flanks, net_force, past_the_end
 from ..system.link_laws import STATES, Laws
 from ..system.system import Array, Faces, System, elastic_rows, faces
 from ..warning_codes import CodedText, coded
@@ -155,9 +154,7 @@ def settled(
     if held.system.meshes.laws:
         contact = flanks(held.system).at(here.phases)
     else:
-        linear = LinearAt(stiffness=np.hstack([here.stiffness, here.far_stiffness]))
-        count = linear.stiffness.shape[1]
-        contact = FlanksAt(parts=((linear, slice(0, count)),), count=count)
+        contact = linear_flanks(np.hstack([here.stiffness, here.far_stiffness]))
     with thrust_named(held.system):
         state = equilibrium(
             held.whole,
@@ -354,28 +351,27 @@ def flank_contact(system: System, forces: Sequence[tuple[Array, Array]]) -> Flan
     )
 
 
-def contact_warnings(system: System, contact: FlankContact) -> list[CodedText]:
+def contact_warnings(system: System, contact: FlankContact) -> Iterator[CodedText]:
     """Warnings of rows without any contact at some instant, of those on their far flank, and of the ends of tables.
 
     Meshes without load beside loaded ones are told as such, and not of those that open.
     """
-    notes: list[CodedText] = []
     names, face = np.array(system.meshes.name, dtype=object), faces(system.meshes)
     net, groups, rounding = face.total(contact.force, axis=1), parallel_meshes(system.meshes), rounding_of(system)
     mean, most = net.mean(axis=0), np.abs(net).max(axis=0)
     loaded = loaded_meshes(mean, groups, most=most, rounding=rounding)
     loaded |= loaded_meshes(-mean, groups, most=most, rounding=rounding)  # on the far flanks
     if loaded.any():
-        notes += idle_warnings(face.name, loaded, "contact that holds a body")
+        yield from idle_warnings(face.name, loaded, "contact that holds a body")
     apart = ~np.all(contact.loaded | contact.far, axis=0) & (loaded[face.row] | ~loaded.any())
     if apart.any():
         open_ = ", ".join(names[apart])
-        notes.append(coded("contact-lost", f"meshes open: {open_}; bodies held by them alone have no unique position"))
+        yield coded("contact-lost", f"meshes open: {open_}; bodies held by them alone have no unique position")
     behind = contact.far.any(axis=0)
     if behind.any():
         text = f"meshes on their far flank, where their force is negative: {', '.join(names[behind])}"
-        notes.append(coded("far-flank-loaded", text))
-    return notes + past_the_end(system, flanks(system), contact.largest)
+        yield coded("far-flank-loaded", text)
+    yield from past_the_end(system, flanks(system), contact.largest)
 
 
 def zero_warnings(system: System) -> list[CodedText]:

@@ -7,7 +7,7 @@ and linear response stand on the linear System; derived here from the laws.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from typing import NamedTuple
@@ -145,10 +145,9 @@ def _link_tangents(system: System, *, floating: bool) -> _LinkTangents:
     stretch = mean.group_stretch[0]
     tangent = small_motion_tangent(system.laws, stretch, floating=floating)
     lag = np.repeat([group.lag for group in system.groups], [len(group.rows) for group in system.groups])
-    groups = []
-    for group, first in zip(system.groups, system.laws.rows.first, strict=True):
-        rows = slice(first, first + len(group.rows))
-        groups.append(_along_axes(group, rows, stretch[rows], tangent[rows, rows]))
+    begins = zip(system.groups, system.laws.rows.first, strict=True)
+    slices = [(group, slice(first, first + len(group.rows))) for group, first in begins]
+    groups = [_along_axes(group, rows, stretch[rows], tangent[rows, rows]) for group, rows in slices]
     return _LinkTangents(stretch, mean.group_force[0] - tangent @ stretch, tangent, lag, groups)
 
 
@@ -375,7 +374,7 @@ def _slow_forces(system: System, of: System, record: Record) -> Array:
 # flanks ---------------------------------------------------------------------------------------------------------------
 
 
-def flank_warnings(system: System) -> list[CodedText]:
+def flank_warnings(system: System) -> Iterator[CodedText]:
     """A warning for every pair whose flanks follow a law: how far their tangent at the operating load is from it.
 
     First touch of the law less that of the tangent, and the force of the tangent over that of the law, less one, at the
@@ -384,7 +383,7 @@ def flank_warnings(system: System) -> list[CodedText]:
     """
     meshes = system.meshes
     if not meshes.laws:
-        return []
+        return
     load, touch, error = (np.full(len(meshes.name), np.nan) for _ in range(3))
     lawful = np.zeros(len(meshes.name), bool)
     for part in meshes.laws:
@@ -392,13 +391,11 @@ def flank_warnings(system: System) -> list[CodedText]:
         touch[part.rows], error[part.rows] = _departure(meshes, part)
     whole = faces(meshes)
     pairs = np.array(meshes.pair)
-    warnings = []
     for pair in dict.fromkeys(pairs[lawful].tolist()):
         rows = np.flatnonzero(lawful & (pairs == pair))
         mesh_load = whole.total(load)[np.unique(whole.row[rows])]
         text = _departure_text(mesh_load, float(_largest(touch[rows])), float(_largest(error[rows])))
-        warnings.append(coded("law-linearised", f"{pair}: {text}"))
-    return warnings
+        yield coded("law-linearised", f"{pair}: {text}")
 
 
 def _departure(meshes: MeshRows, part: LawRows) -> tuple[Array, Array]:

@@ -1,6 +1,6 @@
 """Transmission errors of meshes and shafts, rows of the coordinates: ranges and orders as exact sums of lines.
 
-The rows are those of `system.transmission_rows`.  Derived here.
+The rows are those of `system.signal_rows`.  Derived here.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from functools import lru_cache
@@ -26,7 +26,7 @@ from ..teeth.mesh_stiffness import series_in_time
 from ..train.train import DIRECTIONS, Body, Link, Mesh, Train
 from ..user_input import checked
 from .excitation import FullModel, excitation_lines
-from .sensor_rows import sensor_rows
+from .signal_rows import error_rows, sensor_rows
 from .structure import (
     Structure,
     flank_laws,
@@ -50,7 +50,6 @@ from .system import (
     reduced_operator,
     turn_operator,
 )
-from .transmission_rows import error_rows
 
 # direction of a row -> that across it, and the sense in which a turn by a quarter leads there
 _ACROSS = {0: (1, 1), 1: (0, -1), 3: (4, 1), 4: (3, -1)}
@@ -109,13 +108,11 @@ def assemble(train: Train) -> System:
         zeta=train.damping.modal,
         body_mass=mass,
         bent_mass=model.bent_mass if structure.elastic else np.zeros((0, 0)),
-        symmetries=_symmetries(train, structure, T, M, K + (meshes.B * meshes.stiffness) @ meshes.B.T),
+        symmetries=tuple(_symmetries(train, structure, T, M, K + (meshes.B * meshes.stiffness) @ meshes.B.T)),
         warnings=(*train.warnings, *law_warnings(train)),
         provenance=train_provenance(train),
         missing_inertia=missing,
-        groups=law_groups(
-            train, structure.links, L, lag=train.damping.stiffness or 0.0, frame_turn=structure.frame_turn
-        ),
+        groups=tuple(law_groups(train, structure, L)),
         body_turns=structure.spin_turn if train.kinematics.speed is not None else (),
         euler=T.T @ model.euler @ T,
         spin_up=spin_up_load(mass[:, 0], mass[:, 5], structure.frame_speed, structure.spin, own_centres(train))
@@ -305,7 +302,7 @@ def _meshes(train: Train, structure: Structure, T: Array, M: Array | None, tones
         ends=tuple((m.a, m.b) for m in meshes),
         internal=tuple(m.internal for m in meshes),
         direction=np.array([m.direction for m in meshes]),
-        laws=flank_laws(structure.meshes, np.array(tone, np.int64)),
+        laws=tuple(flank_laws(structure.meshes, np.array(tone, np.int64))),
     )
     if not train.damping.mesh or M is None:
         return rows
@@ -328,7 +325,7 @@ def _far_flanks(structure: Structure, T: Array, meshes: MeshRows) -> FarFlanks:
         mesh=structure.far_of,
         B=(structure.far @ T).T,
         variation=_variations([row.mesh for row in rows], orders=meshes.variation.shape[1]),
-        laws=flank_laws(rows, meshes.tone[structure.far_of], far=True),
+        laws=tuple(flank_laws(rows, meshes.tone[structure.far_of], far=True)),
     )
 
 
@@ -396,9 +393,8 @@ def _passing(structure: Structure, T: Array) -> PassingRows | None:
     )
 
 
-def _symmetries(train: Train, structure: Structure, T: Array, M: Array, K: Array) -> tuple[Symmetry, ...]:
+def _symmetries(train: Train, structure: Structure, T: Array, M: Array, K: Array) -> Iterator[Symmetry]:
     """Cyclic symmetry of every stage, checked on M and K (n, n), K with the mean meshes; T : (N, n)."""
-    symmetries = []
     for stage, branches in train.planets.items():
         members: dict[tuple[str, str | None, str], dict[int, int]] = {}
         central = []
@@ -409,25 +405,19 @@ def _symmetries(train: Train, structure: Structure, T: Array, M: Array, K: Array
             elif body.member.split(".")[0] == stage:
                 place = body.name.removeprefix(body.shaft_of or body.name)
                 members.setdefault((body.member, body.side, place), {})[body.branch] = i
-        moves = [(where[b], where[b % branches + 1]) for where in members.values() for b in where]
+        bodies = [(where[b], where[b % branches + 1]) for where in members.values() for b in where]
         angle = 2 * math.pi / branches
-        full = np.eye(len(T))
-        rigid = turn_operator(len(train.bodies), moves=moves, turned=central, angle=angle)
-        full[: len(rigid), : len(rigid)] = rigid
         columns = {part.body: part.columns for part in structure.elastic}
+        moves = [(slice(6 * i, 6 * i + 6), slice(6 * j, 6 * j + 6)) for i, j in bodies]
+        moves += [(columns[i], columns[j]) for i, j in bodies if i in columns and j in columns]
+        full = turn_operator(len(T), moves=moves, turned=central, angle=angle)
         for part in structure.elastic:
             if part.body in central and (turned := part.elastic.turned(angle)) is not None:
                 full[part.columns, part.columns] = turned
-        own = [(columns[i], columns[j]) for i, j in moves if i in columns and j in columns]
-        for source, _ in own:
-            full[source, source] = 0.0
-        for source, target in own:
-            full[target, source] = np.eye(source.stop - source.start)
         R = reduced_operator(full, T) if branches > 1 else None
         holds = R is not None and commutes(R, M) and commutes(R, K)
         operator = np.eye(T.shape[1]) if R is None else R
-        symmetries.append(Symmetry(stage=stage, branches=branches, operator=operator, holds=holds))
-    return tuple(symmetries)
+        yield Symmetry(stage=stage, branches=branches, operator=operator, holds=holds)
 
 
 X, Y, Z, RX, RY, RZ = range(6)

@@ -234,18 +234,12 @@ def unit_lines(train: Train, deviations: Sequence[Displacement | MeshError]) -> 
     """
     structure = structure_of(train)
     T, S, _ = eliminate(structure.rigid, structure.pivots)
-    size = structure.size
-    zero = np.zeros((size, size))
+    terms = ("bent_mass", "bent_damping", "bent_skew", "G", "Kg", "euler")
     model = FullModel(
         T=T,
         S=S,
         mass=np.zeros((len(train.bodies), 6)),
-        bent_mass=zero,
-        bent_damping=zero,
-        bent_skew=zero,
-        G=zero,
-        Kg=zero,
-        euler=zero,
+        **dict.fromkeys(terms, np.zeros((structure.size, structure.size))),
         mass_damping=0.0,
         link_stiffness=structure.linear_stiffness,
         link_damping=np.zeros(len(structure.links)),

@@ -26,7 +26,6 @@ of load in between is internal to the law, which returns the force of each row, 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any, Protocol
@@ -445,14 +444,3 @@ class FaceContact(Protocol):
         rows : (t, g, 3) approach of every row, positive closes it [m].  instants : (t,) among the T.
         start : state of a near call, at the same instants.
         """
-
-
-class FaceLaw(Protocol):
-    """Law of some equal meshes of a train."""
-
-    @property
-    def meshes(self) -> Sequence[int]:
-        """Numbers (g,) among the whole meshes of the System, which have three rows each."""
-
-    def at(self, cycles: Array) -> FaceContact:
-        """Contact at times (T, g) counted in cycles of each mesh [mesh cycles]."""

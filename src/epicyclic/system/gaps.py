@@ -7,7 +7,7 @@ loaded one, and is open by the backlash (docs/conventions.md).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..warning_codes import CodedText, coded
-from .flank_laws import FlankAt, LawRows, LinearLaw
+from .flank_laws import FlankAt, LawRows, LinearAt, LinearLaw
 from .system import Array, ComplexArray, System
 
 Number = TypeVar("Number", bound=np.inexact)
@@ -125,16 +125,11 @@ class FlanksAt:
             chosen_rows = number[rows]
             kept = np.flatnonzero(chosen_rows >= 0)
             if kept.size:
-                first, every = int(kept[0]), kept.size == chosen_rows.size
-                run = int(kept[-1]) - first + 1 == kept.size  # a slice, of which NumPy makes no copy
-                kept_law = law if every else law.rows(slice(first, first + kept.size) if run else kept)
-                parts.append((kept_law, _together(chosen_rows[kept], wanted.size)))
+                parts.append((law.rows(kept), _together(chosen_rows[kept], wanted.size)))
         return FlanksAt(parts=tuple(parts), count=wanted.size)
 
     def evaluate(self, delta: Array) -> tuple[Array, Array]:
         """Force [N] and tangent [N/m] at gaps delta (..., P, F) [m]."""
-        if len(self.parts) == 1 and isinstance(self.parts[0][1], slice):
-            return self.parts[0][0].evaluate(delta)
         force, tangent = np.zeros_like(delta), np.zeros_like(delta)
         for law, rows in self.parts:
             force[..., rows], tangent[..., rows] = law.evaluate(delta[..., rows])
@@ -150,12 +145,16 @@ class FlanksAt:
 
     def _placed(self, values: Sequence[Values]) -> Values:
         """Values (..., c) of each part at their rows, (..., F)."""
-        if len(values) == 1 and isinstance(self.parts[0][1], slice):
-            return values[0]
         result = np.zeros((*(values[0].shape[:-1] if values else ()), self.count))
         for each, (_, rows) in zip(values, self.parts, strict=True):
             result[..., rows] = each
         return result
+
+
+def linear_flanks(stiffness: Array) -> FlanksAt:
+    """Flanks of stiffness (P, F) [N/m] at P phases."""
+    F = stiffness.shape[1]
+    return FlanksAt(parts=((LinearAt(stiffness=stiffness), slice(0, F)),), count=F)
 
 
 def _together(rows: NDArray[np.int64], count: int) -> Rows:
@@ -228,20 +227,18 @@ def past_the_end(system: System, rows: Flanks, largest: Array) -> list[CodedText
     return [_exceeded(pair, ratio, end, "N a row") for pair, (ratio, end) in worst.items()]
 
 
-def groups_past_the_end(system: System, largest: Array) -> list[CodedText]:
+def groups_past_the_end(system: System, largest: Array) -> Iterator[CodedText]:
     """A warning for every link whose forces pass the end of its table, by how much.
 
     Parameters
     ----------
     largest : (G,) largest force of every group met [N, N m].
     """
-    warnings = []
     for group, force in zip(system.groups, largest.tolist(), strict=True):
         end = group.law.end
         if force > (1 + _NOTABLE) * end:
             unit = "N m" if group.rows[0].endswith(("/rx", "/ry", "/rz")) else "N"
-            warnings.append(_exceeded(group.name, force / end, end, unit))
-    return warnings
+            yield _exceeded(group.name, force / end, end, unit)
 
 
 def _exceeded(name: str, ratio: float, end: float, unit: str) -> CodedText:

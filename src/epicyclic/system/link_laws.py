@@ -29,14 +29,18 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import Any, ClassVar, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .contact_sets import Contacts, ContactSetLaw
 
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicHermiteSpline
+
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 
 
 class Profile(Protocol):
@@ -250,8 +254,12 @@ class RadialTable:
     @classmethod
     def profile(cls, laws: Sequence[Any]) -> TableProfile:
         """These laws, all at once."""
+        from scipy.interpolate import CubicHermiteSpline
+
         distinct = list(dict.fromkeys(laws))
-        return TableProfile(tables=tuple(distinct), number=np.array([distinct.index(law) for law in laws], np.int64))
+        curves = tuple(CubicHermiteSpline(law.deflection, law.force, law.slope) for law in distinct)
+        number = np.array([distinct.index(law) for law in laws], np.int64)
+        return TableProfile(tables=tuple(distinct), curves=curves, number=number)
 
     def lower(self) -> Law | None:
         """Play and a spring where the table is straight, else None."""
@@ -264,52 +272,38 @@ class RadialTable:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class TableProfile:
-    """Laws of g groups: number (g,) of the table of each among `tables`."""
+    """Laws of g groups: number (g,) of the table of each among `tables`.  curves : the cubics of the tables."""
 
     tables: tuple[RadialTable, ...]
+    curves: tuple[CubicHermiteSpline, ...]
     number: NDArray[np.int64]
 
     def parts(self, rho: Array) -> tuple[Array, Array]:
         """Force f (..., g) [N] and slope f' (..., g) [N/m] at rho (..., g) [m]."""
         value, slope = np.zeros_like(rho), np.zeros_like(rho)
-        for table, groups in self._groups():
+        for table, curve, groups in self._groups():
             stretch = rho[..., groups]
-            force_at, slope_at, width, t, _ = _cells(table, stretch)
-            force, rate = cubic(force_at, slope_at, width, t)
-            beyond = np.maximum(stretch - table.deflection[-1], 0.0)
-            value[..., groups] = force + beyond * table.slope[-1]
-            slope[..., groups] = np.where(stretch >= table.deflection[0], rate, 0.0)
+            inside = np.clip(stretch, table.deflection[0], table.deflection[-1])
+            value[..., groups] = curve(inside) + np.maximum(stretch - inside, 0.0) * table.slope[-1]
+            slope[..., groups] = np.where(stretch >= table.deflection[0], curve(inside, 1), 0.0)
         return value, slope
 
     def energy(self, rho: Array) -> Array:
         """Integral of the force from zero, (..., g) [J], at rho (..., g) [m]."""
         energy = np.zeros_like(rho)
-        for table, groups in self._groups():
-            stretch = rho[..., groups]
-            force_at, slope_at, width, t, cell = _cells(table, stretch)
-            before = energy_before(np.array(table.deflection), np.array(table.force), np.array(table.slope))
-            beyond = np.maximum(stretch - table.deflection[-1], 0.0)
+        for table, curve, groups in self._groups():
+            inside = np.clip(rho[..., groups], table.deflection[0], table.deflection[-1])
+            beyond = np.maximum(rho[..., groups] - inside, 0.0)
             tail = beyond * (table.force[-1] + beyond * table.slope[-1] / 2)
-            energy[..., groups] = before[cell] + cubic_energy(force_at, slope_at, width, t) + tail
+            energy[..., groups] = curve.antiderivative()(inside) + tail
         return energy
 
-    def _groups(self) -> list[tuple[RadialTable, NDArray[np.int64]]]:
-        """Each table and the numbers of its groups."""
-        return [(table, np.flatnonzero(self.number == i)) for i, table in enumerate(self.tables)]
+    def _groups(self) -> list[tuple[RadialTable, CubicHermiteSpline, Index]]:
+        """Each table, its curve and the numbers of its groups."""
+        curved = enumerate(zip(self.tables, self.curves, strict=True))
+        return [(table, curve, np.flatnonzero(self.number == i)) for i, (table, curve) in curved]
 
 
-def _cells(
-    table: RadialTable, rho: Array
-) -> tuple[tuple[Array, Array], tuple[Array, Array], Array, Array, NDArray[np.int64]]:
-    """Forces and slopes at both ends of the cell of each stretch [m], its width, place 0 .. 1 in it, and its number."""
-    x, f, k = (np.array(values) for values in (table.deflection, table.force, table.slope))
-    cell = np.clip(np.searchsorted(x, rho, side="right") - 1, 0, len(x) - 2)
-    width = np.diff(x)[cell]
-    t = np.clip((rho - x[cell]) / width, 0.0, 1.0)
-    return (f[cell], f[cell + 1]), (k[cell], k[cell + 1]), width, t, cell
-
-
-Index = NDArray[np.int64]
 _T = TypeVar("_T", bound=np.generic)
 
 STATES = ("play", "stick", "slip", "stop")
@@ -412,8 +406,6 @@ class Laws:
 
     def radial(self, rho: Array) -> tuple[Array, Array]:
         """Force f (..., G) [N] and slope f' (..., G) [N/m] of radial laws at rho (..., G) [m], 0 of contact sets."""
-        if len(self.profiles) == 1 and not self.sets:
-            return self.profiles[0][0].parts(rho)
         force, slope = np.zeros_like(rho), np.zeros_like(rho)
         for profile, groups in self.profiles:
             force[..., groups], slope[..., groups] = profile.parts(rho[..., groups])

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import lru_cache
@@ -115,13 +115,13 @@ def structure_of(train: Train) -> Structure:
 
     elastic = _elastic_parts(train)
     groups = passing_links(train.links, train.bodies, train.kinematics)
-    rows = _link_rows(train, index, frame_turn, {link.name for group in groups for link in group.links})
+    rows = list(_link_rows(train, index, frame_turn, {link.name for group in groups for link in group.links}))
     link = link_matrix(rows, origins, axes, elastic)
     _check_isotropy(rows, link, frame_turn, spin_turn)
     rigid = np.array([math.isinf(row.stiffness) for row in rows], bool)
     rigids = tuple(row for row in rows if math.isinf(row.stiffness))
 
-    meshes = mesh_rows(train.meshes)
+    meshes = tuple(mesh_rows(train.meshes))
     ends = np.array([(index[row.mesh.a], index[row.mesh.b]) for row in meshes], np.int64).reshape(-1, 2)
     far_of = np.flatnonzero([math.isfinite(row.mesh.backlash) for row in meshes])
     flanks = [row.mesh for row in meshes] + [replace(meshes[i].mesh, flank=-meshes[i].mesh.flank) for i in far_of]
@@ -193,9 +193,8 @@ def _turn(speeds: Mapping[str, Fraction] | None, name: str) -> Fraction:
 
 def _link_rows(
     train: Train, index: dict[str, int], frame_turn: tuple[Fraction, ...], passing: set[str]
-) -> list[LinkRow]:
+) -> Iterator[LinkRow]:
     """Rows of all directions in which a link is stiff or damps, but of those that pass; frame_turn : (nb,) [rev/s]."""
-    rows = []
     for link in train.links:
         if link.name in passing:
             continue
@@ -210,8 +209,7 @@ def _link_rows(
             )
         for direction, (k, c) in enumerate(zip(link.stiffness, link.damping, strict=True)):
             if k != 0.0 or c != 0.0 or direction in lawful:
-                rows.append(LinkRow(link, direction, first, second, direction in lawful, None, link.name))
-    return rows
+                yield LinkRow(link, direction, first, second, direction in lawful, None, link.name)
 
 
 def _law_directions(link: Link) -> tuple[int, ...]:
@@ -317,11 +315,9 @@ def _isotropic(matrix: Array, rows: list[LinkRow]) -> bool:
 
 def _round(matrix: Array) -> bool:
     """Whether a symmetric (6, 6) matrix commutes with rotations about z; entries on the scale of their diagonals."""
-    turn = np.zeros((6, 6))
+    turn, diagonal = np.zeros((6, 6)), np.sqrt(np.diag(matrix))
     for i in (0, 3):
         turn[i, i + 1], turn[i + 1, i] = -1.0, 1.0
-    diagonal = np.sqrt(np.diag(matrix))
-    for i in (0, 3):
         diagonal[i : i + 2] = diagonal[i : i + 2].max()
     return bool(np.all(np.abs(matrix @ turn - turn @ matrix) <= _ROUND * np.outer(diagonal, diagonal)))
 
@@ -329,12 +325,11 @@ def _round(matrix: Array) -> bool:
 # meshes ---------------------------------------------------------------------------------------------------------------
 
 
-def mesh_rows(meshes: Sequence[Mesh]) -> tuple[MeshRow, ...]:
+def mesh_rows(meshes: Sequence[Mesh]) -> Iterator[MeshRow]:
     """All rows of the meshes, in order; a slice has its share of stiffness and damping, and its own place and phase."""
-    rows = []
     for mesh in meshes:
         if not mesh.slices:
-            rows.append(MeshRow(mesh.name, 0, mesh))
+            yield MeshRow(mesh.name, 0, mesh)
         for number, piece in enumerate(mesh.slices, start=1):
             share = replace(
                 mesh,
@@ -346,8 +341,7 @@ def mesh_rows(meshes: Sequence[Mesh]) -> tuple[MeshRow, ...]:
                 stiffness=mesh.stiffness / len(mesh.slices),
                 damping=mesh.damping / len(mesh.slices),
             )
-            rows.append(MeshRow(mesh.name, number, share))
-    return tuple(rows)
+            yield MeshRow(mesh.name, number, share)
 
 
 def _mesh_matrix(
@@ -378,26 +372,21 @@ def _mesh_matrix(
     return sides[0] - sides[1]
 
 
-def law_groups(
-    train: Train, rows: Sequence[LinkRow], L: Array, *, lag: float, frame_turn: Sequence[Fraction]
-) -> tuple[LawGroup, ...]:
+def law_groups(train: Train, structure: Structure, L: Array) -> Iterator[LawGroup]:
     """One group for every link whose rows follow a law; one for each law where directions have tables of their own.
 
-    Parameters
-    ----------
-    rows : (p,) elastic rows.  L : (p, n) their coefficients on the reduced coordinates.
-    lag : damping per stiffness of the whole train [s].  frame_turn : (nb,) of the frame of each body, exact [rev/s].
+    L : (p, n) coefficients of the elastic rows on the reduced coordinates.
 
     Raises
     ------
     ModelError : a friction coefficient in a link without a known torque.
     """
+    rows = structure.links
     together: dict[tuple[str, str], list[int]] = {}
     for i, row in enumerate(rows):
         if row.law:
             together.setdefault((row.link.name, _sense(row.link, row.direction)), []).append(i)
     count = Counter(name for name, _ in together)
-    groups = []
     for (name, sense), index in together.items():
         row, link = rows[index[0]], rows[index[0]].link
         curve, friction = dict(link.curves).get(row.direction), dict(link.friction)
@@ -417,18 +406,16 @@ def law_groups(
                 friction=_friction_force(link, train) if friction else 0.0,
                 memory=friction.get("law") == "coulomb",
             )
-        group = LawGroup(
+        yield LawGroup(
             name=f"{name}/{sense}" if count[name] > 1 else name,
             kind=link.kind,
             rows=tuple(rows[i].name for i in index),
             B=L[index].T,
             law=law,
             damping=np.array([rows[i].damping for i in index]),
-            lag=lag,
-            turn=frame_turn[row.first] if row.to_housing else Fraction(0),
+            lag=train.damping.stiffness or 0.0,
+            turn=structure.frame_turn[row.first] if row.to_housing else Fraction(0),
         )
-        groups.append(group)
-    return tuple(groups)
 
 
 def _sense(link: Link, direction: int) -> str:
@@ -482,7 +469,7 @@ def _torque_through(link: Link, train: Train) -> float:
 # meshes ---------------------------------------------------------------------------------------------------------------
 
 
-def flank_laws(rows: Sequence[MeshRow], tone: NDArray[np.int64], *, far: bool = False) -> tuple[LawRows, ...]:
+def flank_laws(rows: Sequence[MeshRow], tone: NDArray[np.int64], *, far: bool = False) -> Iterator[LawRows]:
     """Laws of the tabulated ones of some mesh rows (c,), those of one table together; a slice has its share of force.
 
     tone : (c,) of each row.  far : of far flanks, whose gap holds no error of the linear model; a table whose teeth
@@ -493,7 +480,6 @@ def flank_laws(rows: Sequence[MeshRow], tone: NDArray[np.int64], *, far: bool = 
     for i, row in enumerate(rows):
         if row.mesh.table is not None and not (far and _one_sided(row.mesh)):
             alike.setdefault((id(row.mesh.table), count[row.whole]), []).append(i)
-    laws = []
     for (_, slices), numbers in alike.items():
         table = rows[numbers[0]].mesh.table
         assert table is not None
@@ -508,8 +494,7 @@ def flank_laws(rows: Sequence[MeshRow], tone: NDArray[np.int64], *, far: bool = 
             load=np.full(index.size, table.load / slices),
             last=table.last / slices,
         )
-        laws.append(LawRows(law=law, rows=index))
-    return tuple(laws)
+        yield LawRows(law=law, rows=index)
 
 
 def _one_sided(mesh: Mesh) -> bool:

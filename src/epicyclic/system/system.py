@@ -20,7 +20,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, is_dataclass, replace
 from fractions import Fraction
 from functools import lru_cache
 from html import escape
@@ -366,18 +366,9 @@ class System:
 
     def __post_init__(self) -> None:
         """Make the arrays read-only: what follows from a System is kept by its identity."""
-        parts = (
-            self,
-            self.dofs,
-            self.meshes,
-            self.links,
-            self.far,
-            self.errors,
-            self.sensors,
-            self.passing,
-            *self.groups,
-        )
-        for part in (one for one in (*parts, *self.lines, *self.scaled) if one is not None):
+        held = [getattr(self, name) for name in self.__dataclass_fields__]
+        parts = [part for value in held for part in (value if isinstance(value, tuple) else (value,))]
+        for part in filter(is_dataclass, (self, *parts)):
             for name in part.__dataclass_fields__:
                 values = getattr(part, name)
                 while isinstance(values, np.ndarray):  # and what it is a view of
@@ -394,8 +385,10 @@ class System:
         )
 
     def _repr_html_(self) -> str:
-        """Coupling pattern and key numbers, for notebooks."""
-        return system_html(self)
+        """Coupling pattern and key numbers, for notebooks: one well-formed HTML element, without outside references."""
+        rows = "".join(f"<tr><td>{escape(name)}</td><td>{escape(text)}</td></tr>" for name, text in _facts(self))
+        title = escape(str(self.provenance.get("title", "")))
+        return f"<div><p><b>{title}</b></p>{_pattern(self)}<table>{rows}</table></div>"
 
     @property
     def far_flanks(self) -> FarFlanks:
@@ -524,8 +517,6 @@ class Faces:
 
     def total(self, values: NDArray[Number], axis: int = 0) -> NDArray[Number]:
         """Sums (..., w, ...) over the rows of each mesh of values (..., m, ...), in their unit, along `axis`."""
-        if len(self.first) == len(self.row):
-            return values
         return np.add.reduceat(values, self.first, axis=axis)
 
     def least(self, values: Array, axis: int = 0) -> Array:
@@ -685,25 +676,24 @@ def free_motions(rows: Array) -> tuple[Array, Array]:
 _TOLERANCE = 1e-9
 
 
-def turn_operator(count: int, *, moves: Sequence[tuple[int, int]], turned: Sequence[int], angle: float) -> Array:
+def turn_operator(size: int, *, moves: Sequence[tuple[slice, slice]], turned: Sequence[int], angle: float) -> Array:
     """Operator that rotates the displacements of a stage by one branch.
 
     Parameters
     ----------
-    count : number of bodies.
-    moves : (from, to) indices of the bodies on branches; their own axes rotate with them.
-    turned : bodies on the axis, whose x y and rx ry rotate by `angle` [rad].
+    size : N, the number of all coordinates.
+    moves : (from, to) coordinates of the bodies on branches; their own axes rotate with them.
+    turned : indices of bodies on the axis, whose x y and rx ry rotate by `angle` [rad].
 
     Returns
     -------
-    (6 count, 6 count) [1]; identity on all other bodies.
+    (N, N) [1]; identity on all other coordinates.
     """
-    R = np.eye(6 * count)
+    R = np.eye(size)
     for source, _ in moves:
-        R[6 * source : 6 * source + 6] = 0.0
+        R[source, source] = 0.0
     for source, target in moves:
-        R[6 * target : 6 * target + 6] = 0.0
-        R[6 * target : 6 * target + 6, 6 * source : 6 * source + 6] = np.eye(6)
+        R[target, source] = np.eye(source.stop - source.start)
     c, s = np.cos(angle), np.sin(angle)
     rotation = np.array([[c, -s], [s, c]])
     for body in turned:
@@ -734,13 +724,6 @@ def commutes(R: Array, matrix: Array) -> bool:
 
 _CELL, _LABEL = 13, 10  # side of a cell of the pattern and size of its letters [px]
 _MESH, _LINK, _BODY = "#e07b39", "#6ea8d8", "#c8c8c8"  # colours of couplings and of a body with itself
-
-
-def system_html(system: System) -> str:
-    """Coupling pattern and key numbers of a system as one well-formed HTML element, without outside references."""
-    rows = "".join(f"<tr><td>{escape(name)}</td><td>{escape(text)}</td></tr>" for name, text in _facts(system))
-    title = escape(str(system.provenance.get("title", "")))
-    return f"<div><p><b>{title}</b></p>{_pattern(system)}<table>{rows}</table></div>"
 
 
 def damping_text(system: System) -> str:

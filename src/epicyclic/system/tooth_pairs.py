@@ -297,7 +297,8 @@ class _At:
 class MeshFaceLaw:
     """Face law of equal meshes: one pair of gears, side and place of the faces, different phases.
 
-    meshes : their numbers.  pair : contact pair.  lead [mesh cycles], sense : (g,) of each.
+    meshes : their numbers (g,) among the whole meshes of the System, which have three rows each.  pair : contact pair.
+    lead [mesh cycles], sense : (g,) of each.
     """
 
     meshes: tuple[int, ...]
@@ -306,7 +307,7 @@ class MeshFaceLaw:
     sense: Array
 
     def at(self, cycles: Array) -> _At:
-        """Contact at times (T, g) [mesh cycles], as of `system.flank_laws.FaceLaw`."""
+        """Contact at times (T, g) counted in cycles of each mesh [mesh cycles]."""
         segments = contact_segments(self.pair, (self.sense * (cycles + self.lead)).ravel())
         return _At(segments=segments, weight=row_weights(segments, _stations(self.pair)))
 
@@ -325,14 +326,12 @@ def face_laws(
     alike: dict[object, list[int]] = {}
     for number, mesh in enumerate(train.meshes):
         alike.setdefault((mesh.pair, mesh.side, axial_offsets(train, mesh)), []).append(number)
-    laws = []
-    for numbers in alike.values():
-        meshes = [train.meshes[i] for i in numbers]
-        law = MeshFaceLaw(
+    return tuple(
+        MeshFaceLaw(
             meshes=tuple(numbers),
-            pair=pair_of(train, meshes[0], slices=slices, linear_at=linear_at, corner=corner),
-            lead=np.array([float(mesh.lead) for mesh in meshes]),
-            sense=np.array([float(mesh.sense) for mesh in meshes]),
+            pair=pair_of(train, train.meshes[numbers[0]], slices=slices, linear_at=linear_at, corner=corner),
+            lead=np.array([float(train.meshes[i].lead) for i in numbers]),
+            sense=np.array([float(train.meshes[i].sense) for i in numbers]),
         )
-        laws.append(law)
-    return tuple(laws)
+        for numbers in alike.values()
+    )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from ..errors import ModelError, in_mm
@@ -91,12 +91,12 @@ def shape_stage(plan: Plan, log: ResolutionLog) -> StageShape:
     ModelError : contradicting teeth, a centre distance below the base circles, axes that cannot be placed.
     """
     teeth = teeth_of_stage(plan, log)
-    given = given_distances(plan, log)
+    given = dict(given_distances(plan, log))
     shifts = profile_shifts(plan, teeth, given)
     gears = {name: finish_gear(plan, name, teeth[name], shifts[name], log) for name in plan.gears}
     worked = {p.name: _working(plan, p, teeth, given.get(p.name), shifts) for p in plan.pairs}
     distance = {name: between for name, (_, between) in worked.items()}
-    pin = _pin_radii(plan, distance, log)
+    pin = dict(_pin_radii(plan, distance, log))
     meshes = {p.name: _mesh_shape(plan, p, gears, worked[p.name], log) for p in plan.pairs}
     ahead = _ahead(plan, pin, distance)
     centre = _centres(plan, distance)
@@ -196,7 +196,7 @@ def _mesh_shape(
         internal=p.internal,
     )
     ratio = geometry.transverse_contact_ratio(limits)
-    faces = _common_faces(plan, p)
+    faces = dict(_common_faces(plan, p))
     width = next(iter(faces.values()))[1]
     overlap = geometry.overlap_ratio(width, a.helix_angle, a.module) if a.helix_angle else 0.0
     log.note(f"{p.path}.pressure_angle", angle, "rad", "given" if p.keys.pressure_angle is not None else "geometry")
@@ -216,7 +216,7 @@ def _mesh_shape(
     )
 
 
-def _common_faces(plan: Plan, p: GearPair) -> dict[str | None, tuple[float, float]]:
+def _common_faces(plan: Plan, p: GearPair) -> Iterator[tuple[str | None, tuple[float, float]]]:
     """Middle and width of what the faces of a pair have in common [m], by side.
 
     A face of no stated width covers the other one; where neither has a width, it is nan.
@@ -234,13 +234,12 @@ def _common_faces(plan: Plan, p: GearPair) -> dict[str | None, tuple[float, floa
             allowed="herringbone or split gears mesh with such gears",
         )
     sides: tuple[str | None, ...] = ("left", "right") if plan.two_sided(p.a) else (None,)
-    common: dict[str | None, tuple[float, float]] = {}
     for side in sides:
         places = {name: half_station(plan, name, side) for name in (p.a, p.b)}
         middle = (places[p.a] + places[p.b]) / 2
         widths = {name: width for name in places if (width := width_of(plan, name, side)) is not None}
         if not widths:
-            common[side] = middle, NAN
+            yield side, (middle, NAN)
             continue
         left = max(places[name] - middle - width / 2 for name, width in widths.items())
         right = min(places[name] - middle + width / 2 for name, width in widths.items())
@@ -255,21 +254,19 @@ def _common_faces(plan: Plan, p: GearPair) -> dict[str | None, tuple[float, floa
                 given=", ".join(ends),
                 allowed="station, gap and face_width with which both gears share a piece of the face",
             )
-        common[side] = middle + (left + right) / 2, right - left
-    return common
+        yield side, (middle + (left + right) / 2, right - left)
 
 
 # places --------------------------------------------------------------------------------------------------------------
 
 
-def _pin_radii(plan: Plan, distance: Mapping[str, float], log: ResolutionLog) -> dict[str, float]:
+def _pin_radii(plan: Plan, distance: Mapping[str, float], log: ResolutionLog) -> Iterator[tuple[str, float]]:
     """Radius of the axes of every planet gear [m]: given, else the distance of its mesh nearest the sun."""
     radii: dict[str, float] = {}
     for p in plan.pairs:
         planets = [name for name in (p.a, p.b) if not plan.central(name)]
         if len(planets) == 1:
             radii.setdefault(plan.axis[planets[0]], distance[p.name])
-    result = {}
     for name, member in plan.gears.items():
         if plan.central(name):
             continue
@@ -281,10 +278,9 @@ def _pin_radii(plan: Plan, distance: Mapping[str, float], log: ResolutionLog) ->
                 path=f"{plan.member_path(name)}.pin_radius",
                 allowed="radius of its axes [m]",
             )
-        result[name] = radius
         origin = "given" if member.pin_radius is not None else "geometry"
         log.note(f"{plan.member_path(name)}.pin_radius", radius, "m", origin)
-    return result
+        yield name, radius
 
 
 def _ahead(plan: Plan, pin: Mapping[str, float], distance: Mapping[str, float]) -> dict[str, float]:

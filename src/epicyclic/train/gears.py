@@ -6,7 +6,7 @@ Centre distances that are given, and the profile shifts that follow from them.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import asdict, replace
 from typing import NamedTuple
 
@@ -37,7 +37,7 @@ def teeth_of_stage(plan: Plan, log: ResolutionLog) -> dict[str, Teeth]:
     return {name: teeth[name] for name in plan.gears}
 
 
-def _chain_teeth(plan: Plan, chain: tuple[str, ...], log: ResolutionLog) -> dict[str, Teeth]:
+def _chain_teeth(plan: Plan, chain: tuple[str, ...], log: ResolutionLog) -> Iterator[tuple[str, Teeth]]:
     """Teeth of the gears of one chain, which share module, pressure angle and helix angle. Raises ModelError."""
     helix = _shared(plan, chain, "helix_angle", log)
     if 0 < helix < _HELIX:
@@ -53,13 +53,12 @@ def _chain_teeth(plan: Plan, chain: tuple[str, ...], log: ResolutionLog) -> dict
     hands = _hands(plan, chain, helix, log)
     by_teeth = {n: geometry.base_radius(plan.gears[n].teeth or 0, module, normal, helix) for n in chain}
     scaled = _scaled_to_teeth(plan, by_teeth, from_module, log)
-    result = {}
     for name, nominal in by_teeth.items():
         member = plan.gears[name]
         base = member.base_radius if member.base_radius is not None and name not in scaled else nominal
         origin = "geometry" if member.base_radius is None or name in scaled else "given"
         log.note(f"{plan.member_path(name)}.base_radius", base, "m", origin)
-        result[name] = Teeth(
+        teeth = Teeth(
             teeth=member.teeth or 0,
             internal=member.kind == "ring",
             module=module,
@@ -69,7 +68,7 @@ def _chain_teeth(plan: Plan, chain: tuple[str, ...], log: ResolutionLog) -> dict
             nominal_base=nominal,
             base_radius=base,
         )
-    return result
+        yield name, teeth
 
 
 def _scaled_to_teeth(plan: Plan, by_teeth: Mapping[str, float], from_module: bool, log: ResolutionLog) -> set[str]:
@@ -298,10 +297,9 @@ class GivenLength(NamedTuple):
     value: float
 
 
-def given_distances(plan: Plan, log: ResolutionLog) -> dict[str, GivenLength]:
+def given_distances(plan: Plan, log: ResolutionLog) -> Iterator[tuple[str, GivenLength]]:
     """Given centre distance of every pair that has one; two that differ are a warning, the nearest one counts."""
     radii = {axis: given_radius(plan, axis, log) for axis in dict.fromkeys(plan.axis.values())}
-    distances: dict[str, GivenLength] = {}
     for p in plan.pairs:
         stated = [(f"{p.path}.centre_distance", p.keys.centre_distance)]
         planets = [name for name in (p.a, p.b) if not plan.central(name)]
@@ -312,8 +310,7 @@ def given_distances(plan: Plan, log: ResolutionLog) -> dict[str, GivenLength]:
             stated.append((f"{plan.path}.centre_distance", plan.stage.centre_distance))
         value = _first(stated, log)
         if value is not None:
-            distances[p.name] = value
-    return distances
+            yield p.name, value
 
 
 def given_radius(plan: Plan, axis: str, log: ResolutionLog) -> GivenLength | None:

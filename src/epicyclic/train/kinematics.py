@@ -19,6 +19,7 @@ from ..errors import ModelError
 
 Row = list[Fraction]
 Label = TypeVar("Label", int, str)
+Exact = TypeVar("Exact", int, Fraction)
 
 
 def merged(labels: Mapping[str, Label], pairs: Iterable[tuple[str, str]]) -> dict[str, Label]:
@@ -100,10 +101,6 @@ def _whole_echelon(rows: Sequence[list[int]], columns: int) -> tuple[list[list[i
     return done, left
 
 
-def _less(row: list[int], other: list[int], times: int) -> list[int]:
-    return [a - times * b for a, b in zip(row, other, strict=True)] if times else row
-
-
 def _reduce(rows: Sequence[Row], columns: int) -> tuple[list[Row], list[int]]:
     """Reduced row echelon form without its zero rows, and its pivot columns."""
     left, done, pivots = [row for row in rows if any(row)], list[Row](), list[int]()
@@ -113,15 +110,14 @@ def _reduce(rows: Sequence[Row], columns: int) -> tuple[list[Row], list[int]]:
             continue
         left = [row for row in left if row is not first]
         pivot = [value / first[column] for value in first]
-        done = [_eliminated(row, pivot, column) for row in done] + [pivot]
-        left = [row for row in (_eliminated(row, pivot, column) for row in left) if any(row)]
+        done = [_less(row, pivot, row[column]) for row in done] + [pivot]
+        left = [row for row in (_less(row, pivot, row[column]) for row in left) if any(row)]
         pivots.append(column)
     return done, pivots
 
 
-def _eliminated(row: Row, pivot: Row, column: int) -> Row:
-    factor = row[column]
-    return [a - factor * b if b else a for a, b in zip(row, pivot, strict=True)] if factor else row
+def _less(row: list[Exact], other: list[Exact], times: Exact) -> list[Exact]:
+    return [a - times * b if b else a for a, b in zip(row, other, strict=True)] if times else row
 
 
 def _dot(a: Row, b: Row) -> Fraction:

@@ -8,16 +8,16 @@ One link of a model file at its site, and bolts on a pitch circle, each of which
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
 from ..bearings.checks import checked, with_unit
 from ..bearings.clearance import operating_clearance
-from ..bearings.element_loads import Array, contact_set, radial_curve
+from ..bearings.element_loads import contact_set, radial_curve
 from ..bearings.rating_life import dynamic_rating, static_rating
 from ..bearings.rolling_bearing import RollingBearing
-from ..document.schema import ModelFile
+from ..document.schema import SIDES, ModelFile
 from ..document.schema_fields import (
     PARTS,
     BearingTable,
@@ -174,10 +174,9 @@ def link_at(site: LinkSite, name: str, table: LinkTable, rest: Mapping[str, floa
             lubrication = table.viscosity_ratio, table.contamination
         if held := table.held_by_parts():
             inner_first = second is not None or site.kind == "support"
-            curve, contacts = _law_of_parts(rolling, held, inner_first=inner_first)
-            own = (curve.stiffness,) * 2 if curve is not None else contacts.stiffness if contacts is not None else ()
+            radial, contacts, own = _law_of_parts(rolling, held, inner_first=inner_first)
             stiffness = (*(one or rest for one, rest in zip(own, stiffness, strict=False)), *stiffness[len(own) :])
-            curves += () if curve is None else ((0, curve), (1, curve))
+            curves += radial
             for place, key in enumerate(DIRECTIONS):
                 if key in held:
                     unit = "N/m" if key in "xyz" else "N m/rad"
@@ -282,35 +281,34 @@ def _inside_gear(site: LinkSite, path: str, table: BearingTable, bearing: Rollin
 
 def _law_of_parts(
     bearing: RollingBearing, held: Collection[str], *, inner_first: bool
-) -> tuple[ForceCurve | None, ContactSet | None]:
-    """Radial law of one row without contact angle, else the contacts of its law of five rows.
+) -> tuple[tuple[tuple[int, ForceCurve], ...], ContactSet | None, tuple[float, ...]]:
+    """Radial law, along x and y, of one row without contact angle, else the contacts of its law of five rows.
 
-    Contacts keep the nominal contact angle.
+    With them the stiffness of the first directions [N/m, N m/rad].  Contacts keep the nominal contact angle.
 
     held : directions that follow the law; of the others contacts know nothing.
     inner_first : whether the first body of the link is on the inner race.
     """
     if not bearing.contact_angle and bearing.rows == 1:
         # up to the static rating, beyond which the races are dented
-        deflection, force, slope = (tuple(v.tolist()) for v in _radial_curve(bearing))
+        deflection, force, slope = (tuple(v.tolist()) for v in _radial_curve(bearing, static_rating(bearing) / 4))
         touch = max(sum(value <= _TOUCH * force[-1] for value in force) - 1, 0)
-        return ForceCurve(deflection=deflection[touch:], force=(0.0, *force[touch + 1 :]), slope=slope[touch:]), None
+        curve = ForceCurve(deflection=deflection[touch:], force=(0.0, *force[touch + 1 :]), slope=slope[touch:])
+        return ((0, curve), (1, curve)), None, (curve.stiffness,) * 2
     contacts = contact_set(bearing, places=_PLACES, laminae=_LAMINAE)
     normals = contacts.normals * [1.0 if key in held else 0.0 for key in DIRECTIONS[:5]] * (1 if inner_first else -1)
     coefficient = contacts.weight * contacts.coefficient
-    return None, ContactSet(
+    law = ContactSet(
         normals=tuple(map(tuple, normals.tolist())),
         gap=tuple(contacts.gap.tolist()),
         coefficient=(coefficient,) * len(contacts.gap),
         exponent=contacts.exponent,
         load=static_rating(bearing) / 2,
     )
+    return (), law, law.stiffness
 
 
-@lru_cache(maxsize=64)
-def _radial_curve(bearing: RollingBearing) -> tuple[Array, Array, Array]:
-    """Deflection [m], force [N] and slope [N/m] up to the static rating; kept, as planets share it."""
-    return radial_curve(bearing, static_rating(bearing) / 4)
+_radial_curve = lru_cache(maxsize=64)(radial_curve)  # planets share it
 
 
 def _stiffnesses(
@@ -333,10 +331,9 @@ def _stiffnesses(
                 radius = _known(site.radius, f"{path}.{key}", "a table in m and N")
             curve = force_curve(*stated.curves[0]).scaled(deflection=1 / radius, force=radius * site.share)
             curves.append((number, curve))
-            values.append(curve.stiffness)
-            log.note(f"{path}.{key}.tangent", curve.stiffness / site.share, unit, "half of its last force")
-            continue
-        if stated is None:
+            value = curve.stiffness / site.share
+            log.note(f"{path}.{key}.tangent", value, unit, "half of its last force")
+        elif stated is None:
             log.note(f"{path}.{key}", value, unit, "default" if math.isinf(value) or not value else "geometry")
         else:
             whole = _torsional(stated, site.radius, f"{path}.{key}") if isinstance(stated, Quantity) else stated
@@ -405,7 +402,9 @@ def links_at(site: LinkSite, name: str, table: LinkTable, rest: Mapping[str, flo
     ]
 
 
-def links_of_stage(shape: StageShape, model: ModelFile, bodies: Mapping[str, Body], log: ResolutionLog) -> list[Link]:
+def links_of_stage(
+    shape: StageShape, model: ModelFile, bodies: Mapping[str, Body], log: ResolutionLog
+) -> Iterator[Link]:
     """All links of a stage.
 
     Raises
@@ -413,27 +412,23 @@ def links_of_stage(shape: StageShape, model: ModelFile, bodies: Mapping[str, Bod
     ModelError : halves that nothing holds together, a member that carries nothing it could carry.
     """
     plan = shape.plan
-    links: list[Link] = []
     for name, member in plan.stage.members.items():
         planet = not plan.central(name)
         for number in range(1, plan.branches + 1) if planet else (None,):
             if member.on is None or (member.bearing if planet else member.support) is not None:
                 for body in member_bodies(plan, name, number).values():
-                    links += _seat(plan, name, bodies[body], bodies, model, log)
-            links += _joints(plan, name, number, bodies, model, log)
-        if plan.split(name) and member.neck is None:
+                    yield from _seat(plan, name, bodies[body], bodies, model, log)
+            yield from _joints(plan, name, number, bodies, model, log)
+        if not planet and plan.split(name) and member.neck is None:
             _check_halves(plan, name, model)
-    return links
 
 
-def links_of_bodies(model: ModelFile, bodies: Mapping[str, Body], log: ResolutionLog) -> list[Link]:
+def links_of_bodies(model: ModelFile, bodies: Mapping[str, Body], log: ResolutionLog) -> Iterator[Link]:
     """Supports of the file's `[bodies]`."""
-    links: list[Link] = []
     for name, body in model.bodies.items():
         path = f"bodies.{name}.support"
         second = _carrying(body.support, bodies, None, path)
-        links += _bearings_of_seat(path, bodies[name], [second], body.support, model, log)
-    return links
+        yield from _bearings_of_seat(path, bodies[name], [second], body.support, model, log)
 
 
 # supports and bearings -----------------------------------------------------------------------------------------------
@@ -441,7 +436,7 @@ def links_of_bodies(model: ModelFile, bodies: Mapping[str, Body], log: Resolutio
 
 def _seat(
     plan: Plan, name: str, body: Body, bodies: Mapping[str, Body], model: ModelFile, log: ResolutionLog
-) -> list[Link]:
+) -> Iterator[Link]:
     """What a body is carried by, its seat: the support of a central body, the bearing of a planet on its carrier.
 
     Raises
@@ -500,7 +495,7 @@ def _bearings_of_seat(
     support: SupportTable | None,
     model: ModelFile,
     log: ResolutionLog,
-) -> list[Link]:
+) -> Iterator[Link]:
     """One link for every bearing of a seat; a direction that none names is rigid (rz: where held) in the first one.
 
     Tilt that none names is rigid too, but where two bearings at a distance hold it by their own stiffness.
@@ -513,15 +508,13 @@ def _bearings_of_seat(
     ------
     ModelError : a body held on itself.
     """
-    if body.name in seconds and support is not None:
+    support = SupportTable() if support is None else support
+    if body.name in seconds:
         raise ModelError(
             "holds a body on itself", path=f"{path}.to", given=support.to, allowed="housing, or another body"
         )
-    listed: list[tuple[str, LinkTable]] = []
-    if support is None or not support.bearings or support.directions():
-        listed.append(("", support if support is not None else LinkTable()))
-    if support is not None:
-        listed += list(support.bearings.items())
+    listed: list[tuple[str, LinkTable]] = [("", support)] if not support.bearings or support.directions() else []
+    listed += support.bearings.items()
     named = {d for _, link in listed for d in link.directions()}
     if any(link.bolts is not None for _, link in listed):
         named = set(DIRECTIONS)
@@ -531,7 +524,6 @@ def _bearings_of_seat(
     if body.member not in model.operation.held:
         unnamed["rz"] = 0.0
     kind = "support" if body.branch is None else "bearing"
-    links: list[Link] = []
     for second in seconds:
         plate = second.rsplit("/", 1)[-1] if second is not None and len(seconds) > 1 else None
         for i, (name, link) in enumerate(listed):
@@ -549,8 +541,7 @@ def _bearings_of_seat(
                 radius=body.reference_radius,
                 share=0.5 if half else 1.0,
             )
-            links += links_at(site, name, link, free if i else unnamed, log)
-    return links
+            yield from links_at(site, name, link, free if i else unnamed, log)
 
 
 # necks, shafts, couplings --------------------------------------------------------------------------------------------
@@ -558,7 +549,7 @@ def _bearings_of_seat(
 
 def _joints(
     plan: Plan, name: str, number: int | None, bodies: Mapping[str, Body], model: ModelFile, log: ResolutionLog
-) -> list[Link]:
+) -> Iterator[Link]:
     """Neck between the halves of a member, and shaft to the member it sits on; directions that the shape of a solid
     does not give are rigid.
 
@@ -582,17 +573,15 @@ def _joints(
             first, second = bodies[piece_of(plan, below, number, side)], bodies[body]
             apart = abs(second.station - first.station)
             joints.append(("shaft", body, first, second, member.shaft or SolidTable(), apart))
-    links = []
     for kind, whose, first, second, table, default in joints:
         path = f"{plan.member_path(name)}.{kind}"
         rest: dict[str, float] = dict.fromkeys(DIRECTIONS, STIFF)
         rest |= solid_stiffness(table, table.length or default, material, path)
         site = LinkSite.between(path, f"{whose}/{kind}", kind, first, second, first.reference_radius)
-        links.append(link_at(site, "", table, rest, log))
-    return links
+        yield link_at(site, "", table, rest, log)
 
 
-def couplings(model: ModelFile, bodies: Mapping[str, Body], log: ResolutionLog) -> list[Link]:
+def couplings(model: ModelFile, bodies: Mapping[str, Body], log: ResolutionLog) -> Iterator[Link]:
     """All couplings.
 
     Raises
@@ -600,7 +589,6 @@ def couplings(model: ModelFile, bodies: Mapping[str, Body], log: ResolutionLog) 
     ModelError : an end that is no single body, an rz in N/m without radius, a fixed shaft without its shape.
     """
     material = elastic_constants(file_material(model))
-    links: list[Link] = []
     for name, table in model.couplings.items():
         path = f"couplings.{name}"
         first, second = (bodies[body_of(end, bodies, f"{path}.between")] for end in table.between)
@@ -614,19 +602,14 @@ def couplings(model: ModelFile, bodies: Mapping[str, Body], log: ResolutionLog) 
         if table.ends == "fixed":
             rest |= shape
         site = LinkSite.between(path, name, "coupling", first, second, table.radius or 1.0)
-        links += links_at(site, "", table, rest, log)
-    return links
+        yield from links_at(site, "", table, rest, log)
 
 
 def _check_halves(plan: Plan, name: str, model: ModelFile) -> None:
     """Halves without a neck need something else that keeps each of them from turning away."""
-    if not plan.central(name):
-        return
     key = f"{plan.name}.{name}"
-    if key in model.operation.held:
-        return
     ends = {end for table in model.couplings.values() for end in table.between}
-    for side in ("left", "right"):
+    for side in SIDES if key not in model.operation.held else ():
         table, _ = overlaid(plan.member_levels(name, side), "support")
         links = [] if table is None else [table, *table.bearings.values()]
         sprung = any(link.rz is not None and link.rz.value != 0.0 for link in links)

@@ -8,7 +8,7 @@ of loaded tooth contact.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import lru_cache, partial
@@ -586,12 +586,11 @@ def _table_of_pair(
     return table, interference_warnings(meshed_teeth(pair), path=path, names=names)
 
 
-def contact_errors(meshes: Sequence[Mesh], kinematics: Kinematics) -> list[MeshError]:
+def contact_errors(meshes: Sequence[Mesh], kinematics: Kinematics) -> Iterator[MeshError]:
     """What the flanks of tabulated meshes add to the gap of a linear model: a mean, and orders of the mesh frequency.
 
     Without speeds the mean alone.
     """
-    errors = []
     for mesh in meshes:
         if mesh.table is None:
             continue
@@ -604,8 +603,6 @@ def contact_errors(meshes: Sequence[Mesh], kinematics: Kinematics) -> list[MeshE
             amplitude=complex(mesh.table.error[0].real),
             frequency=Fraction(0),
         )
-        errors.append(error)
-        if frequency:
-            orders = enumerate(series.tolist(), start=1)
-            errors += [replace(error, amplitude=value, frequency=order * frequency) for order, value in orders]
-    return [error for error in errors if error.amplitude]
+        lines = [(order * frequency, value) for order, value in enumerate(series.tolist(), start=1) if frequency]
+        every = (error, *(replace(error, amplitude=value, frequency=line) for line, value in lines))
+        yield from (one for one in every if one.amplitude)

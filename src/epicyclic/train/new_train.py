@@ -725,7 +725,7 @@ def _comments(wishes: Wishes, train: Train) -> dict[str, str]:
     }
     for blank in wishes.blanks:
         comments |= _stage_comments(blank, train)
-    return comments | _operation_comments(wishes, train)
+    return comments | dict(_operation_comments(wishes, train))
 
 
 def _stage_comments(blank: Blank, train: Train) -> dict[str, str]:
@@ -759,17 +759,16 @@ def _stage_comments(blank: Blank, train: Train) -> dict[str, str]:
     return comments
 
 
-def _operation_comments(wishes: Wishes, train: Train) -> dict[str, str]:
+def _operation_comments(wishes: Wishes, train: Train) -> Iterator[tuple[str, str]]:
     """Speeds, torques and power of the members that the operation does not state."""
     motion, stated_ = train.kinematics, [path for path, text in wishes.operation.items() if text != "balance"]
     shafts = [f"{b.name}.{m}" for b in wishes.blanks for m in b.layout.shafts]
     turning = [m for m in shafts if _spoken(m) not in wishes.operation.get("held", ())]
     turning += [f"{b.name}.{p}" for b in wishes.blanks for p in b.layout.planets if not b.layout.gears[p].on]
-    comments: dict[str, str] = {}
     if motion.speed:
         *_, last = (path for path in stated_ if path.startswith("speed."))
         free = [m for m in turning if f"speed.{_spoken(m)}" not in stated_]
-        comments[f"operation.{last}"] = ", ".join(f"{_spoken(m)} {float(motion.speed[m]):.6g} rpm" for m in free)
+        yield f"operation.{last}", ", ".join(f"{_spoken(m)} {float(motion.speed[m]):.6g} rpm" for m in free)
     if motion.torque:
         loaded = next(path for path in stated_ if path.startswith(("torque.", "power.")))
         torques = {_spoken(m): motion.torque[m] for m in shafts if f"torque.{_spoken(m)}" not in stated_}
@@ -777,8 +776,7 @@ def _operation_comments(wishes: Wishes, train: Train) -> dict[str, str]:
         first = wishes.path[0][0] if wishes.path and loaded.startswith("torque.") else ""
         if driven := (motion.power or {}).get(first):
             words.append(f"power {quantity_text(float(f'{driven:.5g}'), 'power')}")
-        comments[f"operation.{loaded}"] = f"{', '.join(words)}; counter-clockwise positive"
-    return comments
+        yield f"operation.{loaded}", f"{', '.join(words)}; counter-clockwise positive"
 
 
 def _remarks(wishes: Wishes, train: Train) -> tuple[str, ...]:

@@ -194,14 +194,14 @@ class _Lattice:
         """The lattice of some rows."""
         return cls(solids, rows, *whole_solution(rows, len(solids)))
 
-    def gaps(self, right: Sequence[Phase]) -> tuple[Phase, ...]:
-        """What misses in every row [pitches]: 0 but in the last row of each loop, the least there."""
+    def met(self, right: Sequence[Phase]) -> tuple[list[Phase], list[Phase]]:
+        """Phases that rows meet, and what misses in each [pitches]: 0 but in the last row of each loop, the least."""
         gap = [Phase()] * len(self.rows)
         for loop in reversed(self.kernel):
             last = max(k for k, times in enumerate(loop) if times)
             miss = _total(loop, [a - b for a, b in zip(right, gap, strict=True)]).nearest()
             gap[last] = Fraction(1, loop[last]) * miss
-        return tuple(gap)
+        return [a - b for a, b in zip(right, gap, strict=True)], gap
 
     def tooth(self, solid: str, teeth: int, met: Sequence[Phase]) -> Phase:
         """teeth x angle of a solid where the rows are met [pitches]."""
@@ -291,16 +291,12 @@ def _first_branch(
     begin = [[table[mesh.a].teeth if solid == _solid(table, mesh.a)[0] else 0 for solid in solids] for mesh in starts]
     lattice = _Lattice.of(solids, [*begin, *rows])
     right = [*(points[mesh.pair].a for mesh in starts), *(points[mesh.pair].sum for mesh in meshes)]
-    gaps = lattice.gaps(right)
-    met = [a - b for a, b in zip(right, gaps, strict=True)]
+    met, gaps = lattice.met(right)
     place = {
         m.pair: m.flank * (lattice.tooth(_solid(table, m.a)[0], table[m.a].teeth, met) - points[m.pair].a)
         for m in meshes
     }
-    angle = {}
-    for name in table:
-        solid, ahead = _solid(table, name)
-        angle[name] = lattice.tooth(solid, 1, met) + ahead
+    angle = {name: lattice.tooth(s, 1, met) + ahead for name in table for s, ahead in [_solid(table, name)]}
     return _Branch(place, gaps[len(starts) :], angle)
 
 
@@ -320,8 +316,7 @@ def _other_branch(
     lattice : of the planet gears.  points : of branch 1 and of this one.  turn : from branch 1 [turns].
     right : what its rows miss before its planet gears turn [pitches].
     """
-    gaps = lattice.gaps(right)
-    met = [a - b for a, b in zip(right, gaps, strict=True)]
+    met, gaps = lattice.met(right)
     place = {}
     for m in meshes:
         start, now = points[0][m.pair], points[1][m.pair]

@@ -24,7 +24,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING
@@ -353,7 +353,7 @@ class _Balance:
     @classmethod
     def of(cls, kinematics: Kinematics, share: Mapping[str, float]) -> _Balance:
         members, torque = kinematics.ratio, kinematics.torque or {}
-        kept = _kept(kinematics)
+        kept = tuple(_kept(kinematics))
         following = dict.fromkeys((*kinematics.reacting, *kinematics.stated))
         ends = tuple(name for name in following if name not in kept)
         speed = kinematics.speed or {}
@@ -449,26 +449,19 @@ def _lossless_columns(kinematics: Kinematics, ends: Sequence[str]) -> Array:
     return np.asarray(matrix / np.abs(matrix).max(axis=0))
 
 
-def _kept(kinematics: Kinematics) -> tuple[str, ...]:
+def _kept(kinematics: Kinematics) -> Iterator[str]:
     """Stated members whose torques do not follow from one another, those with the largest power into the train first.
 
     A torque is free to be kept while the balance without losses does not fix it by those kept before.
     """
+    from scipy.linalg import null_space
+
     torque, power = kinematics.torque or {}, kinematics.power or {}
     ends = tuple(dict.fromkeys((*kinematics.stated, *kinematics.reacting)))
-    free = _null_space(_lossless_columns(kinematics, ends))
-    kept: list[str] = []
+    free = null_space(_lossless_columns(kinematics, ends), rcond=1e-10)
     for name in sorted(kinematics.stated, key=lambda name: -power.get(name, 0.0)):
         row = free[ends.index(name)]
         if torque.get(name) is None or np.linalg.norm(row) < 1e-9:
             continue
-        kept.append(name)
-        free = free @ _null_space(row[None])
-    return tuple(kept)
-
-
-def _null_space(matrix: Array) -> Array:
-    """Orthonormal basis (n, k) of the null space of a matrix (m, n) [1]."""
-    _, size, vectors = np.linalg.svd(matrix)
-    rank = int((size > 1e-10 * size.max(initial=1.0)).sum())
-    return np.asarray(vectors[rank:].T)
+        yield name
+        free = free @ null_space(row[None], rcond=1e-10)

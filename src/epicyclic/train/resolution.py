@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from itertools import combinations, product
@@ -34,7 +34,6 @@ from ..document.tolerances import (
     Width,
     read_correlations,
     tolerances,
-    tolerances_and_costs,
 )
 from ..errors import ModelError, in_mm
 from ..teeth import geometry
@@ -310,12 +309,9 @@ def ties_of(model: ModelFile, plans: Sequence[Plan]) -> tuple[Tie, ...]:
     return (*shafts, *(tie for tie in joined if tie.a != tie.b))
 
 
-def body_torques(model: ModelFile, kinematics: Kinematics, bodies: Sequence[Body]) -> dict[str, float]:
+def body_torques(model: ModelFile, kinematics: Kinematics, bodies: Sequence[Body]) -> Iterator[tuple[str, float]]:
     """External torque on each body that carries one [N m]: on a split member half each, unless a side is named."""
-    if kinematics.torque is None:
-        return {}
-    torques: dict[str, float] = {}
-    for member, torque in kinematics.torque.items():
+    for member, torque in (kinematics.torque or {}).items():
         pieces = [body for body in bodies if body.member == member]
         if member in kinematics.held or not pieces:
             continue
@@ -330,8 +326,7 @@ def body_torques(model: ModelFile, kinematics: Kinematics, bodies: Sequence[Body
         for body in pieces:
             value = shares.get(body.side, 0.0) if shares else torque / len(pieces)
             if value:
-                torques[body.name] = value
-    return torques
+                yield body.name, value
 
 
 def _sided_torques(member: str, model: ModelFile, kinematics: Kinematics) -> dict[str | None, float]:
@@ -352,25 +347,21 @@ def _sided_torques(member: str, model: ModelFile, kinematics: Kinematics) -> dic
     return halves
 
 
-def external_loads(model: ModelFile, bodies: Sequence[Body]) -> list[Load]:
+def external_loads(model: ModelFile, bodies: Sequence[Body]) -> Iterator[Load]:
     """The file's loads: on a split member half on each half, on a planet gear the same on every planet."""
-    loads = []
     for name, table in model.loads.items():
         pieces = bodies_named(table.on, bodies)
         share = 0.5 if len({b.side for b in pieces}) > 1 else 1.0
         force, moment = ((v.x * share, v.y * share, v.z * share) for v in (table.force, table.moment))
         for body in pieces:
-            loads.append(
-                Load(
-                    path=f"loads.{name}",
-                    body=body.name,
-                    force=force,
-                    moment=moment,
-                    station=member_centre(body, model) + table.at,
-                    turns=table.frame == "member",
-                )
+            yield Load(
+                path=f"loads.{name}",
+                body=body.name,
+                force=force,
+                moment=moment,
+                station=member_centre(body, model) + table.at,
+                turns=table.frame == "member",
             )
-    return loads
 
 
 def tolerances_of(train: Train) -> tuple[Tolerance, ...]:
@@ -384,8 +375,7 @@ def tolerances_of(train: Train) -> tuple[Tolerance, ...]:
 
 def costs_of(train: Train) -> dict[str, tuple[Grade, ...]]:
     """Return the grades that `[tolerance.cost]` of a train prices, by the path of their entry.  Raises ModelError."""
-    _, priced = tolerances_and_costs(train.document, _width_of(train.bodies, train.meshes))
-    return {path: grades for path, grades in priced.items() if not of_another_point(train.document, path)}
+    return {entry.path: entry.grades for entry in tolerances_of(train) if entry.grades}
 
 
 def _width_of(bodies: Sequence[Body], meshes: Sequence[Mesh]) -> Width:
@@ -473,14 +463,13 @@ def check_tolerances(document: Document, bodies: Sequence[Body], meshes: Sequenc
     table = _table(document.data)
     if not table:
         return
-    width = _width_of(bodies, meshes)
-    entries, priced = tolerances_and_costs(document, width)
+    entries = tolerances(document, _width_of(bodies, meshes))
     for entry in entries:
         _check_place(entry.path, table[entry.path], bodies, meshes)
         for own in (entry.own, entry.common):
             if own is not None:
                 _check_size(entry, own, f"tolerance.{entry.path}", bodies)
-        for grade in priced.get(entry.path, ()):
+        for grade in entry.grades:
             _check_size(entry, grade.distribution, f"tolerance.cost.{entry.path}", bodies)
     if "correlation" in table:
         names = collect(document.data)
@@ -674,7 +663,7 @@ def resolve(document: Document) -> Train:
     )
     resolve_deviations(model, deviated)
     ripples, prescribed = resolve_ripples(model, bodies, kinematics, log)
-    sensors = resolve_sensors(model, bent, shafts.links, deviated.displacements, log)
+    sensors = tuple(resolve_sensors(model, bent, shafts.links, deviated.displacements, log))
     gravity = model.operation.gravity or (0.0, 0.0, 0.0)
     if model.operation.gravity is not None:
         log.note(f"{model.operation_path('gravity')}.gravity", list(gravity), "m/s^2")
@@ -686,7 +675,7 @@ def resolve(document: Document) -> Train:
         links=(*shafts.links, *prescribed),
         kinematics=kinematics,
         planets=planets,
-        torques=body_torques(model, kinematics, bodies),
+        torques=dict(body_torques(model, kinematics, bodies)),
         power_paths=power_flow(
             kinematics,
             planets={f"{plan.name}.{gear}" for plan in plans for gear in plan.gears if not plan.central(gear)},
@@ -695,7 +684,7 @@ def resolve(document: Document) -> Train:
         displacements=tuple(deviated.displacements),
         mesh_errors=(*deviated.mesh_errors, *contact_errors(meshes, kinematics)),
         loads=(*moved_loads(external_loads(model, bodies), bent), *deviated.loads),
-        sensors=tuple(sensors),
+        sensors=sensors,
         spans=tuple(shafts.spans),
         ripples=tuple(ripples),
         gravity=gravity,

@@ -7,7 +7,7 @@ it.  On a held ring it stands still in the housing, whose planets pass by.  So d
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from ..document.schema import ModelFile, SensorTable
@@ -24,7 +24,7 @@ def resolve_sensors(
     links: Sequence[Link],
     displacements: Sequence[Displacement],
     log: ResolutionLog,
-) -> list[Sensor]:
+) -> Iterator[Sensor]:
     """Sensors of a file, one on each body of a member; the torque of a member is that of all its halves.
 
     Raises
@@ -33,16 +33,15 @@ def resolve_sensors(
         there, or without a torque of its own; force of what is no bolt in the housing, or of one with a displaced seat.
     """
     by_name = {body.name: body for body in bodies}
-    sensors = []
     for name, table in model.sensors.items():
         path = f"sensors.{name}"
         if table.kind == "force":
-            sensors += _of_bolts(name, table, by_name, links, displacements)
+            yield from _of_bolts(name, table, by_name, links, displacements)
             continue
         if table.link is not None:
             found = _links_named(table.link, links, f"{path}.link")
             held = [by_name[link.second or link.first] for link in found]
-            sensors += [
+            yield from [
                 Sensor(name=f"{name}{end}", kind=table.kind, link=link.name)
                 for link, end in zip(found, _endings(held), strict=True)
             ]
@@ -58,24 +57,21 @@ def resolve_sensors(
                 problem, allowed = "no teeth on it, nor on what it carries", "a gear or carrier, or a link (link)"
                 raise ModelError(problem, path=f"{path}.on", given=table.on, allowed=allowed)
             branches = {body.branch: [one.name for one in of if one.branch == body.branch] for body in of}
-            sensors += [
+            yield from [
                 Sensor(name=name if branch is None else f"{name}/{branch}", kind=table.kind, bodies=tuple(names))
                 for branch, names in branches.items()
             ]
             continue
         for body, end in zip(of, _endings(of), strict=True):
-            sensors.append(
-                Sensor(
-                    name=f"{name}{end}",
-                    kind=table.kind,
-                    direction=table.direction,
-                    bodies=(body.name,),
-                    angle=table.angle,
-                    radius=0.0 if table.kind == "angle" else _radius(table, body, path, log),
-                    z=0.0 if table.z is None else member_centre(body, model) + table.z - body.station,
-                )
+            yield Sensor(
+                name=f"{name}{end}",
+                kind=table.kind,
+                direction=table.direction,
+                bodies=(body.name,),
+                angle=table.angle,
+                radius=0.0 if table.kind == "angle" else _radius(table, body, path, log),
+                z=0.0 if table.z is None else member_centre(body, model) + table.z - body.station,
             )
-    return sensors
 
 
 def _of_bolts(
@@ -84,7 +80,7 @@ def _of_bolts(
     bodies: Mapping[str, Body],
     links: Sequence[Link],
     displacements: Sequence[Displacement],
-) -> list[Sensor]:
+) -> Iterator[Sensor]:
     """Forces of the bolts of a support, ``main.ring.support.bolts``, or of one, ``main.ring.support.bolts.3``.
 
     Raises
@@ -98,27 +94,23 @@ def _of_bolts(
         allowed = ", ".join(dict.fromkeys(key.rpartition(".")[0] for key in bolts)) or "bolts of a support"
         raise ModelError("no such bolts in the housing", **of, allowed=f"{allowed}, or one of them (.1)")
     displaced = {link for one in displacements for link in one.links}
-    sensors = []
     for key, bolt in found.items():
         body, k = bodies[bolt.first], bolt.stiffness[which]
         nonlinear = bolt.curves or bolt.contacts or bolt.clearance or bolt.exponent != 1.0
         if nonlinear or not 0 < k < math.inf or bolt.name in displaced:
             problem = f"the bolts have no linear {table.direction} spring in place"
             raise ModelError(problem, **of, allowed="a finite stiffness, without a law and a displaced seat")
-        sensors.append(
-            Sensor(
-                name=name if len(found) == 1 else f"{name}/{key.rpartition('.')[2]}",
-                kind=table.kind,
-                direction=table.direction,
-                bodies=(bolt.first,),
-                link=bolt.name,
-                angle=bolt.angle - body.angle,
-                radius=math.hypot(*bolt.centre),
-                z=bolt.station - body.station,
-                stiffness=k,
-            )
+        yield Sensor(
+            name=name if len(found) == 1 else f"{name}/{key.rpartition('.')[2]}",
+            kind=table.kind,
+            direction=table.direction,
+            bodies=(bolt.first,),
+            link=bolt.name,
+            angle=bolt.angle - body.angle,
+            radius=math.hypot(*bolt.centre),
+            z=bolt.station - body.station,
+            stiffness=k,
         )
-    return sensors
 
 
 def _radius(table: SensorTable, body: Body, path: str, log: ResolutionLog) -> float:

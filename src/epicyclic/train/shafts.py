@@ -8,7 +8,7 @@ tilt has the inertia of slices about their own diameters.  What projects beyond 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import NamedTuple
@@ -106,7 +106,7 @@ def bent_shafts(
     return found
 
 
-def moved_loads(loads: Sequence[Load], bodies: Sequence[Body]) -> list[Load]:
+def moved_loads(loads: Iterable[Load], bodies: Sequence[Body]) -> list[Load]:
     """External loads, those on a shaft that bends at the body of their place."""
     there = {(body.shaft_of, body.station): body.name for body in bodies if body.shaft_of is not None}
     return [replace(one, body=there.get((one.body, round(one.station, _DIGITS)), one.body)) for one in loads]

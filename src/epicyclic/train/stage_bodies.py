@@ -8,7 +8,7 @@ Meshes: flank, phase lead, stiffness and its variation, branch by branch and sid
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any
@@ -153,45 +153,37 @@ def frames_of(plans: tuple[Plan, ...]) -> tuple[Frame, ...]:
     return (*stages, Frame(name=HOUSING))
 
 
-def bodies_of_stage(shape: StageShape, model: ModelFile, log: ResolutionLog) -> list[Body]:
+def bodies_of_stage(shape: StageShape, model: ModelFile, log: ResolutionLog) -> Iterator[Body]:
     """All bodies of a stage: central members in file order, then the planets branch by branch."""
     plan = shape.plan
-    bodies: list[Body] = []
     for name in plan.stage.members:
         if plan.central(name):
-            bodies += _member(shape, name, None, model, log)
+            yield from _member(shape, name, None, model, log)
     for branch in range(plan.branches):
         for name in shape.pin:
-            bodies += _member(shape, name, branch, model, log)
-    return bodies
+            yield from _member(shape, name, branch, model, log)
 
 
-def free_bodies(model: ModelFile, log: ResolutionLog) -> list[Body]:
+def free_bodies(model: ModelFile, log: ResolutionLog) -> Iterator[Body]:
     """Bodies of the file's `[bodies]`; keys that are not stated are 0."""
-    bodies = []
     for name, body in model.bodies.items():
         given = {key: getattr(body, key) for key in (*MASS_UNITS, "station")}
         for key, value in given.items():
             origin = "default" if value is None else "given"
             log.note(f"bodies.{name}.{key}", value or 0.0, MASS_UNITS.get(key, "m"), origin)
         values: dict[str, Any] = {key: value or 0.0 for key, value in given.items()}
-        bodies.append(Body(name=name, member=name, kind="body", frame=body.frame or HOUSING, **values))
-    return bodies
+        yield Body(name=name, member=name, kind="body", frame=body.frame or HOUSING, **values)
 
 
-def _member(shape: StageShape, name: str, branch: int | None, model: ModelFile, log: ResolutionLog) -> list[Body]:
+def _member(shape: StageShape, name: str, branch: int | None, model: ModelFile, log: ResolutionLog) -> Iterator[Body]:
     """Bodies of one member, by side; of a planet gear those of one branch (0 ..)."""
     plan, member = shape.plan, shape.plan.stage.members[name]
-    number = None if branch is None else branch + 1
+    path, number = plan.member_path(name), None if branch is None else branch + 1
     if name not in plan.gears:
-        log.note(
-            f"{plan.member_path(name)}.split", plan.split(name), "", "default" if member.split is None else "given"
-        )
+        log.note(f"{path}.split", plan.split(name), "", "default" if member.split is None else "given")
     if name == plan.carrier:
-        origin = "geometry" if member.pin_radius is None else "given"
-        log.note(f"{plan.member_path(name)}.pin_radius", shape.pin_radius, "m", origin)
+        log.note(f"{path}.pin_radius", shape.pin_radius, "m", "geometry" if member.pin_radius is None else "given")
     radius = shape.gear(name).base_radius if name in plan.gears else shape.pin_radius
-    bodies = []
     for side, body in member_bodies(plan, name, number).items():
         gear = shape.gears[name][side] if name in plan.gears else None
         rim = _radii(member, gear)[0] if gear is not None and gear.internal else NAN
@@ -199,32 +191,26 @@ def _member(shape: StageShape, name: str, branch: int | None, model: ModelFile, 
         ring = None
         if member.elastic is not None and gear is not None:
             of_rim, material = (rim, _width(gear, side)), member_material(plan, name, model)
-            path = f"{plan.member_path(name)}.elastic"
-            ring = ring_of(member.elastic, path, gear, of_rim, masses["mass"], material, log)
+            ring = ring_of(member.elastic, f"{path}.elastic", gear, of_rim, masses["mass"], material, log)
         if not branch:
             _log_masses(plan, name, side, masses, log)
-        bodies.append(
-            Body(
-                name=body,
-                member=f"{plan.name}.{name}",
-                kind=member.kind,
-                frame=plan.name,
-                carried_by=None if number is None or plan.carrier is None else piece_of(plan, plan.carrier, None, side),
-                branch=number,
-                side=side,
-                centre=shape.place(name, branch or 0) if name in plan.gears else (0.0, 0.0),
-                station=half_station(plan, name, side),
-                angle=shape.polar(name, branch or 0) if name in plan.gears else 0.0,
-                mass=masses["mass"],
-                inertia=masses["inertia"],
-                tilt_inertia=masses["tilt_inertia"],
-                reference_radius=radius if math.isfinite(radius) else 1.0,
-                outer_radius=rim if math.isfinite(rim) else None,
-                gear=gear,
-                elastic=ring,
-            )
+        yield Body(
+            name=body,
+            member=f"{plan.name}.{name}",
+            kind=member.kind,
+            frame=plan.name,
+            carried_by=None if number is None or plan.carrier is None else piece_of(plan, plan.carrier, None, side),
+            branch=number,
+            side=side,
+            centre=shape.place(name, branch or 0) if name in plan.gears else (0.0, 0.0),
+            station=half_station(plan, name, side),
+            angle=shape.polar(name, branch or 0) if name in plan.gears else 0.0,
+            **masses,
+            reference_radius=radius if math.isfinite(radius) else 1.0,
+            outer_radius=rim if math.isfinite(rim) else None,
+            gear=gear,
+            elastic=ring,
         )
-    return bodies
 
 
 # mass and inertia ---------------------------------------------------------------------------------------------------
@@ -232,7 +218,7 @@ def _member(shape: StageShape, name: str, branch: int | None, model: ModelFile, 
 
 def _masses(
     plan: Plan, name: str, side: str | None, gear: GearData | None, radius: float, model: ModelFile
-) -> dict[str, float]:
+) -> dict[str, Any]:
     """Mass [kg] and inertias [kg m^2] of one body by key: stated, else of the solid of the gear; nan where not known.
 
     A hollow cylinder: m = rho pi (r_o^2 - r_i^2) l, J_p = m (r_o^2 + r_i^2)/2, J_d = J_p/2 + m l^2/12.
@@ -353,7 +339,7 @@ def meshes_of_stage(
     ModelError : a stiffness that cannot be computed from what is given.
     """
     plan = shape.plan
-    gears = _toothed(plan, shape)
+    gears = list(_toothed(plan, shape))
     flanks = _flanks(plan, gears, kinematics)
     sense = _sun_sense(plan, kinematics)
     toothed = _tooth_meshes(shape, flanks)
@@ -439,23 +425,19 @@ def _mesh(
 # flanks, senses, leads -----------------------------------------------------------------------------------------------
 
 
-def _toothed(plan: Plan, shape: StageShape) -> list[ToothedGear]:
+def _toothed(plan: Plan, shape: StageShape) -> Iterator[ToothedGear]:
     """The gears of a stage as the phasing of the train takes them."""
-    gears = []
     for name, member in plan.gears.items():
         stated = None if isinstance(member.clocking, str) else member.clocking
-        gears.append(
-            ToothedGear(
-                name=name,
-                teeth=member.teeth or 0,
-                internal=member.kind == "ring",
-                central=plan.central(name),
-                profile_shift=shape.gear(name).profile_shift,
-                on=gear_below(member),
-                clocking=None if stated is None else tuple(map(turns_of, per_branch(stated, len(plan.angles)))),
-            )
+        yield ToothedGear(
+            name=name,
+            teeth=member.teeth or 0,
+            internal=member.kind == "ring",
+            central=plan.central(name),
+            profile_shift=shape.gear(name).profile_shift,
+            on=gear_below(member),
+            clocking=None if stated is None else tuple(map(turns_of, per_branch(stated, len(plan.angles)))),
         )
-    return gears
 
 
 def _tooth_meshes(shape: StageShape, flanks: Mapping[str, int]) -> list[ToothMesh]:

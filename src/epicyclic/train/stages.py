@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, Literal, NamedTuple
 
-from ..document.schema import SIDES, MemberTable, MeshTable, ModelFile, StageTable
+from ..document.schema import SIDES, MemberTable, MeshTable, ModelFile, StageTable, implied_pairs
 from ..errors import ModelError
 from ..teeth.mesh_stiffness import STEEL_MODULUS
 from .kinematics import merged
@@ -283,7 +283,8 @@ def _branches(
 
 def _pairs(stage_name: str, stage: StageTable, gears: Mapping[str, MemberTable]) -> list[GearPair]:
     """The pairs that mesh: named ones, and those that a single planet gear or two fixed gears leave no doubt about."""
-    tables = {frozenset((a, b)): (f"{a}-{b}", MeshTable()) for a, b in _implied(gears)}
+    implied = implied_pairs({name: member.kind for name, member in gears.items()})
+    tables = {frozenset((a, b)): (f"{a}-{b}", MeshTable()) for a, b in implied}
     tables |= {frozenset(key.split("-")): (key, keys) for key, keys in stage.meshes.items()}
     meshing = [_pair(stage_name, key, keys, gears) for key, keys in tables.values()]
     if not meshing:
@@ -294,21 +295,6 @@ def _pairs(stage_name: str, stage: StageTable, gears: Mapping[str, MemberTable])
             allowed="a table with every mesh, e.g. meshes.sun-p, meshes.p-d, meshes.d-ring",
         )
     return meshing
-
-
-def _implied(gears: Mapping[str, MemberTable]) -> list[tuple[str, str]]:
-    """Pairs that need no naming: the meshes of a single planet gear, and of two gears on fixed axes."""
-    by_kind: dict[str, list[str]] = {}
-    for name, member in gears.items():
-        by_kind.setdefault(member.kind, []).append(name)
-    planets, fixed = by_kind.get("planet", []), by_kind.get("gear", [])
-    if len(planets) == 1:
-        inner = [(sun, planets[0]) for sun in by_kind.get("sun", [])]
-        return inner + [(planets[0], ring) for ring in by_kind.get("ring", [])]
-    if not planets and len(gears) == 2:
-        a, b = sorted(gears, key=lambda name: gears[name].kind == "ring")
-        return [(a, b)] if len(fixed) == 2 or "ring" in by_kind else []
-    return []
 
 
 def _pair(stage: str, key: str, keys: MeshTable, gears: Mapping[str, MemberTable]) -> GearPair:

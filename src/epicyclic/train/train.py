@@ -363,21 +363,6 @@ def bodies_named(reference: str, bodies: Iterable[Body]) -> list[Body]:
     return [body for body in of_member if len(parts) < 3 or body.side == parts[2]]
 
 
-def train_html(train: Train) -> str:
-    """Front views and tables of a train as one well-formed HTML element, without scripts and outside references."""
-    kinematics = train.kinematics
-    rate, order = kinematics.mesh_frequency or {}, kinematics.mesh_order
-    frequencies = [[tone, _number(rate.get(tone)), _number(order.get(tone))] for tone in dict.fromkeys([*rate, *order])]
-    slices = sum(len(mesh.slices) for mesh in train.meshes)
-    cut = f" ({slices} slices)" if slices else ""
-    return (
-        f"<div><p><b>{escape(train.title)}</b></p>{_front_views(train)}"
-        f"{_table(['member', 'teeth', 'speed [rpm]', 'torque [N m]', 'power [kW]'], _members(train))}"
-        f"{_table(['mesh frequency', '[Hz]', 'per turn of ' + next(iter(kinematics.freedoms), '')], frequencies)}"
-        f"<p>{len(train.bodies)} bodies, {len(train.meshes)} meshes{cut}, {len(train.links)} links</p></div>"
-    )
-
-
 def _members(train: Train) -> list[list[str]]:
     """One row a member: teeth, speed [rpm], external torque [N m] and power [kW], empty where not known."""
     kinematics, teeth = train.kinematics, {b.member: b.gear.teeth for b in train.bodies if b.gear is not None}
@@ -436,13 +421,9 @@ def _front_views(train: Train) -> str:
 
 def _pitch_radii(train: Train) -> dict[str, float]:
     """Working pitch radius of every gear in its first mesh, else its reference radius [m]."""
-    radii: dict[str, float] = {}
-    for mesh in train.meshes:
-        radii.setdefault(mesh.a, mesh.radius_a)
-        radii.setdefault(mesh.b, mesh.radius_b)
-    for body in train.bodies:
-        if body.gear is not None:
-            radii.setdefault(body.name, body.gear.reference_radius)
+    radii = {body.name: body.gear.reference_radius for body in train.bodies if body.gear is not None}
+    for mesh in reversed(train.meshes):
+        radii |= {mesh.a: mesh.radius_a, mesh.b: mesh.radius_b}
     return {name: radius for name, radius in radii.items() if math.isfinite(radius)}
 
 
@@ -459,9 +440,12 @@ def _stage(
         x, y = middle[0] + scale * (body.centre[0] - axis[0]), middle[1] - scale * (body.centre[1] - axis[1])
         r = scale * radius[body.name]
         internal = body.gear is not None and body.gear.internal
+        teeth = "" if body.gear is None else f", {body.gear.teeth} teeth"
+        turns = _number((train.kinematics.speed or {}).get(body.member))
+        told = f"{body.name}{teeth}, pitch radius {radius[body.name] * 1e3:.5g} mm{f', {turns} rpm' if turns else ''}"
         parts.append(
             f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{r:.1f}" fill="{_FILL.get(body.kind, "#9bc49b")}" '
-            f'fill-opacity="0.35"><title>{escape(_tooltip(train, body, radius[body.name]))}</title></circle>'
+            f'fill-opacity="0.35"><title>{escape(told)}</title></circle>'
         )
         below = labels.get((round(x), round(y)), 0) if not internal else 0
         if not internal:
@@ -484,12 +468,6 @@ def _label(body: Body, size: float) -> str:
     if body.branch is None:
         return member
     return f"{member} {body.branch}" if 2 * size > 0.6 * _LABEL * (len(member) + 2) else str(body.branch)
-
-
-def _tooltip(train: Train, body: Body, radius: float) -> str:
-    teeth = "" if body.gear is None else f", {body.gear.teeth} teeth"
-    turns = _number((train.kinematics.speed or {}).get(body.member))
-    return f"{body.name}{teeth}, pitch radius {radius * 1e3:.5g} mm{f', {turns} rpm' if turns else ''}"
 
 
 def _text(text: str, x: float, y: float) -> str:
@@ -672,8 +650,19 @@ class Train:
         return f"Train({self.title!r}: {stages}; {counts}{driven})"
 
     def _repr_html_(self) -> str:
-        """Front views and key numbers, for notebooks."""
-        return train_html(self)
+        """Front views and tables, for notebooks: one well-formed element, without scripts and outside references."""
+        rate, order = self.kinematics.mesh_frequency or {}, self.kinematics.mesh_order
+        per_turn = f"per turn of {next(iter(self.kinematics.freedoms), '')}"
+        tones = dict.fromkeys([*rate, *order])
+        frequencies = [[tone, _number(rate.get(tone)), _number(order.get(tone))] for tone in tones]
+        slices = sum(len(mesh.slices) for mesh in self.meshes)
+        cut = f" ({slices} slices)" if slices else ""
+        return (
+            f"<div><p><b>{escape(self.title)}</b></p>{_front_views(self)}"
+            f"{_table(['member', 'teeth', 'speed [rpm]', 'torque [N m]', 'power [kW]'], _members(self))}"
+            f"{_table(['mesh frequency', '[Hz]', per_turn], frequencies)}"
+            f"<p>{len(self.bodies)} bodies, {len(self.meshes)} meshes{cut}, {len(self.links)} links</p></div>"
+        )
 
 
 Number = Fraction | float

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from epicyclic.document.document import Document, read
-from epicyclic.document.tolerances import tolerances, tolerances_and_costs
+from epicyclic.document.tolerances import tolerances
 from epicyclic.errors import ModelError
 from epicyclic.train.resolution import load, tolerances_of
 
@@ -260,7 +260,7 @@ def prefixed(table: Mapping[str, object]) -> dict[str, object]:
 def test_a_document_and_its_tables_have_the_same_entries() -> None:
     document = toleranced(SHARED, {"own": "disc(4 um)", "common": "rayleigh(1 um)"})
     assert tolerances(document) == tolerances(document.data)
-    assert tolerances_and_costs(read("lin1999-n4")) == ((), {})
+    assert tolerances(read("lin1999-n4")) == ()
     with pytest.raises(ModelError, match="size of this grade is not known"):
         tolerances(toleranced(RUN_OUT, "grade(IT6, 3 sigma)"))
 
@@ -352,8 +352,8 @@ def priced(grades: object, path: str = SHARED) -> Document:
 
 
 def test_prices_in_the_order_of_the_file() -> None:
-    _, found = tolerances_and_costs(priced({"disc(2 um)": 30, "rayleigh(1 um)": 12.5}, "deviations.planet.run_out"))
-    assert [(grade.text, grade.distribution.kind, grade.price) for grade in found[SHARED]] == [
+    (entry,) = tolerances(priced({"disc(2 um)": 30, "rayleigh(1 um)": 12.5}, "deviations.planet.run_out"))
+    assert [(grade.text, grade.distribution.kind, grade.price) for grade in entry.grades] == [
         ("disc(2 um)", "disc", 30.0),
         ("rayleigh(1 um)", "rayleigh", 12.5),
     ]

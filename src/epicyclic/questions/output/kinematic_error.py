@@ -3,7 +3,7 @@
 The train turns slowly under a share of the rated torque, all torques of the operation in that proportion: flanks open
 and close where the deviations are larger than what yields.  The record is the common period of all lines, as far as it
 goes; amplitudes at the exact orders of the shaft are those of least squares.  The row of rotations is that of
-`system.transmission_rows`, whose lag is positive; the error is its negative.
+`system.signal_rows`, whose lag is positive; the error is its negative.
 """
 
 from __future__ import annotations
