@@ -186,7 +186,8 @@ class Form(NamedTuple):
     """A distribution: names of its values in their order, what it is in words, an example, moments and inverse.
 
     Of the values `LENGTHS` are not below zero and scale with the spread; the others are places.
-    mean, std : of the values [SI]; of a vector those of each component.
+    mean, std : of the values [SI]; of a vector those of each component.  ends : least and largest value, () where there
+        are none, and of a vector.
     inverse : of the distribution function, of uniform numbers (..,) and the values; of a vector that of its radius.
     vector : whether it is one across the axis, with a uniform phase.
     """
@@ -196,6 +197,7 @@ class Form(NamedTuple):
     example: str
     mean: Callable[..., float]
     std: Callable[..., float]
+    ends: Callable[..., tuple[float, ...]]
     inverse: Callable[..., Any]
     vector: bool = False
 
@@ -252,13 +254,7 @@ class Distribution:
     @property
     def ends(self) -> tuple[float, ...]:
         """Least and largest value [SI] of a number, as far as there are."""
-        import numpy as np
-
-        if self.form.vector:
-            return ()
-        with np.errstate(invalid="ignore"):  # a deviation of zero times an end that is none
-            ends = self.form.inverse(np.array([0.0, 1.0]), *self.values)
-        return tuple(ends[np.isfinite(ends)].tolist())
+        return self.form.ends(*self.values)
 
     def quantile(self, u: NDArray[np.float64]) -> NDArray[Any]:
         """Return draws by the inverse of the distribution function.
@@ -501,6 +497,7 @@ FORMS: dict[str, Form] = {
         "normal(0, 12 um)",
         mean=lambda mean, _: mean,
         std=lambda _, deviation: deviation,
+        ends=lambda *_: (),
         inverse=_normal,
     ),
     "uniform": Form(
@@ -509,6 +506,7 @@ FORMS: dict[str, Form] = {
         "uniform(-5 um, 5 um)",
         mean=lambda low, high: (low + high) / 2,
         std=lambda low, high: (high - low) / math.sqrt(12),
+        ends=lambda low, high: (low, high),
         inverse=lambda u, low, high: low + u * (high - low),
     ),
     "truncated": Form(
@@ -517,6 +515,7 @@ FORMS: dict[str, Form] = {
         "truncated(0, 12 um, -20 um, 20 um)",
         mean=lambda *values: _truncated_moments(*values)[0],
         std=lambda *values: _truncated_moments(*values)[1],
+        ends=lambda *values: values[2:],
         inverse=_truncated,
     ),
     "triangular": Form(
@@ -525,6 +524,7 @@ FORMS: dict[str, Form] = {
         "triangular(-5 um, 0, 10 um)",
         mean=lambda *values: sum(values) / 3,
         std=lambda low, mode, high: math.sqrt(((high - low) ** 2 - (mode - low) * (high - mode)) / 18),
+        ends=lambda low, _, high: (low, high),
         inverse=_triangular,
     ),
     "rayleigh": Form(
@@ -534,6 +534,7 @@ FORMS: dict[str, Form] = {
         "rayleigh(5 um)",
         mean=lambda _: 0.0,
         std=lambda deviation: deviation,
+        ends=lambda _: (),
         inverse=_rayleigh,
         vector=True,
     ),
@@ -543,6 +544,7 @@ FORMS: dict[str, Form] = {
         "disc(10 um)",
         mean=lambda _: 0.0,
         std=lambda diameter: diameter / 4,
+        ends=lambda _: (),
         inverse=lambda u, diameter: diameter / 2 * u**0.5,
         vector=True,
     ),
