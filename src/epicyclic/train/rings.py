@@ -105,7 +105,19 @@ def log_rings(
     """Log what the orders of a ring leave out: compliance beside that of a mesh, and natural frequencies; and bolts.
 
     The stiffness of a mesh holds the former where it is that of teeth on their body.
+
+    Raises
+    ------
+    ModelError : bolts in the housing that hold a body along a circle on which it turns.
     """
+    members, speed = {body.name: body.member for body in bodies}, kinematics.speed or {}
+    for link in links:
+        if "/bolts/" in link.name and link.second is None and link.stiffness[1] and speed.get(members[link.first]):
+            problem, given = (
+                "bolts in the housing hold a body that turns",
+                f"{float(speed[members[link.first]]):.6g} rpm",
+            )
+            raise ModelError(problem, path=link.path, given=given, allowed="a body that stands, or tangential = 0")
     rate = max(map(float, (kinematics.mesh_frequency or {}).values()), default=0.0)
     for body in bodies:
         if body.elastic is None:
@@ -117,6 +129,9 @@ def log_rings(
         if beyond <= _APART * rate:
             text = f"{path}: orders beyond {orders} begin at {beyond:.4g} Hz"
             log.coded("ring-orders", f"{text}, the mesh frequency is {rate:.4g} Hz")
+        if (planets := len({mesh.branch for mesh in meshes if mesh.b == body.name})) > orders:
+            text = f"{path}: {planets} planets drive the orders {planets}, {2 * planets}, ..; orders end at {orders}"
+            log.coded("ring-orders", text)
         outer = body.outer_radius or body.elastic.radius
         seats = {link.path: math.hypot(*link.centre) for link in links if link.first == body.name}
         for seat, radius in seats.items():
@@ -131,7 +146,7 @@ def log_rings(
         text += " for response, stability and transient; all else takes the mean over the turn"
         if one.second is None:
             text += f", of the stiffness up to {passing.varying:.2g} varies; forces are those of one bolt at"
-            text += f" {passing.places} places that it passes"
+            text += f" {passing.places} places that it passes, and in static sensors of force have all bolts alike"
         else:
             text += ", which joins only motions along and about the axis"
         if passing.series.shape[1] > _MANY:

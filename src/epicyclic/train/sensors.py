@@ -7,6 +7,7 @@ it.  On a held ring it stands still in the housing, whose planets pass by.  So d
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
@@ -88,18 +89,24 @@ def _of_bolts(
     ModelError : no such bolts; bolts to another body, without a linear spring in the direction, or out of place.
     """
     which, of = DIRECTIONS.index(table.direction), dict[str, Any](path=f"sensors.{name}.link", given=table.link)
-    bolts = {link.name.replace("/", "."): link for link in links if "/bolts/" in link.name and link.second is None}
+    bolts = {link.name.replace("/", "."): link for link in links if "/bolts/" in link.name}
     found = {key: bolt for key, bolt in bolts.items() if table.link in (key, key.rpartition(".")[0])}
+    if joined := {bolt.second for bolt in found.values() if bolt.second is not None}:
+        allowed = "bolts in the housing; forces in the support of that body are in the tables"
+        raise ModelError(f"the bolts join {', '.join(joined)}", **of, allowed=allowed)
     if not found:
-        allowed = ", ".join(dict.fromkeys(key.rpartition(".")[0] for key in bolts)) or "bolts of a support"
-        raise ModelError("no such bolts in the housing", **of, allowed=f"{allowed}, or one of them (.1)")
+        counts = Counter(key.rpartition(".")[0] for key, bolt in bolts.items() if bolt.second is None)
+        allowed = ", ".join(f"{key}, or one of them, {key}.1 to .{n}" for key, n in counts.items())
+        raise ModelError("no such bolts in the housing", **of, allowed=allowed or "bolts of a support")
     displaced = {link for one in displacements for link in one.links}
     for key, bolt in found.items():
         body, k = bodies[bolt.first], bolt.stiffness[which]
-        nonlinear = bolt.curves or bolt.contacts or bolt.clearance or bolt.exponent != 1.0
-        if nonlinear or not 0 < k < math.inf or bolt.name in displaced:
-            problem = f"the bolts have no linear {table.direction} spring in place"
-            raise ModelError(problem, **of, allowed="a finite stiffness, without a law and a displaced seat")
+        if bolt.curves or bolt.contacts or bolt.clearance or bolt.exponent != 1.0 or not 0 < k < math.inf:
+            raise ModelError(f"no linear {table.direction} spring", **of, allowed="bolts of a finite stiffness, no law")
+        if bolt.name in displaced:
+            raise ModelError(
+                "the seat of the bolts is displaced", **of, allowed="bolts without deviations of their seat"
+            )
         yield Sensor(
             name=name if len(found) == 1 else f"{name}/{key.rpartition('.')[2]}",
             kind=table.kind,

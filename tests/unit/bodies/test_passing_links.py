@@ -234,7 +234,7 @@ def test_stiffness_at_an_instant_is_that_of_bolts_where_they_then_are() -> None:
     for instant in (0.0, 0.0021, 0.0173):
         angles = [math.degrees(psi) - 360 * FRAME * instant for psi in UNEVEN]
         drawn = ", ".join(f"{angle % 360:.12f}" for angle in angles)
-        standing = {"operation": {"held": ["carrier"], "speed": {"sun": "1800 rpm"}}}
+        standing = {"operation": {"held": ["carrier"], "speed": {"sun": "0 rpm"}}}
         there = ring_alone({"angles": f"[{drawn}] deg"}, standing)
         turns = np.exp(2j * np.pi * np.arange(1, passing.wave.shape[1] + 1) * FRAME * instant)
         K = system.K + (passing.B * (passing.wave @ turns).real) @ passing.B.T

@@ -228,7 +228,7 @@ def test_few_bolts_are_taken_by_their_mean_and_the_rest_is_named() -> None:
     assert "up to 0.54 varies" in text  # .5436 by the norms of K_1 and K_0, computed apart
     scale = np.abs(uniform.K).max()
     np.testing.assert_allclose(few.K, uniform.K, atol=1e-12 * scale)
-    standing = {"operation": {"held": ["carrier"], "speed": {"sun": "1800 rpm"}}}
+    standing = {"operation": {"held": ["carrier"], "speed": {"sun": "0 rpm"}}}
     # a frame that stands sees the bolts where they are
     split = assemble(
         train_of(
@@ -400,3 +400,18 @@ def test_bending_of_a_curved_rectangle_is_its_integral(ratio: float) -> None:
     radius = root.root_radius + height / 2
     second = float(np.sum(weight * height / 2 * y**2 / (1 + y / radius)))
     assert ring.bending == pytest.approx(206e9 * 0.025 * second, rel=1e-8)
+
+
+def test_bolts_of_a_ring_that_turns_are_refused() -> None:
+    turning = {"operation": {"held": ["carrier"], "speed": {"sun": "1800 rpm"}}}
+    with pytest.raises(
+        ModelError, match=r"ring\.support\.bolts = -497.* rpm: bolts in the housing hold a body that turns"
+    ):
+        train_of(modes=5, more=bolts(6) | turning)
+
+
+def test_orders_that_end_below_the_planets_are_warned_of() -> None:
+    """Four planets drive order 4."""
+    texts = [str(text) for text in train_of(modes=3, more=bolts(12)).warnings]
+    assert any("4 planets drive the orders 4, 8, ..; orders end at 3" in text for text in texts)
+    assert not any("planets drive" in str(text) for text in train_of(modes=4, more=bolts(12)).warnings)

@@ -13,7 +13,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Literal
 
 import numpy as np
@@ -39,8 +39,9 @@ _TRUNCATION = 30.0
 # Cross order |a_1| + .. + |a_D| of combinations of several tones: initial, step, and largest by the number of tones.
 _CROSS, _STEP, _LAST = 10, 4, {2: 34, 3: 18}
 # Further cross orders where the truncation at the last one would be refused: spur stages whose lowest modes lie at many
-# times the lower mesh frequency need 42 to 50.  50 are 2600 points.
-_FURTHER = {2: 50, 3: 26}
+# times the lower mesh frequency need 42 to 50.  50 are 2600 points.  Uneven links that pass a body shift every mesh
+# order by many turns, and need 74 where the mesh moves the ring at high orders.
+_FURTHER, _PASSING = {2: 50, 3: 26}, {2: 98, 3: 26}
 _REFUSED = 1e-4
 MEAN_UNSTABLE, NO_SPEED = "mean system unstable", "speed is not a number above zero"
 """Status of a speed without a steady motion, and of what is no speed."""
@@ -203,7 +204,9 @@ def respond_part(
     ready: Response, speed: Array, part: tuple[Index, Truncation], *, tolerance: float, shaft_orders: bool = True
 ) -> Iterator[Block]:
     """Solve one of the `response_parts` of relative speeds (P,), in blocks as they come out; see `respond`."""
-    limit = largest_truncation(ready, speed)
+    limit, tones = largest_truncation(ready, speed), len(ready.lines.tones)
+    beyond = (_FURTHER if ready.system.passing is None else _PASSING).get(tones, 0)
+    further = partial(_further, tolerance=tolerance, beyond=beyond)
     waiting: list[tuple[Index, Truncation, Block | None]] = [(*part, None)]
     while waiting:
         index, truncation, before = waiting.pop(0)
@@ -211,11 +214,11 @@ def respond_part(
             first = block = _block(
                 ready, index, speed[index], truncation=truncation, tolerance=tolerance, before=before
             )
-            more = _further(block.mesh.truncation_residual, truncation, limit[index], tolerance, before)
+            more = further(block.mesh.truncation_residual, truncation, limit[index], before=before)
             coarse = np.any(more, axis=1)
             if shaft_orders and ready.lines.shaft and not np.all(coarse):
                 block, worst = _with_shaft(ready, _select(block, ~coarse), tolerance=tolerance)
-                more[~coarse] = _further(worst, truncation, limit[block.index], tolerance)
+                more[~coarse] = further(worst, truncation, limit[block.index])
                 coarse = np.any(more, axis=1)
         done = ~coarse[_among(index, block.index)]
         if np.any(done):
@@ -253,14 +256,21 @@ def largest_truncation(ready: Response, speed: Array) -> Index:
 
 
 def _further(
-    truncation_residual: Array, truncation: Truncation, limit: Index, tolerance: float, before: Block | None = None
+    truncation_residual: Array,
+    truncation: Truncation,
+    limit: Index,
+    *,
+    tolerance: float,
+    beyond: int,
+    before: Block | None = None,
 ) -> Index:
     """Increment of harmonics and cross order, (P, D + 1): 0 where the truncation is small enough, or at its limit.
 
     The cross order waits for the harmonics.  Where it converges so slowly that its limit is not enough, it goes there
     at once.  It goes beyond where the truncation would be refused at it.
 
-    truncation_residual : (P, D + 1) by kind [1].  limit : (P, D + 1).  before : solution of the truncation before.
+    truncation_residual : (P, D + 1) by kind [1].  limit : (P, D + 1).  beyond : largest cross order where it would be
+    refused.  before : solution of the truncation before.
     """
     allowed, current = _TRUNCATION * tolerance, np.array(truncation)
     coarse = truncation_norm(truncation_residual) > allowed
@@ -277,7 +287,7 @@ def _further(
     more[np.any(more[:, :-1], axis=1), -1] = 0
     tones = len(truncation) - 1
     refused = truncation_residual[:, -1] > max(_REFUSED, 100 * tolerance) / np.sqrt(tones + 1)
-    stuck = refused & ~np.any(more, axis=1) & (truncation[-1] < (_FURTHER.get(tones, 0) if truncation[-1] else 0))
+    stuck = refused & ~np.any(more, axis=1) & (truncation[-1] < (beyond if truncation[-1] else 0))
     more[stuck, -1] = 2 * _STEP
     return more
 
