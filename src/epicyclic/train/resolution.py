@@ -663,7 +663,8 @@ def resolve(document: Document) -> Train:
     )
     resolve_deviations(model, deviated)
     ripples, prescribed = resolve_ripples(model, bodies, kinematics, log)
-    sensors = tuple(resolve_sensors(model, bent, shafts.links, deviated.displacements, log))
+    displaced = {link for one in deviated.displacements for link in one.links}
+    sensors = tuple(resolve_sensors(model, bent, shafts.links, displaced, log))
     gravity = model.operation.gravity or (0.0, 0.0, 0.0)
     if model.operation.gravity is not None:
         log.note(f"{model.operation_path('gravity')}.gravity", list(gravity), "m/s^2")

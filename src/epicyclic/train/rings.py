@@ -93,10 +93,10 @@ def ring_of(
 
 
 def _second_moment(radius: float, height: float) -> float:
-    """int y^2/(1 + y/R) dy over the height of a rim [m^3]; of a thin one its series, as the logarithm cancels."""
-    if height < 1e-2 * radius:
-        return height**3 / 12 * (1 + 0.15 * (height / radius) ** 2)
-    return radius**2 * (radius * math.log((radius + height / 2) / (radius - height / 2)) - height)
+    """int y^2/(1 + y/R) dy over the height of a rim [m^3], by quadrature, as the logarithm of a thin one cancels."""
+    x, weight = np.polynomial.legendre.leggauss(20)
+    y = height / 2 * x
+    return float(height / 2 * weight @ (y**2 / (1 + y / radius)))
 
 
 def log_rings(
@@ -231,10 +231,8 @@ def passing_links(links: Sequence[Link], bodies: Sequence[Body], kinematics: Kin
         turns = np.exp(1j * (np.array([link.angle for link in passing]) - one.angle))
         sums = {m: 1.0 + 0j if one.second else complex((turns**m).mean()) for m in range(1, 2 * waves + 1)}
         orders = [m for m, value in sums.items() if abs(value) > _EVEN]
-        if one.second is not None:
-            varying = 1.0
-        else:
-            assert bending is not None
+        varying = 1.0
+        if one.second is None and bending is not None:
             varying = _varying_share(bending, waves, passing, one.station - body.station)
         if varying <= _EVEN:
             continue

@@ -14,19 +14,17 @@ from typing import Any
 from ..document.schema import ModelFile, SensorTable
 from ..errors import ModelError
 from .stage_bodies import member_centre
-from .train import Body, Displacement, Link, ResolutionLog, Sensor, bodies_named
+from .train import Body, Link, ResolutionLog, Sensor, bodies_named
 
 DIRECTIONS = ("radial", "tangential", "axial")
 
 
 def resolve_sensors(
-    model: ModelFile,
-    bodies: Sequence[Body],
-    links: Sequence[Link],
-    displacements: Sequence[Displacement],
-    log: ResolutionLog,
+    model: ModelFile, bodies: Sequence[Body], links: Sequence[Link], displaced: set[str], log: ResolutionLog
 ) -> Iterator[Sensor]:
     """Sensors of a file, one on each body of a member; the torque of a member is that of all its halves.
+
+    displaced : names of links whose seat is.
 
     Raises
     ------
@@ -37,7 +35,7 @@ def resolve_sensors(
     for name, table in model.sensors.items():
         path = f"sensors.{name}"
         if table.kind == "force":
-            yield from _of_bolts(name, table, by_name, links, displacements)
+            yield from _of_bolts(name, table, by_name, links, displaced)
             continue
         if table.link is not None:
             found = _links_named(table.link, links, f"{path}.link")
@@ -76,11 +74,7 @@ def resolve_sensors(
 
 
 def _of_bolts(
-    name: str,
-    table: SensorTable,
-    bodies: Mapping[str, Body],
-    links: Sequence[Link],
-    displacements: Sequence[Displacement],
+    name: str, table: SensorTable, bodies: Mapping[str, Body], links: Sequence[Link], displaced: set[str]
 ) -> Iterator[Sensor]:
     """Forces of the bolts of a support, ``main.ring.support.bolts``, or of one, ``main.ring.support.bolts.3``.
 
@@ -98,7 +92,6 @@ def _of_bolts(
         counts = Counter(key.rpartition(".")[0] for key, bolt in bolts.items() if bolt.second is None)
         allowed = ", ".join(f"{key}, or one of them, {key}.1 to .{n}" for key, n in counts.items())
         raise ModelError("no such bolts in the housing", **of, allowed=allowed or "bolts of a support")
-    displaced = {link for one in displacements for link in one.links}
     for key, bolt in found.items():
         body, k = bodies[bolt.first], bolt.stiffness[which]
         if bolt.curves or bolt.contacts or bolt.clearance or bolt.exponent != 1.0 or not 0 < k < math.inf:

@@ -70,16 +70,14 @@ def _lines(kernel: Kernel, axis: int, frequency: Array) -> tuple[Index, Index, A
     """Points (lines, W) along an axis, J where none is kept, their signs, and the frequency at order 0 [rad/s]."""
     lattice, several = kernel.lattice, bundle(kernel.lattice, axis)
     J, own = len(lattice.points), lattice.own[axis]
-    half = max(several.take.shape[1] // 2, len(own) - 1 if lattice.mirrored else len(own) // 2)
+    if lattice.mirrored:
+        own = np.concatenate([own[:0:-1], own])
+    reach, wide = own.size // 2, several.take.shape[1] // 2
+    half = max(reach, wide)
     take = np.full((1 + several.several, 2 * half + 1), J, dtype=np.int64)
     sign = np.ones_like(take)
-    reach = len(own) - 1 if lattice.mirrored else len(own) // 2
-    if lattice.mirrored:
-        take[0, half - reach : half + 1], sign[0, half - reach : half] = own[::-1], -1
-        take[0, half : half + reach + 1] = own
-    else:
-        take[0, half - reach : half + reach + 1] = own
-    wide = several.take.shape[1] // 2
+    take[0, half - reach : half + reach + 1] = own
+    sign[0, :half] = -1 if lattice.mirrored else 1
     take[1:, half - wide : half + wide + 1] = several.take[: several.several]
     sign[1:, half - wide : half + wide + 1] = several.mirror[: several.several]
     first = np.argmax(take < J, axis=1)

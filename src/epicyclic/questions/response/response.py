@@ -13,7 +13,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from functools import lru_cache, partial
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -204,9 +204,8 @@ def respond_part(
     ready: Response, speed: Array, part: tuple[Index, Truncation], *, tolerance: float, shaft_orders: bool = True
 ) -> Iterator[Block]:
     """Solve one of the `response_parts` of relative speeds (P,), in blocks as they come out; see `respond`."""
-    limit, tones = largest_truncation(ready, speed), len(ready.lines.tones)
-    beyond = (_FURTHER if ready.system.passing is None else _PASSING).get(tones, 0)
-    further = partial(_further, tolerance=tolerance, beyond=beyond)
+    limit = largest_truncation(ready, speed)
+    beyond = (_FURTHER if ready.system.passing is None else _PASSING).get(len(ready.lines.tones), 0)
     waiting: list[tuple[Index, Truncation, Block | None]] = [(*part, None)]
     while waiting:
         index, truncation, before = waiting.pop(0)
@@ -214,11 +213,11 @@ def respond_part(
             first = block = _block(
                 ready, index, speed[index], truncation=truncation, tolerance=tolerance, before=before
             )
-            more = further(block.mesh.truncation_residual, truncation, limit[index], before=before)
+            more = _further(block.mesh.truncation_residual, truncation, limit[index], tolerance, beyond, before)
             coarse = np.any(more, axis=1)
             if shaft_orders and ready.lines.shaft and not np.all(coarse):
                 block, worst = _with_shaft(ready, _select(block, ~coarse), tolerance=tolerance)
-                more[~coarse] = further(worst, truncation, limit[block.index])
+                more[~coarse] = _further(worst, truncation, limit[block.index], tolerance, beyond)
                 coarse = np.any(more, axis=1)
         done = ~coarse[_among(index, block.index)]
         if np.any(done):
@@ -256,37 +255,31 @@ def largest_truncation(ready: Response, speed: Array) -> Index:
 
 
 def _further(
-    truncation_residual: Array,
-    truncation: Truncation,
-    limit: Index,
-    *,
-    tolerance: float,
-    beyond: int,
-    before: Block | None = None,
+    residual: Array, truncation: Truncation, limit: Index, tolerance: float, beyond: int, before: Block | None = None
 ) -> Index:
     """Increment of harmonics and cross order, (P, D + 1): 0 where the truncation is small enough, or at its limit.
 
     The cross order waits for the harmonics.  Where it converges so slowly that its limit is not enough, it goes there
     at once.  It goes beyond where the truncation would be refused at it.
 
-    truncation_residual : (P, D + 1) by kind [1].  limit : (P, D + 1).  beyond : largest cross order where it would be
-    refused.  before : solution of the truncation before.
+    residual : of the truncation, (P, D + 1) by kind [1].  limit : (P, D + 1).  beyond : largest cross order where it
+    would be refused.  before : solution of the truncation before.
     """
     allowed, current = _TRUNCATION * tolerance, np.array(truncation)
-    coarse = truncation_norm(truncation_residual) > allowed
+    coarse = truncation_norm(residual) > allowed
     # the kinds that make it too large: those above their part of what is allowed
     of_kind = allowed / np.sqrt(current.size)
-    excessive = (truncation_residual > of_kind) & coarse[:, None]
+    excessive = (residual > of_kind) & coarse[:, None]
     step = np.tile(np.maximum(4, current // 2), (len(coarse), 1))
     step[:, -1] = _STEP
     if before is not None and (gone := truncation[-1] - before.truncation[-1]):
-        combined = truncation_residual[:, -1]
+        combined = residual[:, -1]
         rate = combined / before.mesh.truncation_residual[:, -1]
         step[combined * rate ** ((limit[:, -1] - truncation[-1]) / gone) > of_kind, -1] = _LAST[2]
     more: Index = np.where(excessive, np.clip(limit - current, 0, step), 0)
     more[np.any(more[:, :-1], axis=1), -1] = 0
     tones = len(truncation) - 1
-    refused = truncation_residual[:, -1] > max(_REFUSED, 100 * tolerance) / np.sqrt(tones + 1)
+    refused = residual[:, -1] > max(_REFUSED, 100 * tolerance) / np.sqrt(tones + 1)
     stuck = refused & ~np.any(more, axis=1) & (truncation[-1] < (beyond if truncation[-1] else 0))
     more[stuck, -1] = 2 * _STEP
     return more
