@@ -522,6 +522,8 @@ def test_lines_of_the_tone_have_the_name_of_what_passes() -> None:
     system = ring_alone()
     assert system.passing is not None
     assert line_label(system, system.passing.tones[0]) == "1 x main/ring/support/bolts passing"
+    uneven = ring_alone({"angles": "[0, 50, 130, 145, 290] deg"})
+    assert line_label(uneven, Fraction(2 * FRAME)) == "2 x main/ring/support/bolts passing"
     assert line_label(system, system.tones[0] - system.passing.tones[0]) == (
         "1 x main mesh - (1 x main/ring/support/bolts passing)"
     )

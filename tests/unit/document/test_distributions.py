@@ -167,6 +167,15 @@ def test_the_shape_of_draws_is_that_of_the_uniform_numbers() -> None:
             made("disc", 1.0).scaled(factor)
 
 
+@pytest.mark.parametrize("text", EXAMPLES[:6])
+def test_the_ends_are_those_of_the_inverse(text: str) -> None:
+    """The inverse at 0 and 1, as far as it is finite there; a vector has none."""
+    read = parsed(text, vector=text.startswith(("rayleigh", "disc")))
+    assert isinstance(read, Distribution)
+    inverse = drawn(read, [0.0, 1.0]) if read.dimensions == 1 else np.zeros(0)
+    assert_allclose(read.ends, [end for end in inverse if np.isfinite(end)])
+
+
 # texts ---------------------------------------------------------------------------------------------------------------
 
 

@@ -563,3 +563,25 @@ def test_forces_of_no_bolts_are_refused(table: dict[str, Any], more: dict[str, A
     with pytest.raises(ModelError, match=message) as error:
         load(TABLES, of_bolts)
     assert error.value.path.startswith("sensors.bolt")
+
+
+def test_a_sensor_of_force_stands_where_its_bolt_does() -> None:
+    """Bolt 3 of ten: 72 deg, on the pitch circle, out of the middle of the ring."""
+    support = BOLTS["stages.main.ring.support"] | {"at": "20 mm"}
+    table = {"bolt": {"kind": "force", "link": "main.ring.support.bolts.3", "direction": "tangential"}}
+    train = load(TABLES, BOLTS | {"stages.main.ring.support": support, "sensors": table})
+    (bolt,) = [sensor for sensor in train.sensors if sensor.kind == "force"]
+    assert (bolt.angle, bolt.radius, bolt.z) == pytest.approx((np.radians(72), 0.172, 0.02))
+    assert (bolt.stiffness, bolt.link) == (6e7, "main/ring/support/bolts/3")
+
+
+def test_bolts_to_another_body_have_no_sensor() -> None:
+    arm = {"mass": "40 kg", "inertia": "2 kg m^2", "tilt_inertia": "1 kg m^2", "support": {"radial": "2e8 N/m"}}
+    joined = {
+        "stages.main.ring.support": BOLTS["stages.main.ring.support"] | {"to": "arm"},
+        "bodies.arm": arm,
+        "operation.held": ["ring", "arm"],
+    }
+    table = {"bolt": {"kind": "force", "link": "main.ring.support.bolts"}}
+    with pytest.raises(ModelError, match=r"sensors.bolt.link = .*: the bolts join arm; allowed: bolts in the housing"):
+        load(TABLES, BOLTS | joined | {"sensors": table})

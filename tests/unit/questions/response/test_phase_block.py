@@ -11,7 +11,7 @@ from tests.unit.bodies.test_passing_links import FLANGE, STAGE
 from epicyclic import assemble, load
 from epicyclic.questions.response.balance import Batch, _Balance, _block, gmres, resonant_block
 from epicyclic.questions.response.phase_block import phase_block
-from epicyclic.questions.response.response import Response, response
+from epicyclic.questions.response.response import Response, _further, response
 from epicyclic.system.system import Array
 
 ARM = {
@@ -79,5 +79,14 @@ def test_phases_and_the_resonant_block_in_a_row_take_fewer_products_than_either(
     both, _ = _block(balance, 0, balance.preconditioned()[1])
     resonant = resonant_block(system, modal, made, frequency)
     assert resonant is not None
-    alone = [products(balance, one) for one in (resonant, phase_block(system, modal, made, frequency, 1.0))]
-    assert 3 * products(balance, both) < min(alone)
+    phases = phase_block(system, modal, made, frequency, 1.0)
+    taken = products(balance, both)
+    assert 3 * taken < min(products(balance, resonant), products(balance, phases))
+    assert taken < products(balance, lambda x: phases(x) + resonant(x))  # side by side they solve some of it twice
+
+
+@pytest.mark.parametrize(("cross", "beyond", "more"), [(50, 50, 0), (50, 98, 8), (90, 98, 8), (98, 98, 0)])
+def test_combinations_go_on_where_the_truncation_would_be_refused(cross: int, beyond: int, more: int) -> None:
+    residual, limit = np.array([[0.0, 0.0, 7e-4]]), np.array([[1600, 1600, 34]])
+    assert _further(residual, (90, 60, cross), limit, 1e-8, beyond).tolist() == [[0, 0, more]]
+    assert _further(residual / 100, (90, 60, cross), limit, 1e-8, beyond).tolist() == [[0, 0, 0]]
