@@ -16,11 +16,9 @@ import tempfile
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from epicyclic.bodies.checks import checked
-from epicyclic.bodies.native_file import native_bytes
-from epicyclic.bodies.reading import read_body
-from epicyclic.bodies.reduced_body import ReducedBody
-from epicyclic.bodies.reduction import Interface, reduced
+from epicyclic.bodies.files import native_bytes, read_body
+from epicyclic.bodies.joined_body import Interface, reduced
+from epicyclic.bodies.reduced_body import ReducedBody, checked
 
 MASS, WIDTH, DENSITY, YOUNG, POISSON = 2.35, 0.0254, 7850.0, 2.07e11, 0.3
 RADIUS = 0.13752 * math.sqrt(3 / MASS)

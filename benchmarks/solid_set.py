@@ -29,7 +29,7 @@ import numpy as np
 import reduced_ring
 
 from epicyclic import assemble, load, static
-from epicyclic.bodies.thin_ring import elastic_ring
+from epicyclic.bodies.elastic_body import elastic_ring
 from epicyclic.questions.modes.modal import modal
 from epicyclic.system.system import System
 from epicyclic.train.train import Train

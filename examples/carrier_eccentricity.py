@@ -6,7 +6,7 @@ from pathlib import Path
 import plotly.graph_objects as go
 
 import epicyclic
-from epicyclic.show.charts import style
+from epicyclic.show.charts import renderers
 
 ECCENTRICITY = [0.0, 20e-6, 40e-6, 60e-6, 80e-6]  # m
 TORQUE = {"operation.torque.sun": "28.75 kN m"}  # the torque read as the carrier's
@@ -40,7 +40,7 @@ def figure() -> go.Figure:
     """Draw the curves."""
     held, floating = (CURVES[name][-1] for name in ("no member", "sun and carrier"))
     title = f"80 µm off centre: a held train loads one planet {held:.2f}-fold, a floating one {floating:.2f}-fold"
-    drawn = style.figure(title, x="carrier eccentricity [µm]", y="load-sharing coefficient [1]")
+    drawn = renderers.figure(title, x="carrier eccentricity [µm]", y="load-sharing coefficient [1]")
     micrometres = [1e6 * value for value in ECCENTRICITY]
     for name, curve in CURVES.items():
         drawn.add_scatter(name=f"floating: {name}", x=micrometres, y=curve)

@@ -7,7 +7,7 @@ from typing import Any
 import plotly.graph_objects as go
 
 import epicyclic
-from epicyclic.show.charts import style
+from epicyclic.show.charts import renderers
 
 MODEL: dict[str, Any] = {
     "format": 2,
@@ -43,7 +43,7 @@ PINNED = SHARING["3 planets"]  # a floating sun shares equally among three plane
 def figure() -> go.Figure:
     """Draw the share of every planet."""
     title = f"A floating sun loads three planets alike; of four, one takes {SHARING['4 planets'] - 1:.0%} more"
-    drawn = style.figure(title, x="planet", y="largest share of the load over the equal one [1]")
+    drawn = renderers.figure(title, x="planet", y="largest share of the load over the equal one [1]")
     for planets, result in LOADED.items():
         share = result.load_sharing.sel(definition="simultaneous")
         meshes = [mesh for mesh in share.mesh.values if "sun-planet" in mesh]

@@ -6,7 +6,7 @@ from pathlib import Path
 import plotly.graph_objects as go
 
 import epicyclic
-from epicyclic.show.charts import style
+from epicyclic.show.charts import renderers
 
 DIAMETER = [15, 30, 70, 110]  # um, of the circle that the pin must lie in
 TARGET = 1.15  # of K_gamma, in all but 1 % of the trains
@@ -34,7 +34,7 @@ def figure() -> go.Figure:
     title = (
         f"From {DIAMETER[1]} to {DIAMETER[0]} µm the pins buy only {gain:.3f} of K<sub>γ</sub>: other errors lead there"
     )
-    drawn = style.figure(title, x="diameter of the position tolerance of the pins [µm]", y="K<sub>γ</sub> [1]")
+    drawn = renderers.figure(title, x="diameter of the position tolerance of the pins [µm]", y="K<sub>γ</sub> [1]")
     for probability, values in CURVES.items():
         drawn.add_scatter(name=f"{probability:.0%} of all trains are below", x=DIAMETER, y=values)
     return drawn.add_hline(TARGET, line_dash="dash", annotation_text="target")

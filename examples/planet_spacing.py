@@ -7,7 +7,7 @@ from pathlib import Path
 import plotly.graph_objects as go
 
 import epicyclic
-from epicyclic.show.charts import style
+from epicyclic.show.charts import renderers
 
 BUILDABLE = "[0, 121.5, 238.5] deg"
 NO_ERRORS = {"deviations": None}
@@ -24,7 +24,7 @@ PINNED = SHARING[f"at {BUILDABLE}"]
 def figure() -> go.Figure:
     """Draw the mean load of every sun-planet mesh."""
     title = f"Angles that can be built load one planet by {PINNED - 1:.1%} more, without any error"
-    drawn = style.figure(title, x="mesh", y="load-sharing coefficient [1]")
+    drawn = renderers.figure(title, x="mesh", y="load-sharing coefficient [1]")
     for name, result in SPACED.items():
         share = result.load_sharing.sel(definition="simultaneous")
         meshes = [mesh for mesh in share.mesh.values if "sun-planet" in mesh]

@@ -6,7 +6,7 @@ from pathlib import Path
 import plotly.graph_objects as go
 
 import epicyclic
-from epicyclic.show.charts import style
+from epicyclic.show.charts import renderers
 
 modes = epicyclic.modes("lin1999-n4")
 
@@ -24,7 +24,7 @@ def figure() -> go.Figure:
     pairs = {part: [name for name in share.connection.values if part in name] for part in ("sun-planet", "planet-ring")}
     pairs["bearings and supports"] = [name for name in share.connection.values if "-" not in name]
     title = f"The lowest modes live in bearings and supports; published {PINNED:.0f} Hz is a translational pair"
-    drawn = style.figure(title, x="natural frequency [Hz]", y="share of strain energy [1]")
+    drawn = renderers.figure(title, x="natural frequency [Hz]", y="share of strain energy [1]")
     for part, names in pairs.items():
         drawn.add_bar(name=part, x=LABELS, y=share.sel(connection=names).sum("connection").values)
     return drawn.update_layout(barmode="stack")

@@ -7,7 +7,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 import epicyclic
-from epicyclic.show.charts import style
+from epicyclic.show.charts import renderers
 
 system = epicyclic.assemble(epicyclic.load("ren2021"))
 sweep = epicyclic.sweep(system, start=20.0, stop=600.0, points=117)
@@ -24,7 +24,7 @@ PINNED = RESONANCE
 def figure() -> go.Figure:
     """Draw the largest RMS dynamic force of all meshes, and where the train operates."""
     title = f"Resonance at {RESONANCE:.0f} Hz: {float(worst[at]) / 1e3:.0f} kN in the worst mesh"
-    drawn = style.figure(title, x="mesh frequency [Hz]", y="RMS dynamic force of the worst mesh [kN]")
+    drawn = renderers.figure(title, x="mesh frequency [Hz]", y="RMS dynamic force of the worst mesh [kN]")
     drawn.add_scatter(x=sweep.mesh_frequency.values.ravel(), y=worst.values / 1e3, showlegend=False)
     drawn.add_vline(OPERATION, line_dash="dot", annotation_text="operation")
     return drawn.add_vline(float(nearest.frequency), line_dash="dash", annotation_text="natural frequency")

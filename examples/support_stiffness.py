@@ -7,7 +7,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 import epicyclic
-from epicyclic.show.charts import style
+from epicyclic.show.charts import renderers
 
 STIFFNESS = np.array([1e8, 3e8, 1e9, 3e9, 1e10, 1.5e10])  # N/m
 # the torque read as the carrier's: 28.75 kN m on the sun; see the notes in the model file
@@ -36,7 +36,7 @@ def figure() -> go.Figure:
     """Draw the three curves."""
     most = max(CURVES, key=lambda member: CURVES[member][-1])
     title = f"A stiff {most} costs most: load sharing {CURVES[most][0]:.2f} → {CURVES[most][-1]:.2f}"
-    drawn = style.figure(title, x="support stiffness [N/m]", y="load-sharing coefficient [1]")
+    drawn = renderers.figure(title, x="support stiffness [N/m]", y="load-sharing coefficient [1]")
     for member, curve in CURVES.items():
         drawn.add_scatter(name=member, x=STIFFNESS, y=curve)
     return drawn.update_xaxes(type="log", dtick=1, exponentformat="power")

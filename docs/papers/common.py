@@ -9,7 +9,7 @@ import plotly.graph_objects as go
 import xarray as xr
 
 from epicyclic.show.charts.mode_shapes import mode_shapes
-from epicyclic.show.charts.style import INK, panels
+from epicyclic.show.charts.renderers import INK, panels
 
 __all__ = ["PUBLISHED", "stills"]
 

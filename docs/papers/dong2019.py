@@ -12,7 +12,7 @@ from common import PUBLISHED
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.show.charts.style import DASHES, INK, PALE, PALETTE, figure, panels
+from epicyclic.show.charts.renderers import DASHES, INK, PALE, PALETTE, figure, panels
 
 Array = NDArray[np.float64]
 Overrides = Mapping[str, Any]

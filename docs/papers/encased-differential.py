@@ -17,7 +17,7 @@ from common import PUBLISHED
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.show.charts.style import PALE, PALETTE, branch_colour, figure, kind_colour, note, panels, translucent
+from epicyclic.show.charts.renderers import PALE, PALETTE, branch_colour, figure, kind_colour, note, panels, translucent
 
 Array = NDArray[np.float64]
 Changes = dict[str, Any]

@@ -11,7 +11,7 @@ import xarray as xr
 from common import PUBLISHED, stills
 
 import epicyclic
-from epicyclic.show.charts.style import figure, mode_colour, panels
+from epicyclic.show.charts.renderers import figure, mode_colour, panels
 
 PLANETS = range(3, 9)
 KINDS = {"rotational": "rotational, simple", "translational": "translational, double", "planet": "planet, N - 3 fold"}

@@ -21,7 +21,7 @@ from urllib.parse import unquote
 import plotly.graph_objects as go
 from plotly.offline import get_plotlyjs
 
-from epicyclic.show.charts.style import FONT
+from epicyclic.show.charts.renderers import FONT
 
 HERE = Path(__file__).parent
 FIGURES = HERE / "figures"

@@ -16,7 +16,7 @@ from common import PUBLISHED
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.show.charts.style import DASHES, INK, PALETTE, figure, note, panels
+from epicyclic.show.charts.renderers import DASHES, INK, PALETTE, figure, note, panels
 
 Array = NDArray[np.float64]
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 import epicyclic
 from epicyclic.show.charts.over_time import modulation
-from epicyclic.show.charts.style import DASHES, INK, PALETTE, WARNING, figure, note, panels, translucent
+from epicyclic.show.charts.renderers import DASHES, INK, PALETTE, WARNING, figure, note, panels, translucent
 
 Array = NDArray[np.float64]
 Changes = Mapping[str, Any]

@@ -14,7 +14,7 @@ from common import stills
 from numpy.typing import NDArray
 
 import epicyclic
-from epicyclic.show.charts.style import INK, PALE, PALETTE, figure, mode_colour, note, panels
+from epicyclic.show.charts.renderers import INK, PALE, PALETTE, figure, mode_colour, note, panels
 from epicyclic.system.tooth_pairs import pair_of
 from epicyclic.teeth.form import Flank, Relief
 from epicyclic.teeth.loaded_contact import microgeometry_contact

@@ -21,8 +21,8 @@ from epicyclic.cockpit.computing.speed_view import mode_view
 from epicyclic.cockpit.computing.train_view import train_head
 from epicyclic.cockpit.state.frames import body_labels, mesh_labels
 from epicyclic.document.document import ready_drives
-from epicyclic.show.charts import flanks, style
-from epicyclic.show.drawing import display
+from epicyclic.show.charts import flanks, renderers
+from epicyclic.show.drawing import bodies
 from epicyclic.show.series import ring_deflection
 
 browsing = pytest.mark.browser
@@ -390,10 +390,8 @@ def test_teeth_stand_in_each_others_gaps_while_they_turn(page: Any, planets: int
 def test_the_canvas_knows_every_shape_and_role_of_the_display_list(page: Any) -> None:
     roles = page.evaluate("Object.entries(painter.ROLES).map(([type, roles]) => [type, Object.keys(roles)])")
     known = {(kind, role) for kind, own in roles for role in own}
-    shapes = {
-        kind for kind in vars(display).values() if isinstance(kind, type) and issubclass(kind, display.DrawnShape)
-    }
-    assert {kind for kind, _ in known} == {shape.__name__.lower() for shape in shapes - {display.DrawnShape}}
+    shapes = {kind for kind in vars(bodies).values() if isinstance(kind, type) and issubclass(kind, bodies.DrawnShape)}
+    assert {kind for kind, _ in known} == {shape.__name__.lower() for shape in shapes - {bodies.DrawnShape}}
     sent = set()
     floating = {"stages.main.sun.support.radial": 0, "stages.main.ring.support.radial": 0}
     for drive in (*ready_drives(), "wind-stage, floating"):
@@ -549,16 +547,16 @@ def test_colours_are_those_of_the_figures() -> None:
     css = (STATIC / "board.css").read_text(encoding="utf-8")
     light = dict(re.findall(r"--ck-([\w-]+): (#\w+);", css[: css.index(".body--dark")]))
     assert {name: light[name] for name in ("ink", "pale", "grid")} == {
-        "ink": style.INK,
-        "pale": style.PALE,
-        "grid": style.GRID,
+        "ink": renderers.INK,
+        "pale": renderers.PALE,
+        "grid": renderers.GRID,
     }
     kinds = {name: light[name] for name in ("sun", "planet", "ring", "carrier", "gear")}
-    assert kinds == {name: style.KIND_COLOURS[name] for name in kinds}
-    assert light["shaft"] == style.KIND_COLOURS["body"]
-    assert [light[f"hue-{i}"] for i in range(1, 9)] == list(style.BRANCHES)
+    assert kinds == {name: renderers.KIND_COLOURS[name] for name in kinds}
+    assert light["shaft"] == renderers.KIND_COLOURS["body"]
+    assert [light[f"hue-{i}"] for i in range(1, 9)] == list(renderers.BRANCHES)
     assert [light[f"load-{i}"] for i in range(1, 6)] == [colour for _, colour in flanks._LOAD_COLOURS]
-    assert f"--ck-font: {style.FONT};" in css
+    assert f"--ck-font: {renderers.FONT};" in css
 
 
 def test_data_stand_out_and_are_not_blue() -> None:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 import epicyclic
 from epicyclic.questions.flanks import StiffnessOptions
-from epicyclic.questions.flanks.contact import stiffness, stiffness_history
+from epicyclic.questions.flanks.contact_resolution import stiffness, stiffness_history
 from epicyclic.questions.response.measures import periodic
 from epicyclic.statics import StaticOptions
 from epicyclic.statics.static import static

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import epicyclic
-from epicyclic.statics.transmission_error import _largest_ranges, error_ranges, error_waves, ranges_of_lines
+from epicyclic.statics.signals import _largest_ranges, error_ranges, error_waves, ranges_of_lines
 
 KINDS = ("rotation", "approach", "shaft")
 MESH = 4e8  # [N/m]

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import plotly.graph_objects as go
 
-from epicyclic.show.charts.style import INK, PALETTE, panels
+from epicyclic.show.charts.renderers import INK, PALETTE, panels
 
 HERE = Path(__file__).parent
 ROOT = HERE.parent.parent.parent

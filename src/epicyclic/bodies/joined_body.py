@@ -1,4 +1,13 @@
-"""A reduced body as coordinates of a train: its free elastic modes beside the six of its mean motion.
+"""A reduced body in a train: its reduction to interfaces, what it needs to turn, its coordinates.
+
+Places where a body is held, and the reduction of a whole mesh to them (Craig and Bampton).
+
+What a body needs to turn: gyroscopic terms of one that turns with its frame, and D of an axisymmetric one.
+
+Of an axisymmetric body the pattern may turn against its material: D is the derivative along the angle.  Held in a frame
+of speed Omega, nu = -Omega, its terms are G = 2 nu M D and Kg = nu^2 M D^2.
+
+A reduced body as coordinates of a train: its free elastic modes beside the six of its mean motion.
 
 Modes of the free body are orthogonal to its rigid motions, so that mass and inertia stay those of a rigid body.  The
 motion of a point is that of the interface there, u + theta x (P - P_i); of nodes that are kept each, u + G (P - P_i)
@@ -8,19 +17,279 @@ all round: at the angle psi its motion is Phi exp(psi D) in axes turned as much.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
+from typing import Any, Literal
 
 import numpy as np
 import scipy.linalg
+from scipy import sparse
+from scipy.sparse.linalg import splu
+from scipy.spatial import cKDTree
 
 from ..errors import ModelError
-from .checks import BodyFacts
-from .elastic_body import Array, ElasticBody, Springs, about_z
-from .reduced_body import ReducedBody, dense, rigid_motion, rigid_rows
-from .reduction import Interface, interface_shape, node_rows
+from .elastic_body import ElasticBody, Springs, about_z
+from .reduced_body import (
+    Array,
+    BodyFacts,
+    Index,
+    Matrix,
+    ReducedBody,
+    dense,
+    elastic_modes,
+    lowest_modes,
+    refused,
+    rigid_motion,
+    rigid_rows,
+)
+
+_SEEN = 1e-9  # of the largest singular value
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Interface:
+    """Nodes that share the force at a point: by an average, stiff against each other, or kept each for itself.
+
+    point : (3,) [m]; None is the mean of the nodes.
+    """
+
+    name: str
+    nodes: tuple[int, ...]
+    point: Array | None = None
+    spider: Literal["average", "rigid", "nodes"] = "average"
+
+    def place(self, body: ReducedBody) -> Array:
+        """The point, (3,) [m]."""
+        nodes = body.places(np.array(self.nodes)) if self.point is None else np.atleast_2d(self.point)
+        return np.asarray(nodes.mean(axis=0))
+
+
+def interface_shape(body: ReducedBody, interface: Interface, where: str) -> Array:
+    """Motion (6, n) of the point of an interface, x y z [m], rx ry rz [rad], in the coordinates of its body.
+
+    The mean motion of the nodes by least squares; a load at the point reaches them as its transpose says.  What the
+    nodes do not see, as the rotation about the line on which all stand, is zero.
+
+    Raises
+    ------
+    ModelError : no such nodes in the body.
+    """
+    directions, places, rows = node_rows(body, interface, where)
+    seen = rigid_rows(places, directions, interface.place(body))
+    # rotations as displacements at the distance of the nodes
+    reach = np.linalg.norm(places - places.mean(axis=0), axis=1).max() or 1.0
+    weight, size = np.where(directions > 3, reach, 1.0), np.array([1.0, 1.0, 1.0, reach, reach, reach])
+    mean = np.linalg.pinv(weight[:, None] * seen / size, rcond=_SEEN) * weight / size[:, None]
+    shape: Array = mean @ rows
+    return shape
+
+
+def node_rows(body: ReducedBody, interface: Interface, where: str) -> tuple[Index, Array, Matrix]:
+    """Directions (m,), places (m, 3) and rows (m, n) of what the nodes of an interface do."""
+    for one in interface.nodes:
+        if one not in body.node_id:
+            raise refused(where, interface.name, "no such node in the body", "its nodes", given=one)
+    own = np.flatnonzero(np.isin(body.dof_node, interface.nodes) & ~body.modal)
+    rows = sparse.eye_array(len(body.dof_dir), format="csr")[own]
+    node, direction = body.dof_node[own], body.dof_dir[own]
+    if body.shape is not None and body.shape_node is not None and body.shape_dir is not None:
+        also = np.flatnonzero(np.isin(body.shape_node, interface.nodes))
+        rows = sparse.vstack([rows, sparse.csr_array(body.shape[also])]).tocsr()
+        node = np.concatenate([node, body.shape_node[also]])
+        direction = np.concatenate([direction, body.shape_dir[also]])
+    if not len(node):
+        raise refused(where, interface.name, "no nodes with coordinates", "nodes of the body")
+    return direction, body.places(node), rows
+
+
+# --- reduction -------------------------------------------------------------------------------------------------------
+
+
+def reduced(
+    body: ReducedBody, interfaces: Sequence[Interface], modes: int, where: str
+) -> tuple[ReducedBody, tuple[Interface, ...]]:
+    """A body in the coordinates of its interfaces and of modes with these held, and the interfaces as they are there.
+
+    body : dense or sparse matrices, coordinates at nodes.  modes : how many.
+    Points of averages and rigid spiders become nodes of six coordinates, with the least numbers that are free, in the
+    order of the interfaces; nodes that are kept keep theirs.  G1, KG1 and C are reduced with the same shapes.
+
+    Raises
+    ------
+    ModelError : interfaces that do not hold the body, share nodes or stand on a line; more modes than there are.
+    """
+    names, nodes = ", ".join(one.name for one in interfaces), [node for one in interfaces for node in one.nodes]
+    if body.D is not None or body.shape is not None:
+        raise refused(where, names, "reduced already: D and shape would be lost", "the mesh of the body")
+    if len(set(nodes)) < len(nodes):
+        raise refused(where, names, "a node in two interfaces", "each node once")
+    kept = {node for one in interfaces if one.spider == "nodes" for node in one.nodes}
+    free = (number for number in itertools.count(1) if number not in kept)
+    there = tuple(one if one.spider == "nodes" else _at_point(body, one, next(free), where) for one in interfaces)
+    rows, columns, dofs = zip(*(_held(body, *pair, where) for pair in zip(interfaces, there, strict=True)), strict=True)
+    constraint, motion = sparse.vstack(rows).tocsr(), sparse.block_diag(columns).tocsr()
+    count, most = len(body.dof_dir), len(body.dof_dir) - constraint.shape[0]
+    if np.linalg.matrix_rank(constraint @ rigid_motion(body)) < 6:
+        raise refused(where, names, "the interfaces do not hold the body", "nodes that are not on one line")
+    if not 0 <= modes <= most:
+        raise refused(where, "modes", "not so many modes", f"0 to {most}", given=modes)
+    # K u + A' l = f, A u = E q is solved as one, with A in the size of K
+    size = float(np.abs(body.K.diagonal()).mean())
+    saddle = [[sparse.csr_array(body.K), size * constraint.T], [size * constraint, None]]
+    solve = splu(sparse.block_array(saddle, format="csc")).solve
+    shapes = solve(np.vstack([np.zeros((count, motion.shape[1])), size * motion.toarray()]))[:count]
+    squares, rest = np.empty(0), np.zeros(constraint.shape[0])
+    if modes:
+        squares, inner = lowest_modes(body, modes, lambda load: solve(np.append(load, rest))[:count])
+        shapes = np.hstack([shapes, inner])
+    found: dict[str, Any] = {
+        name: None if getattr(body, name) is None else shapes.T @ (getattr(body, name) @ shapes)
+        for name in ("M", "K", "C", "G1", "KG1")
+    }
+    held = motion.shape[1]  # these blocks are so but for rounding
+    found["K"][:held, held:] = found["K"][held:, :held] = 0.0
+    found["K"][held:, held:], found["M"][held:, held:] = np.diag(squares), np.eye(modes)
+    dof_node, dof_dir = np.hstack([*dofs, [range(1, modes + 1), [0] * modes]]).astype(np.int64)
+    xyz = np.vstack([one.place(body) if one.spider != "nodes" else body.places(np.array(one.nodes)) for one in there])
+    ids = np.hstack([one.nodes for one in there])
+    return replace(body, **found, node_id=ids, node_xyz=xyz, dof_node=dof_node, dof_dir=dof_dir), there
+
+
+def _at_point(body: ReducedBody, interface: Interface, number: int, where: str) -> Interface:
+    """The interface of a spider as it is after the reduction: one node at its point."""
+    node_rows(body, interface, where)
+    return replace(interface, nodes=(number,), point=interface.place(body), spider="average")
+
+
+def _held(body: ReducedBody, interface: Interface, there: Interface, where: str) -> tuple[Matrix, Matrix, Index]:
+    """A (m, n) and E (m, k) of A u = E q, and node and direction (2, k) of q."""
+    directions, places, rows = node_rows(body, interface, where)
+    own = np.isin(body.dof_node, interface.nodes) & ~body.modal
+    if interface.spider == "nodes":
+        return rows, sparse.eye_array(len(directions)), np.stack([body.dof_node[own], directions])
+    dofs = np.stack([np.repeat(there.nodes, 6), np.arange(1, 7)])
+    if interface.spider == "rigid":
+        return rows, sparse.csr_array(rigid_rows(places, directions, there.point)), dofs
+    shape = interface_shape(body, interface, where)
+    if np.linalg.matrix_rank(shape) < 6:
+        allowed = "nodes off one line, or each node kept"
+        raise refused(where, interface.name, "the average does not see all rotations", allowed)
+    return sparse.csr_array(shape), sparse.eye_array(6), dofs
+
+
+_CYCLIC, _WAVES, _PLACE = 1e-8, 1e-6, 1e-6
+
+
+def turning_with_frame(body: ReducedBody, where: str) -> ReducedBody:
+    """A body with G1 and KG1 of one that turns with its frame about z: M S + S M and S M S, S u = z x u of each node.
+
+    Stress of the spin is not in KG1.
+
+    Raises
+    ------
+    ModelError : coordinates other than displacements of nodes; a node without x or y.
+    """
+    if np.any((body.dof_dir < 1) | (body.dof_dir > 3)):
+        allowed = "displacements of nodes, as of solid elements; or G1 and KG1 in the file"
+        raise refused(where, "dof_dir", "rotations or modes", allowed)
+    at = {one: i for i, one in enumerate(zip(body.dof_node.tolist(), body.dof_dir.tolist(), strict=True))}
+    count, nodes = len(body.dof_dir), [node for node, direction in at if direction < 3]
+    try:
+        x, y = (np.array([at[node, axis] for node in dict.fromkeys(nodes)]) for axis in (1, 2))
+    except KeyError as error:
+        raise refused(where, "dof_node", "a node without x or y", "both", given=error.args[0][0]) from None
+    turn = sparse.csr_array((np.ones(len(x)), (y, x)), shape=(count, count))
+    turn = (turn - turn.T).tocsr()
+    carried = body.M @ turn
+    return replace(body, G1=carried - carried.T, KG1=turn @ carried)
+
+
+def axisymmetric(body: ReducedBody, sectors: int, modes: int, nodes: tuple[int, ...], where: str) -> ReducedBody:
+    """An axisymmetric body in its free modes, with D, and the motion of some of its nodes.
+
+    sectors : equal ones of the mesh about z, more than twice the waves of the highest mode.  modes : rigid and elastic
+    ones; one fewer where the last is half of a pair.
+
+    Raises
+    ------
+    ModelError : a mesh or matrices that a turn by one sector changes; modes that it does not leave among themselves;
+        too few sectors.
+    """
+    shift = sector_shift(body, sectors, where)
+    for name in ("K", "M"):
+        matrix = getattr(body, name)
+        off = sparse.linalg.norm(sparse.csr_array(shift.T @ matrix @ shift - matrix))
+        if off > _CYCLIC * sparse.linalg.norm(sparse.csr_array(matrix)):
+            problem = f"a turn by one of {sectors} sectors changes the matrix"
+            raise refused(where, name, problem, f"less than {_CYCLIC:g} of its norm")
+    rigid = rigid_motion(body)
+    squares, elastic = elastic_modes(body, rigid, modes - 6, where)
+    rigid = rigid @ np.linalg.inv(np.linalg.cholesky(rigid.T @ (body.M @ rigid))).T
+    shapes, squares = np.hstack([rigid, elastic]), np.append(np.zeros(6), squares)
+    turn = shapes.T @ (body.M @ (shift @ shapes))
+    if np.linalg.norm(turn.T @ turn - np.eye(len(turn)), 2) > _WAVES:
+        shapes, squares, turn = shapes[:, :-1], squares[:-1], turn[:-1, :-1]
+    own = np.flatnonzero(np.isin(body.dof_node, nodes))
+    return replace(
+        body,
+        C=None,
+        G1=None,
+        KG1=None,
+        M=np.eye(len(squares)),
+        K=np.diag(squares),
+        D=_derivative(turn, sectors, where),
+        node_id=np.array(nodes),
+        node_xyz=body.places(np.array(nodes)),
+        dof_node=np.arange(1, len(squares) + 1),
+        dof_dir=np.zeros(len(squares), np.int64),
+        shape_node=body.dof_node[own],
+        shape_dir=body.dof_dir[own],
+        shape=shapes[own],
+    )
+
+
+def sector_shift(body: ReducedBody, sectors: int, where: str) -> Matrix:
+    """P (n, n): the field of displacements turned by one sector about z."""
+    angle = 2 * np.pi / sectors
+    rotation = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1.0]])
+    away, image = cKDTree(body.node_xyz).query(body.node_xyz @ rotation.T)
+    if away.max() > _PLACE * np.abs(body.node_xyz).max() or len(np.unique(image)) < len(image):
+        given = int(body.node_id[away.argmax()])
+        problem = f"no node where a turn by one of {sectors} sectors takes it"
+        raise refused(where, "node_xyz", problem, "a mesh of equal sectors about z", given=given)
+    at = {one: i for i, one in enumerate(zip(body.dof_node.tolist(), body.dof_dir.tolist(), strict=True))}
+    target = dict(zip(body.node_id.tolist(), body.node_id[image].tolist(), strict=True))
+    try:
+        entries = [
+            (rotation[to, of], at[target[node], 3 * block + to + 1], column)
+            for (node, direction), column in at.items()
+            for block, of in [divmod(direction - 1, 3)]
+            for to in ([2] if of == 2 else [0, 1])
+        ]
+    except KeyError:
+        allowed = "nodes with the same directions, x and y together"
+        raise refused(where, "dof_dir", "a turn takes a direction where none is", allowed) from None
+    value, row, column = map(np.array, zip(*entries, strict=True))
+    return sparse.csr_array((value, (row, column)), shape=(len(at), len(at)))
+
+
+def _derivative(turn: Array, sectors: int, where: str) -> Array:
+    """D of modes that one sector turns by a matrix (m, m): antisymmetric, its eigenvalues i times whole waves."""
+    if np.linalg.norm(turn.T @ turn - np.eye(len(turn)), 2) > _WAVES:
+        raise refused(where, "modes", "the modes are not closed under a turn by a sector", "another number")
+    waves = np.abs(np.angle(np.linalg.eigvals(turn))) * sectors / (2 * np.pi)
+    if 2 * np.round(waves).max() >= sectors:
+        given, allowed = f"{waves.max():.0f} waves", f"less than {sectors / 2:g}, half of the sectors"
+        raise refused(where, "modes", "modes with more waves than the sectors tell apart", allowed, given=given)
+    off = np.abs(waves - np.round(waves)).max()
+    if off > _WAVES:
+        raise refused(where, "modes", "no whole number of waves", f"{_WAVES:g}", given=f"{off:.2g} off")
+    found = -np.real(scipy.linalg.logm(turn)) * sectors / (2 * np.pi)
+    return np.asarray(0.5 * (found - found.T))
+
 
 _NEAR = 5e-2  # distance of a point from its interface, of the size of the body
 _MASSLESS = 1e-12  # share of the largest eigenvalue of M, scaled to a unit diagonal

@@ -18,16 +18,8 @@ from ..errors import ConvergenceError, ModelError
 from ..verbs.record import records, verbs
 from .command import Commands, command, file_option, run_verb
 from .commands import app as cockpit
-from .commands import audit, compare, explain, report, show, study, systems
-from .new import export, import_rexs, new_command
-from .output import (
-    collect_again,
-    every_case,
-    open_streams,
-    parsed_overrides,
-    put_text,
-    reported,
-)
+from .commands import audit, compare, explain, export, import_rexs, new_command, report, show, study, systems
+from .output import collect_again, every_case, open_streams, parsed_overrides, put_text, reported
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -20,7 +20,6 @@ from pydantic import Field, model_validator
 from ..errors import ModelError
 from ..limits import TABLES, WIND
 from .deviations import DeviationsTable
-from .ripple import RippleTable
 from .schema_fields import (
     CouplingTable,
     ElasticTable,
@@ -28,6 +27,7 @@ from .schema_fields import (
     MeshForceTable,
     Place,
     ReducedTable,
+    RippleTable,
     SchemaTable,
     SectionTable,
     SolidTable,

@@ -28,7 +28,10 @@ from defusedxml.ElementTree import DefusedXMLParser
 from ..errors import ModelError
 from ..user_input import read_bytes
 from .file import (
+    REFERENCES,
+    ROW,
     SUFFIXES,
+    WORDS,
     Attribute,
     Component,
     LoadCase,
@@ -40,7 +43,6 @@ from .file import (
     scalar,
     text_value,
 )
-from .table import REFERENCES, ROW, WORDS
 
 _HEADS = dict(  # keys of the root: fields of `RexsFile`
     version="version", applicationId="application", applicationVersion="application_version", date="date"

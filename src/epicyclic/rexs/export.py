@@ -24,8 +24,8 @@ from typing import TYPE_CHECKING
 
 import xarray as xr
 
-from ..document.cases import at_case
 from ..document.document import read
+from ..document.overrides import at_case
 from ..document.schema import CaseTable
 from ..document.tables import leaves
 from ..document.writer import commented_text
@@ -50,8 +50,7 @@ from .export_components import (
     place,
     speed_of,
 )
-from .file import Component, LoadCase, RexsFile
-from .table import CASE_NAME, SHARED, rows_of
+from .file import CASE_NAME, SHARED, Component, LoadCase, RexsFile, rows_of
 
 if TYPE_CHECKING:
     from .import_train import RexsImport

@@ -16,8 +16,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from ..document.cases import at_case
 from ..document.document import read
+from ..document.overrides import at_case
 from ..document.tables import value_at
 from ..document.units import Bounds, read_quantity
 from ..errors import ConvergenceError, ModelError
@@ -26,10 +26,9 @@ from ..system.assembly import assemble
 from ..system.system import faces
 from ..teeth.form import PLAIN, Flank
 from ..train.train import Body, GearData, Link, Mesh, Train
-from .file import QUANTITIES, Attribute, Component, Relation, Value, in_unit
+from .file import QUANTITIES, RELATIONS, ROW, Attribute, Component, Relation, Value, in_unit, rows_of, values_of
 from .members import Inertia, SolidSection, inertia_of
 from .stages import STIFFNESSES, Parts, grouped
-from .table import RELATIONS, ROW, rows_of, values_of
 
 Values = Mapping[str, Value]
 """Id of an attribute -> value in SI; None where it is not written."""

@@ -16,12 +16,11 @@ from ..options import ALL_CASES
 from ..user_input import checked
 from ..warning_codes import CodedText, coded
 from .encodings import read_rexs_file
-from .file import QUANTITIES, LoadCase, RexsFile, number_of
+from .file import ARRAYS, CASE_NAME, QUANTITIES, LoadCase, RexsFile, number_of, reason_dropped, rows_of
 from .joint_tables import couplings_table, operation_table, tell_gravity
 from .members import GearUnit, body_tables, material_of, unit_of
 from .stage_tables import stage_table, x_axis_of
 from .stages import Branch, Entry, StageParts, Table, View, laid_over, view_of
-from .table import ARRAYS, CASE_NAME, reason_dropped, rows_of
 
 _MATERIAL = rows_of("material")
 # attributes whose value is a text by the standard

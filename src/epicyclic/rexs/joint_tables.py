@@ -12,10 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .file import Number
+from .file import Number, RexsRow
 from .members import BODY_NAME, GearUnit, StageMember
 from .stages import RIGID, STIFFNESSES, Joint, Parts, Table, Vector, grouped
-from .table import RexsRow
 
 _FORCES = ("force_", "torque_around_v", "torque_around_w", "torque_around_the")
 _BALANCE = 1e-3  # power and torque times speed that differ by more are told

@@ -14,20 +14,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..errors import ModelError
-from .file import Component, Number, shown
-from .stages import (
-    Joint,
-    Parts,
-    StageParts,
-    Table,
-    Vector,
-    View,
-    grouped,
-    joints_of,
-    planetary_stages,
-    rigid_parts,
-)
-from .table import HELIX, ROW, rows_of
+from .file import HELIX, ROW, Component, Number, rows_of, shown
+from .stages import Joint, Parts, StageParts, Table, Vector, View, grouped, joints_of, planetary_stages, rigid_parts
 
 _STEEL = ROW["density"].default
 BODY_NAME = re.compile(r"[a-z][a-z0-9_-]{0,40}")

@@ -8,11 +8,10 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from ..errors import ModelError
-from .file import Component, Number, shown
+from .file import HELIX, PLACE, RELIEF_SHAPES, ROW, SHARED, Component, Number, RexsRow, rows_of, shown
 from .joint_tables import planet_bearings, support_table
 from .members import GearFacts, GearUnit, StageMember, gear_facts, is_lumped, mass_table, normal_module
 from .stages import StageParts, Table, Vector, View
-from .table import HELIX, PLACE, RELIEF_SHAPES, ROW, SHARED, RexsRow, rows_of
 
 _SAME_ANGLE = 0.01  # deg; files state places with 1e-12, angles by hand with a few digits
 _SAME_LENGTH = 1e-6  # m

@@ -15,8 +15,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
-from .file import QUANTITIES, Component, LoadCase, Number, RexsFile, Value, number_in, number_of, shown
-from .table import BEARINGS, HELIX, RELATIONS, ROW, RexsRow, rows_of
+from .file import (
+    BEARINGS,
+    HELIX,
+    QUANTITIES,
+    RELATIONS,
+    ROW,
+    Component,
+    LoadCase,
+    Number,
+    RexsFile,
+    RexsRow,
+    Value,
+    number_in,
+    number_of,
+    rows_of,
+    shown,
+)
 
 Table = dict[str, object]
 Vector = NDArray[np.float64]  # (3,)

@@ -10,9 +10,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from .bearing_tables import NOMINAL, bearing_tables
-from .bent_rings import ring_tables
 from .elements import Table, named_columns
+from .part_tables import NOMINAL, bearing_tables, ring_tables
 from .series import Member, engineering, grouped, members_of, numbers, split_name, texts
 
 # leads are exact fractions of a cycle as floats: this much is rounding

@@ -28,7 +28,7 @@ from plotly.offline import get_plotlyjs
 from ..results.files import write_text
 from ..user_input import checked
 from .charts.over_speed import operating_range
-from .charts.style import template
+from .charts.renderers import template
 from .elements import Details, Drawing, FigureText, Finding, Part, Section, Table, number, provenance, shown_columns
 from .series import engineering
 from .views import Each, company_of, findings_of, front_of, headline_of, key_figures_of, sections_of

@@ -40,9 +40,8 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from ..errors import ConvergenceError, ModelError
-from ..system.contact_sets import ContactSetLaw
 from ..system.gaps import FlanksAt, linear_flanks
-from ..system.link_laws import Laws, stacked
+from ..system.link_laws import ContactSetLaw, Laws, stacked
 from ..system.system import Array, System, elastic_rows, free_motions
 from .record import contradicting_radii, unheld, unheld_error
 

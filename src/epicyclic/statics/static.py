@@ -28,17 +28,8 @@ from ..system.system import Array, Faces, System, elastic_rows, faces
 from ..warning_codes import CodedText, coded
 from . import StaticOptions
 from .equilibrium import Compliance, Equilibrium, compliance, compliance_of, equilibrium, require_balance, thrust_named
-from .record import (
-    Record,
-    RecordExcitation,
-    excitation,
-    idle_warnings,
-    loaded_meshes,
-    parallel_meshes,
-    record_of,
-)
-from .sensors import record_sensors
-from .transmission_error import Columns, record_errors
+from .record import Record, RecordExcitation, excitation, idle_warnings, loaded_meshes, parallel_meshes, record_of
+from .signals import Columns, record_errors, record_sensors
 
 if TYPE_CHECKING:
     import xarray as xr

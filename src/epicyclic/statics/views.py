@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..show.bearing_tables import bearing_tables
-from ..show.bent_rings import deflection_tables, deflections
 from ..show.elements import Company, Drawing, KeyFigure, Section, Table, error_tables, force_table, sensor_tables
+from ..show.part_tables import bearing_tables, deflection_tables, deflections
 from ..show.series import ARCMIN, engineering, numbers, texts
 from ..show.views import ResultView
 
@@ -100,8 +99,7 @@ def _link_forces(result: xr.Dataset) -> list[Table]:
 def sections(result: xr.Dataset, company: Company) -> Sequence[Section]:
     """Angles of a locked train; mesh forces over the record."""
     from ..show.charts.over_time import mesh_forces, sensors, transmission_errors
-    from ..show.charts.rings import ring_deflections
-    from ..show.charts.train import load_zones
+    from ..show.charts.train import load_zones, ring_deflections
 
     parts = [Drawing(anchor="static-forces", figure=mesh_forces(result))] if "mesh_force" in result.variables else []
     if "transmission_error_rotation" in result.variables:

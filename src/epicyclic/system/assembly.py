@@ -27,14 +27,7 @@ from ..train.train import DIRECTIONS, Body, Link, Mesh, Train
 from ..user_input import checked
 from .excitation import FullModel, excitation_lines
 from .signal_rows import error_rows, sensor_rows
-from .structure import (
-    Structure,
-    flank_laws,
-    law_groups,
-    law_warnings,
-    own_centres,
-    structure_of,
-)
+from .structure import Structure, flank_laws, law_groups, law_warnings, own_centres, structure_of
 from .system import (
     Array,
     Dofs,

@@ -23,14 +23,12 @@ from numpy.typing import NDArray
 
 from ..errors import ModelError
 from ..teeth.form import PLAIN
-from ..train.rings import passing_links
+from ..train.elastic_bodies import passing_links
 from ..train.train import DIRECTIONS, ContactSet, Link, Mesh, Train, bodies_named
 from ..warning_codes import CodedText, coded
-from .contact_sets import ContactSetLaw
 from .flank_laws import LawRows, TabulatedLaw
-from .link_laws import Law, LawGroup, RadialLaw, RadialTable
-from .link_rows import ElasticPart, LinkRow, body_rows, link_matrix
-from .passing_rows import PassingRow, passing_rows
+from .link_laws import ContactSetLaw, Law, LawGroup, RadialLaw, RadialTable
+from .link_rows import ElasticPart, LinkRow, PassingRow, body_rows, link_matrix, passing_rows
 from .system import Array
 
 # Angles and stiffnesses of a drawing carry 1e-12 of rounding; a support anisotropic by less than this is isotropic.

@@ -32,13 +32,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import ModelError
 from . import gear_pair
-from .contact_solver import (
-    ContactSolution,
-    products,
-    solve_hertzian,
-    solve_linear,
-    tangent_stiffness,
-)
+from .contact_solver import ContactSolution, products, solve_hertzian, solve_linear, tangent_stiffness
 from .gear_pair import ContactPair, Torsion
 from .mesh_stiffness import DEFAULT_HARMONICS, ContactTable, error_samples, evaluate_series, table_series
 from .path_of_contact import LineWindows, contact_lines, corner_reach, line_windows, tip_separation

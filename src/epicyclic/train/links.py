@@ -12,11 +12,8 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
-from ..bearings.checks import checked, with_unit
-from ..bearings.clearance import operating_clearance
-from ..bearings.element_loads import contact_set, radial_curve
-from ..bearings.rating_life import dynamic_rating, static_rating
-from ..bearings.rolling_bearing import RollingBearing
+from ..bearings.checks import checked, operating_clearance, with_unit
+from ..bearings.rolling_bearing import RollingBearing, contact_set, dynamic_rating, radial_curve, static_rating
 from ..document.schema import SIDES, ModelFile
 from ..document.schema_fields import (
     PARTS,

@@ -22,10 +22,26 @@ from ..errors import ModelError, in_mm
 from ..teeth import geometry
 from ..user_input import checked
 from ..warning_codes import code_of
-from . import ByMember, Member, NewTrainOptions, Number, preselection
+from . import ByMember, Member, NewTrainOptions, Number, layouts
 from .kinematics import Kinematics
-from .layouts import LAYOUTS, Teeth, assembles, fits, least_gap, nearest_teeth, neighbour_gap, said, tables_of
-from .preselection import FEWEST, LOAD_FIGURE, RATIO_BAND, RATIO_LIMIT, Blank, beside, counts_of_ratio
+from .layouts import (
+    FEWEST,
+    LAYOUTS,
+    LOAD_FIGURE,
+    RATIO_BAND,
+    RATIO_LIMIT,
+    Blank,
+    Teeth,
+    assembles,
+    beside,
+    counts_of_ratio,
+    fits,
+    least_gap,
+    nearest_teeth,
+    neighbour_gap,
+    said,
+    tables_of,
+)
 from .resolution import kinematics_of, load
 from .stages import plan_stages
 from .train import ResolutionLog, Train
@@ -98,7 +114,7 @@ def read_wishes(options: NewTrainOptions) -> Wishes:
     held = [_spoken(f"{blank.name}.{blank.held}") for blank in blanks if blank.held]
     operation = {**({"held": held} if held else {}), **operation}
     motion = _motion(blanks, operation, path)
-    blanks = [preselection.size_of(blank, _torques(blank, motion)) for blank in blanks]
+    blanks = [layouts.size_of(blank, _torques(blank, motion)) for blank in blanks]
     play: dict[str, str] = {}
     backlash = _read(options.backlash, "angle", "backlash", _PLAY, play)
     if backlash is not None and not path:
@@ -244,10 +260,10 @@ def _searched(blanks: list[Blank], ratio: float | None) -> tuple[list[Blank], tu
         target = (
             rest
             if alone
-            else preselection.share_of_ratio(rest, [(found[k].kind, found[k].planets) for k in open_ if k >= i])
+            else layouts.share_of_ratio(rest, [(found[k].kind, found[k].planets) for k in open_ if k >= i])
         )
         if blank.kind == "parallel":
-            found[i] = replace(blank, teeth=preselection.pair_of_ratio(target))
+            found[i] = replace(blank, teeth=layouts.pair_of_ratio(target))
         else:
             band = RATIO_BAND if i == open_[-1] else RATIO_LIMIT  # what follows takes up the rest
             size = (blank.helix_angle, blank.module or None, band)
@@ -630,7 +646,7 @@ def _loaded(document: Mapping[str, Any], wishes: Wishes) -> Train:
 
 def _document(wishes: Wishes) -> dict[str, Any]:
     """The whole document, reasons of what was chosen under `assumed`."""
-    values: dict[str, Any] = {"format": 2, "title": wishes.title, "damping.modal": preselection.DAMPING}
+    values: dict[str, Any] = {"format": 2, "title": wishes.title, "damping.modal": layouts.DAMPING}
     tolerance: dict[str, Any] = {}
     assumed = {f"operation.{path}": reason for path, reason in wishes.derived.items()}
     for blank in wishes.blanks:
@@ -798,20 +814,20 @@ def _stage_remarks(blank: Blank, wishes: Wishes) -> Iterator[str]:
         yield f"Teeth {first}; as well: {', '.join(others)}."
     if not {"module", "face_width"} <= set(blank.texts):
         yield f"Module and face width: preselection by {_k(wishes, blank)}, no strength rating."
-    if preselection.load_figure(blank, _torques(blank, wishes.motion)) > LOAD_FIGURE * 1.000001:
+    if layouts.load_figure(blank, _torques(blank, wishes.motion)) > LOAD_FIGURE * 1.000001:
         yield f"{_k(wishes, blank)} is above {LOAD_FIGURE / 1e6:g}: rate the strength of these gears."
     sun = next((blank.teeth[name] for name, gear in gears.items() if gear.kind == "sun"), None)
     if sun is not None and blank.planets > 2:
         yield _phasing_words(sun, blank.planets)
     low = [name for name, gear in gears.items() if gear.kind != "ring" and blank.teeth[name] < FEWEST]
-    if low and not preselection.shifts_of(blank):
+    if low and not layouts.shifts_of(blank):
         yield f"The {' and the '.join(low)} may be undercut: fewer than {FEWEST} teeth and no profile shift."
     if blank.helix_angle and geometry.overlap_ratio(blank.face_width, blank.helix_angle, blank.module) < 1:
         yield "The overlap ratio is below 1: not at every moment does a whole helix carry."
 
 
 def _k(wishes: Wishes, blank: Blank) -> str:
-    return f"K = {preselection.load_figure(blank, _torques(blank, wishes.motion)) / 1e6:.2g} N/mm^2"
+    return f"K = {layouts.load_figure(blank, _torques(blank, wishes.motion)) / 1e6:.2g} N/mm^2"
 
 
 def _phasing_words(sun: int, planets: int) -> str:

@@ -22,33 +22,25 @@ from typing import Any
 
 import numpy as np
 
-from ..document.cases import of_another_point
 from ..document.deviations import Distribution, StandardGrade
 from ..document.document import Document, read
+from ..document.overrides import of_another_point
 from ..document.schema import SIDES, ModelFile, collect
 from ..document.tables import TOLERANCE_TABLES
-from ..document.tolerances import (
-    Correlations,
-    Grade,
-    Tolerance,
-    Width,
-    read_correlations,
-    tolerances,
-)
+from ..document.tolerances import Correlations, Grade, Tolerance, Width, read_correlations, tolerances
 from ..errors import ModelError, in_mm
 from ..teeth import geometry
 from ..teeth.geometry import FLANK_GRADES, SIZE_GRADES, in_flank_range, profile_width, run_out_width, size_width
 from ..user_input import checked
 from .centres import StageShape, shape_stage
 from .deviations import DeviationScope, check_sizes, misaligned_bodies, module_of, resolve_deviations
+from .elastic_bodies import log_rings, with_reduced
 from .gears import half_station, width_of
 from .kinematics import Gearing, Kinematics, Tie, solve_kinematics
 from .links import couplings, links_of_bodies, links_of_stage
 from .mesh_laws import contact_errors
 from .phasing import disc_gaps
 from .power import planet_arms, power_flow
-from .reduced import with_reduced
-from .rings import log_rings
 from .ripple import resolve_ripples
 from .sensors import resolve_sensors
 from .shafts import bent_shafts, moved_loads, warn_of_spans

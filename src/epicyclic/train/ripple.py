@@ -13,8 +13,8 @@ from fractions import Fraction
 
 import numpy as np
 
-from ..document.ripple import RippleTable
 from ..document.schema import ModelFile
+from ..document.schema_fields import RippleTable
 from ..errors import ModelError
 from .kinematics import Kinematics
 from .train import DIRECTIONS, Body, Link, ResolutionLog, Ripple

@@ -22,11 +22,11 @@ from ..document.units import Quantity
 from ..errors import ModelError, in_mm
 from ..teeth.mesh_stiffness import ToothPair, face_average
 from .centres import StageShape
+from .elastic_bodies import ring_of
 from .gears import half_station
 from .kinematics import Kinematics, merged, tones
 from .mesh_laws import MeshLaw, MeshSide, mesh_law, tooth_pair
 from .phasing import StagePhases, ToothedGear, ToothMesh, chain_signs, flank_of_torque, shift_of, stage_leads, staggered
-from .rings import ring_of
 from .stages import GearPair, Plan, density_of, gear_below, member_material, sides_of, stated, stated_value
 from .train import (
     HOUSING,

@@ -18,8 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..bearings.rolling_bearing import RollingBearing
-from ..bodies.elastic_body import ElasticBody
-from ..bodies.thin_ring import ThinRing, elastic_ring
+from ..bodies.elastic_body import ElasticBody, ThinRing, elastic_ring
 from ..teeth import geometry
 from ..teeth.mesh_stiffness import ContactTable, ForceCurve, ToothPair
 from ..warning_codes import CodedText, coded

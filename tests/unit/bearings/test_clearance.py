@@ -10,7 +10,7 @@ import pytest
 from tests.unit.questions.life.test_life import train
 
 import epicyclic
-from epicyclic.bearings.clearance import GROUPS, group_range, operating_clearance
+from epicyclic.bearings.checks import GROUPS, group_range, operating_clearance
 from epicyclic.errors import ModelError
 from epicyclic.train.resolution import load
 

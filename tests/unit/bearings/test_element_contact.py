@@ -11,7 +11,7 @@ import pytest
 from scipy.integrate import quad
 from tests.unit.bearings.bearing_examples import ANGULAR, CYLINDRICAL, DEEP_GROOVE, SPHERICAL, TAPERED
 
-from epicyclic.bearings.element_loads import element_law, point_contact, race_contact, roller_profile
+from epicyclic.bearings.rolling_bearing import element_law, point_contact, race_contact, roller_profile
 
 MODULUS = 2.07e11 / (1 - 0.3**2)
 

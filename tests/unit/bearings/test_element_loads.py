@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 from tests.unit.bearings.bearing_examples import ALL, ANGULAR, CYLINDRICAL, DEEP_GROOVE, DOUBLE, SPHERICAL, TAPERED
 
-from epicyclic.bearings.element_loads import (
+from epicyclic.bearings.rolling_bearing import (
+    RollingBearing,
     contact_set,
     displacement,
     element_law,
@@ -21,7 +22,6 @@ from epicyclic.bearings.element_loads import (
     radial_curve,
     roller_profile,
 )
-from epicyclic.bearings.rolling_bearing import RollingBearing
 from epicyclic.errors import ConvergenceError
 
 Array = NDArray[np.float64]

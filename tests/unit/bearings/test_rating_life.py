@@ -12,11 +12,12 @@ from scipy.optimize import brentq
 from tests.unit.bearings.bearing_examples import ALL, ANGULAR, CYLINDRICAL, DEEP_GROOVE, DOUBLE, SPHERICAL, TAPERED
 from tests.unit.bearings.test_element_loads import OF_THE_PROGRAM
 
-from epicyclic.bearings import element_loads, rating_life
-from epicyclic.bearings.element_loads import displacement, load_zone
-from epicyclic.bearings.rating_life import (
+from epicyclic.bearings import rolling_bearing
+from epicyclic.bearings.rolling_bearing import (
+    RollingBearing,
     basic_life,
     contact_ratings,
+    displacement,
     distributed_life,
     dynamic_rating,
     edge_factors,
@@ -24,10 +25,10 @@ from epicyclic.bearings.rating_life import (
     fatigue_limit,
     geometric_rating,
     life_modification,
+    load_zone,
     static_rating,
     static_safety,
 )
-from epicyclic.bearings.rolling_bearing import RollingBearing
 from epicyclic.errors import ModelError
 
 LARGE = RollingBearing(type="deep groove ball", elements=8, element_diameter=15.081e-3, pitch_diameter=65e-3)  # 6308
@@ -107,8 +108,8 @@ def test_life_over_that_of_iso_281_is_the_calibration_of_the_standard(name: str)
 
 def test_rollers_without_profile_and_ends_keep_the_factor_of_the_standard(monkeypatch: pytest.MonkeyPatch) -> None:
     """0.83^-4 and the exponent 4 in place of 10/3: (C/P)^(2/3) more; to the rounding of its constants."""
-    monkeypatch.setattr(element_loads, "roller_profile", lambda bearing, x: np.zeros_like(x))
-    monkeypatch.setattr(rating_life, "edge_factors", lambda bearing, laminae: np.ones(laminae))
+    monkeypatch.setattr(rolling_bearing, "roller_profile", lambda bearing, x: np.zeros_like(x))
+    monkeypatch.setattr(rolling_bearing, "edge_factors", lambda bearing, laminae: np.ones(laminae))
     for bearing in (CYLINDRICAL, TAPERED, SPHERICAL, replace(CYLINDRICAL, rows=2, row_distance=20e-3)):
         C = dynamic_rating(bearing)
         for share in (1.0, 0.1):

@@ -10,9 +10,7 @@ import pytest
 from tests.unit.bearings.bearing_examples import ALL, ANGULAR, CYLINDRICAL, DEEP_GROOVE, DOUBLE, SPHERICAL, TAPERED
 
 from epicyclic.bearings.checks import checked
-from epicyclic.bearings.element_loads import element_law
-from epicyclic.bearings.rating_life import rated_element_load
-from epicyclic.bearings.rolling_bearing import RollingBearing, passing_frequencies
+from epicyclic.bearings.rolling_bearing import RollingBearing, element_law, passing_frequencies, rated_element_load
 from epicyclic.errors import ModelError
 
 

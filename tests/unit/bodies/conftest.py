@@ -9,9 +9,8 @@ import pytest
 import reduced_ring
 from tests.unit.bodies.bricks import brick_ring
 
-from epicyclic.bodies.checks import BodyFacts, checked
-from epicyclic.bodies.reading import read_body
-from epicyclic.bodies.reduced_body import ReducedBody
+from epicyclic.bodies.files import read_body
+from epicyclic.bodies.reduced_body import BodyFacts, ReducedBody, checked
 
 Checked = tuple[ReducedBody, BodyFacts]
 

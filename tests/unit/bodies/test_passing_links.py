@@ -31,7 +31,7 @@ from epicyclic import (
     transient,
 )
 from epicyclic.bodies.elastic_body import Array
-from epicyclic.bodies.native_file import native_bytes
+from epicyclic.bodies.files import native_bytes
 from epicyclic.questions.response import SweepOptions
 from epicyclic.questions.response.response import respond, response
 from epicyclic.questions.response.spectra import motion_signal
@@ -40,7 +40,7 @@ from epicyclic.questions.stability.stability import _each_alone, _floquet_at, fl
 from epicyclic.questions.studies.gradient import force_derivatives
 from epicyclic.questions.transient.equation import highest_rate, in_modes_of_its_speed
 from epicyclic.questions.transient.equation import motion as motion_in_time
-from epicyclic.statics.transmission_error import line_label
+from epicyclic.statics.signals import line_label
 from epicyclic.system.system import ComplexArray, ErrorRows, Line, System
 
 from .test_ring_in_a_train import BENDING, RADIUS, bolts, train_of

@@ -15,12 +15,9 @@ import reduced_ring
 from scipy import sparse
 from scipy.io import savemat
 
-from epicyclic.bodies.checks import BodyFacts, checked
-from epicyclic.bodies.native_file import native_body, native_bytes
-from epicyclic.bodies.reading import read_body
-from epicyclic.bodies.reduced_body import Array, ReducedBody
-from epicyclic.bodies.reduction import Interface, reduced
-from epicyclic.bodies.turning import axisymmetric, turning_with_frame
+from epicyclic.bodies.files import native_body, native_bytes, read_body
+from epicyclic.bodies.joined_body import Interface, axisymmetric, reduced, turning_with_frame
+from epicyclic.bodies.reduced_body import Array, BodyFacts, ReducedBody, checked
 from epicyclic.errors import ModelError
 
 Checked = tuple[ReducedBody, BodyFacts]

@@ -15,10 +15,9 @@ from tests.unit.bodies.test_text_files import calculix
 
 from epicyclic import ModelError, assemble, load, static
 from epicyclic.bodies.elastic_body import ElasticBody
-from epicyclic.bodies.native_file import native_bytes
-from epicyclic.bodies.reading import read_body
+from epicyclic.bodies.files import native_bytes, read_body
+from epicyclic.bodies.joined_body import axisymmetric
 from epicyclic.bodies.reduced_body import ReducedBody
-from epicyclic.bodies.turning import axisymmetric
 from epicyclic.questions.modes.eigen import whirl
 from epicyclic.questions.modes.modal import modal
 from epicyclic.system.structure import structure_of

@@ -10,10 +10,8 @@ import numpy as np
 import pytest
 import scipy.linalg
 
-from epicyclic.bodies.checks import BodyFacts, checked
-from epicyclic.bodies.reduced_body import Array, ReducedBody, rigid_motion, rigid_rows
-from epicyclic.bodies.reduction import Interface, interface_shape, reduced
-from epicyclic.bodies.turning import axisymmetric, turning_with_frame
+from epicyclic.bodies.joined_body import Interface, axisymmetric, interface_shape, reduced, turning_with_frame
+from epicyclic.bodies.reduced_body import Array, BodyFacts, ReducedBody, checked, rigid_motion, rigid_rows
 from epicyclic.errors import ModelError
 
 Spider = Literal["average", "rigid", "nodes"]

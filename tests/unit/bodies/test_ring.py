@@ -10,10 +10,9 @@ import pytest
 import reduced_ring
 import scipy.linalg
 
-from epicyclic.bodies.checks import BodyFacts, checked, elastic_modes
-from epicyclic.bodies.reading import read_body
-from epicyclic.bodies.reduced_body import Array, ReducedBody
-from epicyclic.bodies.turning import axisymmetric, turning_with_frame
+from epicyclic.bodies.files import read_body
+from epicyclic.bodies.joined_body import axisymmetric, turning_with_frame
+from epicyclic.bodies.reduced_body import Array, BodyFacts, ReducedBody, checked, elastic_modes
 
 Checked = tuple[ReducedBody, BodyFacts]
 IN_PLANE = [316.7216, 892.9311, 1704.2639, 2740.2215, 3992.3191]  # n = 2 to 6 [Hz], by an independent solution

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from epicyclic import ModelError, assemble, load, static
-from epicyclic.bodies.elastic_body import Array
-from epicyclic.bodies.thin_ring import order_compliances
+from epicyclic.bodies.elastic_body import Array, order_compliances
 from epicyclic.questions.check.check import choices
 from epicyclic.questions.modes.eigen import eigen, frequencies_of_bodies, whirl
 from epicyclic.questions.modes.modal import modal

@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from epicyclic.bodies.checks import BodyFacts
-from epicyclic.bodies.reading import Source, read_body
-from epicyclic.bodies.reduced_body import Matrix, ReducedBody
-from epicyclic.bodies.reduction import Interface, reduced
+from epicyclic.bodies.files import Source, read_body
+from epicyclic.bodies.joined_body import Interface, reduced
+from epicyclic.bodies.reduced_body import BodyFacts, Matrix, ReducedBody
 from epicyclic.errors import ModelError
 
 Checked = tuple[ReducedBody, BodyFacts]

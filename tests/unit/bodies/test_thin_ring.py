@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 import scipy.linalg
 
-from epicyclic.bodies.elastic_body import Array, ElasticBody
-from epicyclic.bodies.thin_ring import ThinRing, elastic_ring, order_compliances
+from epicyclic.bodies.elastic_body import Array, ElasticBody, ThinRing, elastic_ring, order_compliances
 
 # the ring of Lin and Parker's set: mass, polar radius, width; its height from the mass of steel
 RADIUS = 0.13752 * math.sqrt(3 / 2.35)

@@ -226,7 +226,7 @@ def test_overrides_replace_a_list_the_load_and_the_whole() -> None:
 
 
 def test_one_number_of_a_table_is_a_parameter() -> None:
-    from epicyclic.questions.studies.derivatives import all_parameters, parameter_at
+    from epicyclic.questions.studies.sensitivity import all_parameters, parameter_at
     from epicyclic.train.resolution import load
 
     train = load(FILES / "model.toml")

@@ -10,7 +10,7 @@ import pytest
 from epicyclic.document.document import read
 from epicyclic.document.tables import value_text
 from epicyclic.document.units import written
-from epicyclic.questions.studies.derivatives import parameter_at
+from epicyclic.questions.studies.sensitivity import parameter_at
 
 
 @pytest.mark.parametrize(

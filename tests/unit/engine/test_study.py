@@ -16,8 +16,7 @@ from typer.testing import CliRunner
 import epicyclic
 from epicyclic.cli.main import app
 from epicyclic.engine.plain_data import plain_bytes, plain_value
-from epicyclic.engine.points import stacked
-from epicyclic.engine.study import run_study
+from epicyclic.engine.points import run_study, stacked
 from epicyclic.errors import ModelError
 
 Tables = dict[str, Any]

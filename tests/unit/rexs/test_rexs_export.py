@@ -13,8 +13,7 @@ import pytest
 from typer.testing import CliRunner
 
 import epicyclic
-from epicyclic.bearings.element_loads import contact_set, displacement
-from epicyclic.bearings.rating_life import static_rating
+from epicyclic.bearings.rolling_bearing import contact_set, displacement, static_rating
 from epicyclic.cli.main import app
 from epicyclic.errors import ModelError
 from epicyclic.rexs.encodings import read_rexs_file

@@ -9,9 +9,8 @@ from tests.unit.rexs.test_rexs_export import SPUR
 
 import epicyclic
 from epicyclic.rexs.export import left_out, rexs_of
-from epicyclic.rexs.file import QUANTITIES, number_in
+from epicyclic.rexs.file import QUANTITIES, RELATIONS, ROW, RexsRow, number_in, rows_of
 from epicyclic.rexs.import_train import import_file
-from epicyclic.rexs.table import RELATIONS, ROW, RexsRow, rows_of
 
 TYPES = ("cylindrical_gear", "cylindrical_gear_flank", "material")
 BOTH_WAYS = [row for kind in TYPES for row in rows_of(kind) if row.key and (row.of or row.default)]

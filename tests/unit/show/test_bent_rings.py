@@ -12,8 +12,8 @@ import pytest
 from tests.unit.elastic_ring_set import BENDING, RADIUS, ring_set
 
 import epicyclic
-from epicyclic.show.bent_rings import deflection_tables, ring_tables
-from epicyclic.show.charts.rings import ring_deflections
+from epicyclic.show.charts.train import ring_deflections
+from epicyclic.show.part_tables import deflection_tables, ring_tables
 from epicyclic.show.views import brief_of, sections_of, tables_of
 from epicyclic.verbs import record
 

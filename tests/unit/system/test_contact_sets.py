@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 import epicyclic
 from epicyclic.errors import ModelError
 from epicyclic.statics.tangent import linear, mean_stretch
-from epicyclic.system.contact_sets import ContactSetLaw
-from epicyclic.system.link_laws import Law, LawGroup, Laws, RadialLaw, stacked
+from epicyclic.system.link_laws import ContactSetLaw, Law, LawGroup, Laws, RadialLaw, stacked
 from epicyclic.train.train import ContactSet, Train
 
 Array = NDArray[np.float64]

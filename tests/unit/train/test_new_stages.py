@@ -19,9 +19,8 @@ from epicyclic.cli.main import app
 from epicyclic.document.document import read
 from epicyclic.errors import ModelError
 from epicyclic.teeth.geometry import involute
-from epicyclic.train.layouts import LAYOUTS, assembles, nearest_teeth
+from epicyclic.train.layouts import FEWEST, LAYOUTS, assembles, nearest_teeth, pair_of_ratio, share_of_ratio
 from epicyclic.train.new_train import new_train
-from epicyclic.train.preselection import FEWEST, pair_of_ratio, share_of_ratio
 from epicyclic.train.train import Train
 from epicyclic.warning_codes import code_of
 

@@ -17,10 +17,9 @@ from hypothesis import strategies as st
 import epicyclic
 from epicyclic.document.document import read
 from epicyclic.errors import ModelError
-from epicyclic.train.layouts import assembles, neighbour_gap, said
+from epicyclic.train.layouts import Blank, assembles, counts_of_ratio, neighbour_gap, ratio_of, said, shifts_of
 from epicyclic.train.new_train import differential, new_train, planetary, star
 from epicyclic.train.phasing import ToothedGear, ToothMesh, stage_leads
-from epicyclic.train.preselection import Blank, counts_of_ratio, ratio_of, shifts_of
 
 LOAD: dict[str, Any] = {"speed": "1000 rpm", "power": "750 kW"}
 DIFFERENTIAL_LOAD: dict[str, Any] = {"speed": {"sun": "1000 rpm", "carrier": "9 rpm"}, "torque": {"sun": "5 N m"}}

@@ -14,7 +14,7 @@ import epicyclic
 from epicyclic.document.document import read
 from epicyclic.errors import ModelError
 from epicyclic.questions.check.check import mesh_deviations
-from epicyclic.questions.studies.derivatives import all_parameters
+from epicyclic.questions.studies.sensitivity import all_parameters
 from epicyclic.statics import StaticOptions
 from epicyclic.statics.static import static
 from epicyclic.system.assembly import assemble

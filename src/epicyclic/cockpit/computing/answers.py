@@ -17,8 +17,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...document.cases import of_another_point
 from ...document.deviations import narrowed_text
+from ...document.overrides import of_another_point
 from ...document.tables import PAIRS, leaves, value_at
 from ...document.units import factor, written
 from ...document.writer import quantity_text
@@ -41,14 +41,15 @@ from ..state.frames import (
     Level,
     OfferedChange,
     force_unit,
+    like_modes,
     listed,
+    mode_shapes,
     number,
     ordinal,
     per_cent,
     signed_per_cent,
 )
-from .detuning import is_quick
-from .followed_mode import like_modes, mode_shapes
+from .levers import is_quick
 
 # Tables whose second key may be left out where the train has one stage.
 _STAGED = ("deviations", "operation.speed", "operation.torque", "operation.power")

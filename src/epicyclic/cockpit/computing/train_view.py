@@ -23,8 +23,7 @@ from ...limits import KGammaLimit, nearest_verdict
 from ...questions.check.check import drawing
 from ...questions.sharing.definitions import DEFINITIONS, mesh_limits
 from ...questions.sharing.sharing import SpreadSharing, spread_sharing
-from ...show.drawing.bodies import Mating, Part, drawn_train, pitch_radius
-from ...show.drawing.display import Stroke, bounds, plain, polygon
+from ...show.drawing.bodies import Mating, Part, Stroke, bounds, drawn_train, pitch_radius, plain, polygon
 from ...show.drawing.front import front_centres, front_parts, front_shapes
 from ...show.drawing.section import section_shapes
 from ...show.drawing.section_layout import layout_of

@@ -19,24 +19,11 @@ from nicegui.events import GenericEventArguments
 from ...document.document import drive_titles
 from ...document.units import KINDS, Written, factor, is_unit_of, split_list, written
 from ...errors import ModelError
-from ..computing.followed_mode import FollowedMode
 from ..processes.session import Session
-from ..state.frames import QUESTIONS, PageFrame
+from ..state.frames import QUESTIONS, FollowedMode, PageFrame
 from ..state.model_file import assumed_reason, file_value, overriding, written_value
 from ..state.state import PageState, opened
-from .controls import (
-    Board,
-    Words,
-    box,
-    button,
-    fold,
-    heard,
-    hide,
-    prop,
-    refused,
-    sentence,
-    show_model,
-)
+from .controls import Board, Words, box, button, fold, heard, hide, prop, refused, sentence, show_model
 from .evidence import AnswersPane, EvidenceTabs, ModesList
 from .file_panels import FieldsPanel, TextPanel
 from .header import Header

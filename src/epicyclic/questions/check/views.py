@@ -9,8 +9,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ...show.bearing_tables import NOMINAL, bearing_tables
-from ...show.bent_rings import ring_tables
 from ...show.brief_check import brief_tables, check_over_cases, driven_kinds, locked_words, power_ends, ratio_of
 from ...show.elements import (
     Company,
@@ -25,6 +23,7 @@ from ...show.elements import (
     columns_of,
     value_tables,
 )
+from ...show.part_tables import NOMINAL, bearing_tables, ring_tables
 from ...show.series import Member, engineering, grouped, members_of, mesh_tones, numbers, short_names, texts
 from ...show.views import ResultView, in_section
 

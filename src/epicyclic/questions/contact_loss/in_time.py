@@ -17,7 +17,7 @@ import xarray as xr
 from ...errors import ConvergenceError, ModelError
 from ...machine_code import numba_available
 from ...statics.record import reference_tone
-from ...statics.transmission_error import error_waves
+from ...statics.signals import error_waves
 from ...system.system import Array, System, faces
 from ...warning_codes import CodedText, coded
 from ..response.measures import record_link_measures

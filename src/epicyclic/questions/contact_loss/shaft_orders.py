@@ -25,7 +25,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...statics.transmission_error import peaks_to_peaks
+from ...statics.signals import peaks_to_peaks
 from ...system.system import Array, ComplexArray, Index
 from ..response.measures import Range, held_pairs, link_statistics, mean_square
 from ..response.response import Block, Response, respond, unstable_speeds
@@ -55,15 +55,7 @@ from .problem import (
     problem,
     rate_rows,
 )
-from .rows import (
-    Size,
-    half_lattice,
-    line_gaps,
-    mesh_points,
-    placed_line,
-    reported_links,
-    with_diagonals,
-)
+from .rows import Size, half_lattice, line_gaps, mesh_points, placed_line, reported_links, with_diagonals
 from .solutions import Solution
 from .torus import Torus, TorusPoint, memory, respond_torus
 

@@ -12,7 +12,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ...errors import ConvergenceError, ModelError
-from ...statics.transmission_error import error_waves
+from ...statics.signals import error_waves
 from ...system.gaps import groups_past_the_end, past_the_end
 from ...system.system import Array, System
 from ...warning_codes import CodedText, coded

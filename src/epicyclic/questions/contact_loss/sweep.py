@@ -15,7 +15,7 @@ from ...engine.run_folder import RunFolder
 from ...engine.workers import each, import_results, runs
 from ...errors import ModelError
 from ...machine_code import numba_available
-from ...statics.transmission_error import peaks_to_peaks
+from ...statics.signals import peaks_to_peaks
 from ...system.gaps import past_the_end
 from ...system.system import Array, System, faces
 from ...warning_codes import CodedText, coded
@@ -29,14 +29,7 @@ from .in_time import FOLLOWED, RATTLE, response_in_time, ripple_causes
 from .rows import gap_rows_of, law_warnings, reported_links
 from .shaft_orders import MeshOrders, ShaftResponse, link_outputs, mesh_orders, shaft_response
 from .solutions import Refinement, Solution, Stability, distinct, require_fast_enough, with_stability
-from .sweep_direction import (
-    Begin,
-    IntegratedMotion,
-    Reached,
-    begin_of,
-    resumed,
-    sweep_direction,
-)
+from .sweep_direction import Begin, IntegratedMotion, Reached, begin_of, resumed, sweep_direction
 from .torus import TRUNCATION_NOTED, Torus, torus_of
 
 _DIRECTIONS = ("up", "down")

@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...statics.transmission_error import peaks_to_peaks
+from ...statics.signals import peaks_to_peaks
 from ...system.system import Array
 from ..response import Unstable
 from ..response.measures import record_link_measures

@@ -8,18 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from ...options import (
-    ChosenSlices,
-    Corner,
-    Folder,
-    LinearAt,
-    LoadPoints,
-    Misalignment,
-    Of,
-    Option,
-    Tolerance,
-    Turns,
-)
+from ...options import ChosenSlices, Corner, Folder, LinearAt, LoadPoints, Misalignment, Of, Option, Tolerance, Turns
 
 TOLERANCE = 0.01
 """Relative error by default: far below what models of teeth differ by."""

@@ -29,7 +29,7 @@ from ...train.power import LossyFlow, MeshPower, lossy_flow, require_contact, re
 from ...train.train import Mesh, Train
 from ...warning_codes import CodedText, coded, placed
 from . import ContactOptions, EfficiencyOptions
-from .contact import flank_map
+from .contact_resolution import flank_map
 from .pair_contact import solved_pair, unresolved
 
 Array = NDArray[np.float64]

@@ -23,12 +23,17 @@ from ...train.deviations import check_contact_errors
 from ...train.train import Mesh, Train
 from ...warning_codes import CodedText, coded
 from . import ContactOptions
-from .contact import LoadedFaces, contact_columns, contact_coords, cycle_weight, flank_map, load_levels
 from .contact_resolution import (
+    LoadedFaces,
     PlacedErrors,
     Resolution,
     check_errors,
+    contact_columns,
+    contact_coords,
+    cycle_weight,
+    flank_map,
     insufficient,
+    load_levels,
     placed_errors,
     resolution,
     sigma_at,

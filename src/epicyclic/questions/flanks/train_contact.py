@@ -40,8 +40,19 @@ from ...teeth.path_of_contact import corner_phases
 from ...train.train import Train
 from ...warning_codes import CodedText, code_of, coded
 from . import ContactOptions
-from .contact import LoadedFaces, contact_columns, contact_coords, cycle_weight, flank_map, load_levels
-from .contact_resolution import Ladder, check_tolerance, estimated_error, insufficient, refined
+from .contact_resolution import (
+    Ladder,
+    LoadedFaces,
+    check_tolerance,
+    contact_columns,
+    contact_coords,
+    cycle_weight,
+    estimated_error,
+    flank_map,
+    insufficient,
+    load_levels,
+    refined,
+)
 
 # places along the path of contact of a flank map
 _PLACES = 81

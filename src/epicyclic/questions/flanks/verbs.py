@@ -22,7 +22,7 @@ def stiffness(drive: "Drive", options: StiffnessOptions) -> "xr.Dataset":
     ------
     ModelError : the model is wrong, or a System is given, which has no drawing left.
     """
-    from .contact import stiffness as run
+    from .contact_resolution import stiffness as run
 
     return run(drive.train, options)
 

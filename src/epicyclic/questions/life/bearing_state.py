@@ -12,9 +12,16 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ...bearings.element_loads import contact_set, displacement, load_zone
-from ...bearings.rating_life import dynamic_rating, static_rating, static_safety
-from ...bearings.rolling_bearing import RollingBearing, passing_frequencies
+from ...bearings.rolling_bearing import (
+    RollingBearing,
+    contact_set,
+    displacement,
+    dynamic_rating,
+    load_zone,
+    passing_frequencies,
+    static_rating,
+    static_safety,
+)
 from ...errors import ConvergenceError
 from ...results.dataset import dataset, largest
 from ...system.system import Array

@@ -26,9 +26,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ...bearings.element_loads import LAMINAE, displacement
-from ...bearings.rating_life import (
+from ...bearings.rolling_bearing import (
+    LAMINAE,
+    RollingBearing,
     basic_life,
+    displacement,
     distributed_life,
     dynamic_rating,
     equivalent_load,
@@ -36,7 +38,6 @@ from ...bearings.rating_life import (
     life_modification,
     static_rating,
 )
-from ...bearings.rolling_bearing import RollingBearing
 from ...engine.points import outcomes
 from ...engine.source import Drive, Duty, StudyAxis
 from ...errors import ModelError

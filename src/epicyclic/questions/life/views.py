@@ -9,8 +9,8 @@ import numpy as np
 import xarray as xr
 
 from ...results.dataset import largest
-from ...show.bearing_tables import bearing_tables
 from ...show.elements import Company, Drawing, Finding, KeyFigure, Part, Section, Table
+from ...show.part_tables import bearing_tables
 from ...show.series import engineering, numbers, texts
 from ...show.views import ResultView
 

@@ -25,8 +25,7 @@ def spectrum(drive: "Drive", options: SpectrumOptions) -> "xr.Dataset":
     ------
     ModelError : the history, with its line, the train or an option is wrong.
     """
-    from .history import read_load_history
-    from .load_spectrum import load_spectrum
+    from .load_spectrum import load_spectrum, read_load_history
 
     if options.train is None and drive.overrides:
         raise ModelError("go with a train", path="overrides", given=", ".join(drive.overrides), allowed="train")

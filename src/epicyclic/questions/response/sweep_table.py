@@ -20,7 +20,7 @@ from ...errors import ModelError
 from ...limits import RESONANCE_BAND
 from ...results.dataset import first_largest, largest
 from ...statics.record import parallel_meshes
-from ...statics.sensors import sensor_labels
+from ...statics.signals import sensor_labels
 from ...statics.static import rounding_of
 from ...statics.tangent import linear
 from ...system.system import Array, ComplexArray, Index, System, faces

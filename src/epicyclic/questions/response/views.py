@@ -10,7 +10,6 @@ import xarray as xr
 
 from ...limits import carries_load
 from ...results.dataset import first_largest, largest
-from ...show.bent_rings import deflection_tables
 from ...show.elements import (
     Company,
     Drawing,
@@ -32,6 +31,7 @@ from ...show.elements import (
     status_table,
     torque_tables,
 )
+from ...show.part_tables import deflection_tables
 from ...show.series import engineering, equal_runs, of_first_stage, own_tones, split_name, stage_count, texts, unbroken
 from ...show.views import ResultView
 

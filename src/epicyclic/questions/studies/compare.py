@@ -39,7 +39,7 @@ from ..modes.campbell import modal_assurance
 from ..modes.eigen import classify_modes, mean_modes, repeated_roots
 from ..sharing import SharingOptions
 from ..sharing.sharing import sharing
-from .derivatives import named_leaves
+from .sensitivity import named_leaves
 
 _WORDS = ("format", "title", "doi", "notes", "assumed")  # tables of words, which no result follows
 # Relative difference of the same quantity written in two units: six digits are written.

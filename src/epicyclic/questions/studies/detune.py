@@ -27,8 +27,7 @@ from ...results.dataset import EQUAL, dataset, ranked
 from ...statics.tangent import linear
 from ...system.assembly import assemble, train_provenance
 from ...system.system import Array, System
-from ...train.layouts import fits, said
-from ...train.preselection import FEWEST, RATIO_LIMIT
+from ...train.layouts import FEWEST, RATIO_LIMIT, fits, said
 from ...train.resolution import load
 from ...train.train import Train
 from ...warning_codes import code_of
@@ -37,7 +36,7 @@ from ..modes.eigen import repeated_roots
 from ..response.sweep_table import resonance_forces
 from . import DetuneOptions
 from .compare import TrainModes, mode_pairs, modes_of, transmission_ratio
-from .derivatives import Parameter, all_parameters, parameter_at
+from .sensitivity import Parameter, all_parameters, parameter_at
 
 # Largest sensible factor of a length or a mass, and of the stiffness of a support, a bearing or a mesh.
 _SIZE, _STIFFNESS = 1.25, 4.0

@@ -56,7 +56,7 @@ from ..stability.stability import (
     speed_columns,
 )
 from . import TrackOptions
-from .derivatives import Parameter, parameter_at
+from .sensitivity import Parameter, parameter_at
 
 # Ratio of the limits above which the first values lie in equal ratios.
 _WIDE_RANGE = 10

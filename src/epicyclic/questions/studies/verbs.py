@@ -88,7 +88,7 @@ def study(
     ModelError : the job is wrong, with the path in it; a store or scheduler that will not do; every point fails.
     """
     from ...engine.block_store import run_blocks
-    from ...engine.study import run_study
+    from ...engine.points import run_study
 
     known = {name: [key for key in keywords(verb.run) if key not in _OWN] for name, verb in verbs().items()}
     run = partial(run_blocks, store=store, resume=resume, workers=workers, scheduler=scheduler)

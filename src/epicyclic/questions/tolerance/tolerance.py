@@ -17,15 +17,7 @@ from numpy.typing import NDArray
 
 from ...document.writer import model_text
 from ...engine.block_store import BlockJob, hash_of, machine, run_blocks
-from ...engine.plan import (
-    PIECE,
-    Counted,
-    SamplingPlan,
-    piece_uniforms,
-    require_time,
-    sampling_plan,
-    scramble_uniforms,
-)
+from ...engine.plan import PIECE, Counted, SamplingPlan, piece_uniforms, require_time, sampling_plan, scramble_uniforms
 from ...engine.workers import one_thread
 from ...errors import ModelError
 from ...limits import JUDGED_AT, KGammaLimit, k_gamma_limit, limit_columns, nearest_limit, stated_limit

@@ -27,10 +27,9 @@ from numpy.typing import ArrayLike, NDArray
 from ...errors import ModelError
 from ...statics.record import contradicting_radii, group_gap, unheld, unheld_error
 from ...statics.tangent import linear, mean_stretch, small_motion_tangent
-from ...system.contact_sets import ContactSetLaw
 from ...system.flank_laws import LEAST, LinearLaw, TabulatedLaw, phase_cubics
 from ...system.gaps import Flanks, flanks
-from ...system.link_laws import Laws
+from ...system.link_laws import ContactSetLaw, Laws
 from ...system.system import Array, ComplexArray, System, faces
 from ...warning_codes import CodedText, coded
 from ..modes.eigen import mean_modes

@@ -14,8 +14,7 @@ from ...errors import ModelError
 from ...machine_code import numba_available
 from ...options import Progress
 from ...statics.record import link_factor, reference_tone
-from ...statics.sensors import motion_signals, sensor_labels
-from ...statics.transmission_error import run_errors
+from ...statics.signals import motion_signals, run_errors, sensor_labels
 from ...system.gaps import groups_past_the_end, net_force, past_the_end
 from ...system.system import Array, ComplexArray, System, faces
 from ...warning_codes import CodedText, coded

@@ -17,8 +17,7 @@ import xarray as xr
 
 from ..elements import ComparedRow, compared_rows, letters, percent, shown
 from ..series import Array, engineering, numbers, readable, short_names, texts
-from .renderers import Bars, Curve, Layer, Mark, Panel, Trace, chart, cycled, level_bars
-from .style import PALETTE, level_legend
+from .renderers import PALETTE, Bars, Curve, Layer, Mark, Panel, Trace, chart, cycled, level_bars, level_legend
 
 _UP, _DOWN = "#D55E00", "#0072B2"
 # Rows of the figure: what stands below moves less than those.

@@ -25,8 +25,25 @@ from ..series import (
     short_names,
     texts,
 )
-from .renderers import FROM_ZERO, Bars, Curve, Heat, Layer, Mark, Panel, Trace, chart, cycled, level_bars, points
-from .style import DASHES, INK, PALE, PALETTE, tint
+from .renderers import (
+    DASHES,
+    FROM_ZERO,
+    INK,
+    PALE,
+    PALETTE,
+    Bars,
+    Curve,
+    Heat,
+    Layer,
+    Mark,
+    Panel,
+    Trace,
+    chart,
+    cycled,
+    level_bars,
+    points,
+    tint,
+)
 
 # Lowest load pale, highest dark, even in lightness, for the colour-blind too.
 _LOAD_COLOURS = [[0.0, "#FFF7EC"], [0.25, "#FDD8A8"], [0.5, "#E8924A"], [0.75, "#B4531A"], [1.0, "#4A1D05"]]

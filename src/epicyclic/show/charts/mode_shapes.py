@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ..drawing.bodies import Part, faces, one_per_place, parts
 from ..series import Array, bent_rows, compact, engineering, numbers, ring_deflection, texts
-from .style import INK, PALE, figure, kind_colour, note, translucent, wide_height
+from .renderers import INK, PALE, figure, kind_colour, note, translucent, wide_height
 
 _STEPS = 8  # from one turning point to the other
 _SWINGS = 6  # played when a mode is chosen

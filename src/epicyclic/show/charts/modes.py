@@ -28,19 +28,28 @@ from ..series import (
     summed_shares,
     texts,
 )
-from .renderers import OPERATING_BAND, Curve, Heat, Layer, Mark, Panel, Stems, Trace, chart, points
-from .style import (
+from .renderers import (
     BESIDE,
     DASHES,
     INK,
+    OPERATING_BAND,
     PALE,
     SPEED_TITLE,
     WARNING,
+    Curve,
+    Heat,
+    Layer,
+    Mark,
+    Panel,
+    Stems,
+    Trace,
     beside,
+    chart,
     level_legend,
     mode_colour,
     mode_symbol,
     note,
+    points,
 )
 
 # Width of the plot on the narrowest page that names must have room on, 900 px with the names of tones beside it.

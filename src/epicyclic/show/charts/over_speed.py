@@ -32,18 +32,27 @@ from ..series import (
     stage_count,
     texts,
 )
-from .renderers import FROM_ZERO, OPERATING_BAND, Curve, Layer, Mark, Panel, Trace, chart, cycled, points
-from .style import (
+from .renderers import (
     DASHES,
+    FROM_ZERO,
     INK,
+    OPERATING_BAND,
     PALE,
     PALETTE,
     SPEED_TITLE,
     WARNING,
+    Curve,
+    Layer,
+    Mark,
+    Panel,
+    Trace,
     branch_colour,
+    chart,
+    cycled,
     level_legend,
     mode_colour,
     note,
+    points,
     translucent,
 )
 

@@ -31,8 +31,25 @@ from ..series import (
     texts,
     thinned,
 )
-from .renderers import Curve, Heat, Layer, Mark, Panel, Stems, Trace, chart, pair_panels, points
-from .style import INK, PALE, PALETTE, WARNING, branch_colour, note, translucent
+from .renderers import (
+    INK,
+    PALE,
+    PALETTE,
+    WARNING,
+    Curve,
+    Heat,
+    Layer,
+    Mark,
+    Panel,
+    Stems,
+    Trace,
+    branch_colour,
+    chart,
+    note,
+    pair_panels,
+    points,
+    translucent,
+)
 
 # Meshes drawn: the one of each pair whose force is largest, and at most so many pairs.
 _MOST_PAIRS = 4

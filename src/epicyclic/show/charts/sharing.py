@@ -38,8 +38,26 @@ from ..series import (
     texts,
 )
 from .over_time import over_time
-from .renderers import FROM_ZERO, Bars, Curve, Layer, Mark, Panel, Trace, chart, level_bars, points
-from .style import INK, PALE, PALETTE, WARNING, branch_colour, level_legend, note, tint
+from .renderers import (
+    FROM_ZERO,
+    INK,
+    PALE,
+    PALETTE,
+    WARNING,
+    Bars,
+    Curve,
+    Layer,
+    Mark,
+    Panel,
+    Trace,
+    branch_colour,
+    chart,
+    level_bars,
+    level_legend,
+    note,
+    points,
+    tint,
+)
 
 # Ratios that differ from 1 by less are one line at 1, which says so: they would be drawn over a range of nothing.
 _EVEN, _AROUND = 1e-5, 0.01

@@ -29,8 +29,24 @@ from ..series import (
     texts,
 )
 from .over_speed import abscissa, kind_mark, operating_mark
-from .renderers import Curve, Heat, Layer, Mark, Panel, Trace, chart, points
-from .style import GRID, INK, PALE, PALETTE, WARNING, level_legend, note, translucent
+from .renderers import (
+    GRID,
+    INK,
+    PALE,
+    PALETTE,
+    WARNING,
+    Curve,
+    Heat,
+    Layer,
+    Mark,
+    Panel,
+    Trace,
+    chart,
+    level_legend,
+    note,
+    points,
+    translucent,
+)
 
 # Drawn at most: lines, and marked resonances.  Amplitudes below this part of the largest are not drawn.
 _LINES, _MARKS, _LEAST = 30, 5, 1e-3

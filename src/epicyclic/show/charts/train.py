@@ -5,6 +5,8 @@ Speed, external torque and power of every member are bars about zero; shaft and 
 phases on dials, one a pair of gears; mesh stiffness over one mesh cycle, one panel a pair, one curve a branch.  Loads
 of rolling elements stand around the load zone; hours over torque and speed, and ranges of the torque over the cycles
 that have them.  At the output torque stands over angle as a bench with the other shafts locked draws it.
+
+Rings that bend: their radial deflection about the train.
 """
 
 from __future__ import annotations
@@ -15,9 +17,40 @@ import numpy as np
 import plotly.graph_objects as go
 import xarray as xr
 
-from ..series import ARCMIN, Series, by_panel, engineering, members_of, merged, numbers, texts, zones_of
-from .renderers import Bars, Curve, Heat, Mark, Panel, Stems, Trace, chart, level_bars, pair_panels, points
-from .style import INK, PALE, PALETTE, branch_colour, kind_colour, panels
+from ..part_tables import deflections
+from ..series import (
+    ARCMIN,
+    Series,
+    by_panel,
+    engineering,
+    members_of,
+    merged,
+    numbers,
+    ring_deflection,
+    texts,
+    zones_of,
+)
+from .renderers import (
+    INK,
+    PALE,
+    PALETTE,
+    Bars,
+    Curve,
+    Heat,
+    Layer,
+    Mark,
+    Panel,
+    Stems,
+    Trace,
+    branch_colour,
+    chart,
+    kind_colour,
+    level_bars,
+    pair_panels,
+    panels,
+    points,
+    translucent,
+)
 
 
 def members(check: xr.Dataset) -> go.Figure:
@@ -253,3 +286,42 @@ def kinematic_error(result: xr.Dataset) -> go.Figure:
     over = Panel([wave], x="turns of the shaft [1]", y="error [arcmin]")
     orders = Panel([Stems(order, size, text=words, points=6, colour=PALETTE[0])], x="order [1]", y="amplitude [arcmin]")
     return chart(f"Kinematic error of {result.attrs['shaft']}", over, orders, height=560, gap=0.2)
+
+
+_PLACES = 241  # every 1.5 degrees
+_INSTANTS = 4096  # of a record, whose range is drawn
+
+
+def ring_deflections(result: xr.Dataset, check: xr.Dataset | None = None) -> go.Figure:
+    """Radial deflection of every ring that bends [µm] over the polar angle [deg]: mean and range over the record.
+
+    Parameters
+    ----------
+    result : Dataset of `static` or `steady`: displacement (dof, time or mesh_phase) [m].
+    check : Dataset of `check`, whose meshes of a ring are marked: gear_b, mesh_direction (mesh) [rad].
+    """
+    angle = np.linspace(0.0, 2 * np.pi, _PLACES)
+    panels = []
+    for place, (ring, moved) in enumerate(deflections(result).items()):
+        values, out = np.array([*moved.values()]), 1e6 * ring_deflection(list(moved), angle)[0]
+        over_record = out @ values[:, :: -(-values.shape[1] // _INSTANTS)]
+        colour, degrees = PALETTE[place % len(PALETTE)], np.degrees(angle)
+        band: Trace = {"fill": "tonexty", "fillcolor": translucent(colour, 0.22)}
+        layers: list[Layer] = [
+            Mark(y=0, width=1),
+            *(Mark(x=x, colour=PALE, dash="dot") for x in _meshes(check, ring)),
+            Curve(degrees, over_record.min(axis=1), width=0, hover=None, colour=colour),
+            Curve(degrees, over_record.max(axis=1), width=0, hover=None, colour=colour, look=band),
+            Curve(degrees, out @ values.mean(axis=1), name=ring, colour=colour, width=2),
+        ]
+        panels.append(Panel(layers, y="outward [µm]"))
+    look: Trace = {"height": 120 + 240 * len(panels), "gap": 0.2 / max(2, len(panels))}
+    return chart("Bending of rings", *panels, x="polar angle from x of the stage [deg]", x_ends=(0.0, 360.0), **look)
+
+
+def _meshes(check: xr.Dataset | None, ring: str) -> list[float]:
+    """Polar angles of the meshes of a ring [deg]."""
+    if check is None:
+        return []
+    own = zip(texts(check, "gear_b", "mesh"), check["mesh_direction"].values.tolist(), strict=True)
+    return sorted({round(float(np.degrees(direction)) % 360, 6) for gear, direction in own if gear == ring})

@@ -10,8 +10,24 @@ from typing import TypedDict
 import numpy as np
 
 from ..series import engineering
-from .bodies import DrawnTrain, Mating, Part, one_per_place, pitch_radius, rotations, stages, tooth_path
-from .display import Area, Contour, DrawnShape, Stroke, Symbol, Text, circle, polygon
+from .bodies import (
+    Area,
+    Contour,
+    DrawnShape,
+    DrawnTrain,
+    Mating,
+    Part,
+    Stroke,
+    Symbol,
+    Text,
+    circle,
+    one_per_place,
+    pitch_radius,
+    polygon,
+    rotations,
+    stages,
+    tooth_path,
+)
 
 _ORDER = {"carrier": 0, "ring": 1, "body": 2, "gear": 3, "planet": 4, "sun": 5}
 

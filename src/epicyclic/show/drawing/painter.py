@@ -12,10 +12,9 @@ import numpy as np
 import plotly.graph_objects as go
 import xarray as xr
 
-from ..charts.style import INK, PALE, WARNING, figure, kind_colour, note, tint, wide_height
+from ..charts.renderers import INK, PALE, WARNING, figure, kind_colour, note, tint, wide_height
 from ..series import compact, engineering, numbers, texts
-from .bodies import Part, drawn_train, stages
-from .display import Area, DrawnShape, Points, Stroke, Symbol, Text, lines_of, polygon
+from .bodies import Area, DrawnShape, Part, Points, Stroke, Symbol, Text, drawn_train, lines_of, polygon, stages
 from .front import front_ends, front_notes, front_parts, front_shapes
 from .section import section_names, section_shapes
 from .section_layout import MARGIN, WIDE, SectionLayout, layout_of

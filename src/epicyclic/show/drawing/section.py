@@ -10,8 +10,20 @@ from itertools import pairwise, product
 import numpy as np
 
 from ..series import engineering, grouped, split_name
-from .bodies import DrawnTrain, Mating, Part, faces, pitch_radius
-from .display import Area, Contour, DrawnShape, Stroke, Symbol, Text, polygon
+from .bodies import (
+    Area,
+    Contour,
+    DrawnShape,
+    DrawnTrain,
+    Mating,
+    Part,
+    Stroke,
+    Symbol,
+    Text,
+    faces,
+    pitch_radius,
+    polygon,
+)
 from .section_layout import (
     AIR,
     BODY,

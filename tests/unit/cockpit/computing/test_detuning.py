@@ -10,8 +10,8 @@ import pytest
 
 import epicyclic
 from epicyclic.cockpit.computing.compute import compute
-from epicyclic.cockpit.computing.detuning import is_quick
 from epicyclic.cockpit.computing.job_kinds import JOBS
+from epicyclic.cockpit.computing.levers import is_quick
 from epicyclic.cockpit.state.frames import PageFrame, Request
 from epicyclic.document.document import drive_text
 

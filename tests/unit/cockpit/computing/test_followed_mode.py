@@ -10,9 +10,16 @@ import pytest
 from tests.unit.cockpit.computing.test_compute import frames_of
 
 from epicyclic import assemble, load
-from epicyclic.cockpit.computing.followed_mode import FollowedMode, ModeShapes, like_modes, mode_shapes, shapes_of
 from epicyclic.cockpit.computing.speed_view import mode_view
-from epicyclic.cockpit.state.frames import PageFrame, body_labels
+from epicyclic.cockpit.state.frames import (
+    FollowedMode,
+    ModeShapes,
+    PageFrame,
+    body_labels,
+    like_modes,
+    mode_shapes,
+    shapes_of,
+)
 from epicyclic.limits import SAME_SHAPE
 from epicyclic.questions.modes.campbell import modal_assurance
 from epicyclic.questions.modes.eigen import mean_modes

@@ -11,7 +11,7 @@ import xarray as xr
 from tests.unit.questions.life.test_life import train
 
 import epicyclic
-from epicyclic.bearings.rating_life import dynamic_rating
+from epicyclic.bearings.rolling_bearing import dynamic_rating
 from epicyclic.cockpit.computing import levers
 from epicyclic.cockpit.computing.job_kinds import JOBS
 from epicyclic.cockpit.computing.levers import Lever, levers_of

@@ -8,7 +8,7 @@ import xarray as xr
 
 import epicyclic
 from epicyclic.errors import ModelError
-from epicyclic.questions.flanks.contact import stiffness_history
+from epicyclic.questions.flanks.contact_resolution import stiffness_history
 
 
 @pytest.fixture(scope="module")

@@ -11,9 +11,7 @@ import pytest
 from tests.unit.questions.life.test_life import ARM, BEARING, MODULE, PARTS, RPM, TEETH, TORQUE, train
 
 import epicyclic
-from epicyclic.bearings.element_loads import contact_set, displacement, load_zone
-from epicyclic.bearings.rating_life import static_safety
-from epicyclic.bearings.rolling_bearing import passing_frequencies
+from epicyclic.bearings.rolling_bearing import contact_set, displacement, load_zone, passing_frequencies, static_safety
 from epicyclic.errors import ConvergenceError, ModelError
 from epicyclic.questions.check.check import nominal_forces
 from epicyclic.questions.check.views import check_tables

@@ -11,15 +11,15 @@ import numpy as np
 import pytest
 
 import epicyclic
-from epicyclic.bearings.element_loads import displacement
-from epicyclic.bearings.rating_life import (
+from epicyclic.bearings.rolling_bearing import (
+    RollingBearing,
     basic_life,
+    displacement,
     distributed_life,
     equivalent_load,
     life_modification,
     static_rating,
 )
-from epicyclic.bearings.rolling_bearing import RollingBearing
 from epicyclic.errors import ModelError
 from epicyclic.questions.life.views import findings, key_figures, tables
 from epicyclic.statics.record import record_of

@@ -9,10 +9,9 @@ import pytest
 from tests.unit.elastic_ring_set import ring_set
 
 import epicyclic
-from epicyclic.bodies.thin_ring import elastic_ring
-from epicyclic.cockpit.computing.followed_mode import like_modes, mode_shapes
+from epicyclic.bodies.elastic_body import elastic_ring
 from epicyclic.cockpit.computing.speed_view import ModeView, mode_view
-from epicyclic.cockpit.state.frames import body_labels
+from epicyclic.cockpit.state.frames import body_labels, like_modes, mode_shapes
 from epicyclic.show.charts import mode_shapes as figure
 from epicyclic.show.series import ring_deflection
 from epicyclic.train.train import Train

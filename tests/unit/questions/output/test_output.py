@@ -27,11 +27,10 @@ from tests.unit.statics.test_locked import (
 import epicyclic
 from epicyclic.engine.plan import sampling_plan, scramble_uniforms
 from epicyclic.errors import ModelError
-from epicyclic.questions.output.locked_train import locked_train, output_shaft
-from epicyclic.questions.output.output import sampled_loops
+from epicyclic.questions.output.output import locked_train, output_shaft, sampled_loops
 from epicyclic.questions.output.views import findings, key_figures, tables
 from epicyclic.questions.tolerance.tolerance_map import tolerance_map
-from epicyclic.statics.transmission_error import near_lines
+from epicyclic.statics.signals import near_lines
 from epicyclic.system.assembly import assemble
 from epicyclic.train.resolution import load
 

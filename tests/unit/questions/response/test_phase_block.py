@@ -9,8 +9,7 @@ import pytest
 from tests.unit.bodies.test_passing_links import FLANGE, STAGE
 
 from epicyclic import assemble, load
-from epicyclic.questions.response.balance import Batch, _Balance, _block, gmres, resonant_block
-from epicyclic.questions.response.phase_block import phase_block
+from epicyclic.questions.response.balance import Batch, _Balance, _block, gmres, phase_block, resonant_block
 from epicyclic.questions.response.response import Response, _further, response
 from epicyclic.system.system import Array
 

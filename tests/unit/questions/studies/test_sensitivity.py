@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 import epicyclic
 from epicyclic.errors import ModelError
 from epicyclic.questions.modes.modal import modal
-from epicyclic.questions.studies.derivatives import all_parameters, parameter_at
+from epicyclic.questions.studies.sensitivity import all_parameters, parameter_at
 
 Array = NDArray[np.float64]
 # Both sides are differences: five-point ones of the answer with a step of 2e-4 leave some 1e-12 of truncation and, of

@@ -16,7 +16,7 @@ import epicyclic
 from epicyclic.engine.plan import SamplingPlan
 from epicyclic.errors import ModelError
 from epicyclic.questions.output import output as outputs
-from epicyclic.questions.output.locked_train import locked_train, output_shaft
+from epicyclic.questions.output.output import locked_train, output_shaft
 from epicyclic.questions.tolerance import effects
 from epicyclic.questions.tolerance import tolerance as lots
 from epicyclic.questions.tolerance.tolerance_map import tolerance_map

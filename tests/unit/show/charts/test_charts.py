@@ -16,6 +16,7 @@ from epicyclic.show.charts.mode_shapes import mode_shapes
 from epicyclic.show.charts.modes import campbell, crossings, energy_shares, frequencies
 from epicyclic.show.charts.over_speed import bearing_forces, speed_sweep
 from epicyclic.show.charts.over_time import mesh_forces
+from epicyclic.show.charts.renderers import DASHES, PALETTE, branch_colour
 from epicyclic.show.charts.sharing import (
     grade_prices,
     k_gamma_by_design,
@@ -27,7 +28,6 @@ from epicyclic.show.charts.sharing import (
     worst_branches,
 )
 from epicyclic.show.charts.speed_maps import Ray, crests, label_places, rays, waterfall
-from epicyclic.show.charts.style import DASHES, PALETTE, branch_colour
 from epicyclic.show.charts.train import members, mesh_stiffness, orders, phases
 from epicyclic.show.drawing.bodies import faces, parts
 from epicyclic.show.drawing.painter import train_front, train_section

@@ -13,7 +13,9 @@ import xarray as xr
 
 from epicyclic.show.charts import renderers
 from epicyclic.show.charts.renderers import (
+    DASHES,
     FROM_ZERO,
+    PALETTE,
     Bars,
     Curve,
     Heat,
@@ -26,7 +28,6 @@ from epicyclic.show.charts.renderers import (
     level_bars,
     points,
 )
-from epicyclic.show.charts.style import DASHES, PALETTE
 from epicyclic.show.series import has_room, kept_apart, texts
 
 X = [0.0, 1.0, 2.0]

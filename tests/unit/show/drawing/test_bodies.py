@@ -15,10 +15,12 @@ from numpy.typing import NDArray
 
 from epicyclic import check
 from epicyclic.show.drawing.bodies import (
+    Area,
     Mating,
     Part,
     ToothForm,
     half_angle,
+    lines_of,
     matings,
     one_per_place,
     parts,
@@ -27,7 +29,6 @@ from epicyclic.show.drawing.bodies import (
     tooth_form,
     tooth_path,
 )
-from epicyclic.show.drawing.display import Area, lines_of
 
 Array = NDArray[np.float64]
 

@@ -14,9 +14,8 @@ import xarray as xr
 
 import epicyclic
 from epicyclic.document.document import ready_drives
-from epicyclic.show.drawing import display
-from epicyclic.show.drawing.bodies import drawn_train
-from epicyclic.show.drawing.display import (
+from epicyclic.show.drawing import bodies
+from epicyclic.show.drawing.bodies import (
     Area,
     DrawnShape,
     Stroke,
@@ -24,6 +23,7 @@ from epicyclic.show.drawing.display import (
     Text,
     bounds,
     circle,
+    drawn_train,
     lines_of,
     plain,
     polygon,
@@ -162,7 +162,7 @@ def test_a_list_is_made_without_plotly() -> None:
 
 
 def test_the_painter_of_the_figures_knows_every_shape() -> None:
-    kinds = {kind for kind in vars(display).values() if isinstance(kind, type) and issubclass(kind, DrawnShape)}
+    kinds = {kind for kind in vars(bodies).values() if isinstance(kind, type) and issubclass(kind, DrawnShape)}
     assert set(PAINTERS) == kinds - {DrawnShape}
     for unknown in (
         Area(role="unheard of", contours=(circle(1),)),
