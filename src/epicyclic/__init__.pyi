@@ -127,7 +127,7 @@ def efficiency(  # .questions.flanks.verbs
 ) -> xr.Dataset:
     """Power lost in the meshes, and efficiency of the train at its operating point."""
 
-def life(  # .questions.life.verbs
+def life(  # .questions.rating.verbs
     source: Source,
     *,
     overrides: Overrides | None = None,
@@ -138,7 +138,7 @@ def life(  # .questions.life.verbs
 ) -> xr.Dataset:
     """Life of the rolling bearings that the drawing states by their parts, under static forces, over load cases."""
 
-def load_factors(  # .questions.load_factors.verbs
+def load_factors(  # .questions.rating.verbs
     source: Source,
     *,
     overrides: Overrides | None = None,
@@ -267,7 +267,7 @@ def sharing(  # .questions.sharing.verbs
 ) -> xr.Dataset:
     """Load-sharing coefficients, each by its named definition."""
 
-def spectrum(  # .questions.load_spectrum.verbs
+def spectrum(  # .questions.rating.verbs
     source: Source,
     *,
     overrides: Overrides | None = None,

@@ -28,7 +28,8 @@ from ..errors import ModelError
 from ..rexs.file import is_rexs_name
 from ..user_input import read_bytes, read_text
 from ..warning_codes import CodedText, coded
-from .overrides import check_alternatives, follow_teeth, layer_of, of_case, replace_alternatives, settings_of, stepwise
+from .cases import of_case
+from .overrides import check_alternatives, follow_teeth, layer_of, replace_alternatives, settings_of, stepwise
 from .schema import FORMAT, ModelFile, Names, check_names, collect, nearest
 from .schema_fields import MATRIX_FILES, curve_fault
 from .tables import PlainTable, clean, dotted_line, expand, expand_path, leaves, merge, nested, value_at

@@ -14,8 +14,8 @@ from typing import Any, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 
 from ..errors import ModelError
+from .cases import at_case, check_cases
 from .deviations import check_pitch
-from .overrides import at_case, check_cases
 from .schema import (
     KIND_BY_NAME,
     SIDES,

@@ -24,8 +24,8 @@ from typing import TYPE_CHECKING
 
 import xarray as xr
 
+from ..document.cases import at_case
 from ..document.document import read
-from ..document.overrides import at_case
 from ..document.schema import CaseTable
 from ..document.tables import leaves
 from ..document.writer import commented_text

@@ -16,8 +16,8 @@ from functools import lru_cache
 
 import numpy as np
 
+from ..document.cases import at_case
 from ..document.document import read
-from ..document.overrides import at_case
 from ..document.tables import value_at
 from ..document.units import Bounds, read_quantity
 from ..errors import ConvergenceError, ModelError

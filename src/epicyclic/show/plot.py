@@ -33,9 +33,7 @@ KINDS: Mapping[str, Mapping[str, tuple[str, ...]]] = {
         "relief": ("relief", "relief-effect"),
         "stiffness": ("stiffness",),
     },
-    "questions.life": {"life": ("load-zones",)},
-    "questions.load_factors": {"load_factors": ()},
-    "questions.load_spectrum": {"spectrum": ("load-spectrum", "rainflow")},
+    "questions.rating": {"life": ("load-zones",), "load_factors": (), "spectrum": ("load-spectrum", "rainflow")},
     "questions.modes": {
         "campbell": ("campbell",),
         "modes": ("frequencies", "shapes", "energy", "campbell", "operating-range"),

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from ..options import Progress
-from ..questions.life import EXAMPLE
+from ..questions.rating import EXAMPLE
 from ..verbs.record import Verb, takes
 from . import StaticOptions
 
@@ -24,7 +24,7 @@ def static(drive: "Drive", options: StaticOptions, progress: Progress | None = N
     ------
     ModelError : the model or an option is wrong, or a load that nothing holds.  ConvergenceError : no equilibrium.
     """
-    from ..questions.life.bearing_state import with_bearings
+    from ..questions.rating.bearing_state import with_bearings
     from .static import static as run
 
     result = run(drive.system, options, progress=progress)

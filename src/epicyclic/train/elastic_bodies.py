@@ -30,9 +30,8 @@ from ..errors import ModelError
 from ..warning_codes import coded
 from .kinematics import Kinematics
 from .mesh_laws import RING_ORDERS
-from .stage_bodies import MASS_UNITS
 from .stages import Levels, density_of, elastic_constants
-from .train import Body, GearData, Link, Mesh, ResolutionLog
+from .train import MASS_UNITS, Body, GearData, Link, Mesh, ResolutionLog
 
 if TYPE_CHECKING:
     from ..bodies.joined_body import Interface, InterfaceShape

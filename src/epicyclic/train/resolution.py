@@ -22,9 +22,9 @@ from typing import Any
 
 import numpy as np
 
+from ..document.cases import of_another_point
 from ..document.deviations import Distribution, StandardGrade
 from ..document.document import Document, read
-from ..document.overrides import of_another_point
 from ..document.schema import SIDES, ModelFile, collect
 from ..document.tables import TOLERANCE_TABLES
 from ..document.tolerances import Correlations, Grade, Tolerance, Width, read_correlations, tolerances

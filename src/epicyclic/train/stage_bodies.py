@@ -30,6 +30,7 @@ from .phasing import StagePhases, ToothedGear, ToothMesh, chain_signs, flank_of_
 from .stages import GearPair, Plan, density_of, gear_below, member_material, sides_of, stated, stated_value
 from .train import (
     HOUSING,
+    MASS_UNITS,
     NAN,
     Body,
     Frame,
@@ -118,9 +119,6 @@ def link_row(link: Link, direction: int, origin: tuple[float, float, float]) -> 
 
 # Least bore per pitch circle: a body held on less has, in double precision, no stiffness about it.
 _BORE = 1e-3
-
-
-MASS_UNITS = {"mass": "kg", "inertia": "kg m^2", "tilt_inertia": "kg m^2"}
 
 
 def body_name(stage: str, member: str, branch: int | None = None, side: str | None = None) -> str:

@@ -26,6 +26,7 @@ from .kinematics import Kinematics
 from .power import PowerPath
 
 Direction = Literal["x", "y", "z", "rx", "ry", "rz"]
+MASS_UNITS = {"mass": "kg", "inertia": "kg m^2", "tilt_inertia": "kg m^2"}
 DIRECTIONS: tuple[Direction, ...] = ("x", "y", "z", "rx", "ry", "rz")
 HOUSING = "housing"
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.unit.questions.life.test_life import train
+from tests.unit.questions.rating.test_life import train
 
 import epicyclic
 from epicyclic.bearings.checks import GROUPS, group_range, operating_clearance

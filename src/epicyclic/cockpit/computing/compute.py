@@ -35,7 +35,8 @@ from ..state.frames import (
     speed_axis,
 )
 from . import answers
-from .levers import is_quick, levers_at, offered_of
+from .answers import is_quick, offered_of
+from .levers import levers_at
 from .speed_view import ForceCurves, ModeView, SpeedModel, efforts, force_curves, mode_view, speed_head, speed_model
 from .train_view import (
     SharingView,

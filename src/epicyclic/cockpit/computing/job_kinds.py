@@ -41,7 +41,7 @@ from ...train.resolution import load
 from ...train.train import Train
 from ...warning_codes import code_of
 from ..state.frames import LEVELS, Answer, PageFrame, force_unit, mesh_labels, number, per_cent, speed_axis
-from .levers import changes_of
+from .answers import changes_of
 
 Array = NDArray[np.float64]
 

@@ -38,8 +38,8 @@ from ...train.resolution import tolerances_of
 from ...train.stage_bodies import link_row, tilt_groups
 from ...train.train import DIRECTIONS, Body, Displacement, Link, Mesh, Train, bodies_named
 from ...warning_codes import CodedText, coded
-from ..life.bearing_state import with_bearings
 from ..modes.eigen import mean_modes
+from ..rating.bearing_state import with_bearings
 from ..response.spectra import mesh_tones, require_damping
 
 # Pitch deviations have a line for every order of their gear, and loaded contact is no deviation.

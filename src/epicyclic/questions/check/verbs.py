@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 from ...results.files import MATRIX_FILES, save_matrices
 from ...verbs.record import Verb, takes
-from ..life import EXAMPLE
+from ..rating import EXAMPLE
 from . import MatricesOptions
 
 if TYPE_CHECKING:

@@ -45,8 +45,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from ...document.cases import at_case
 from ...document.document import read
-from ...document.overrides import at_case
 from ...document.schema import collect, reference
 from ...document.tables import value_at
 from ...engine.plan import all_uniforms, sampling_plan

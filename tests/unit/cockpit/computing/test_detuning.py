@@ -9,9 +9,9 @@ from typing import Any
 import pytest
 
 import epicyclic
+from epicyclic.cockpit.computing.answers import is_quick
 from epicyclic.cockpit.computing.compute import compute
 from epicyclic.cockpit.computing.job_kinds import JOBS
-from epicyclic.cockpit.computing.levers import is_quick
 from epicyclic.cockpit.state.frames import PageFrame, Request
 from epicyclic.document.document import drive_text
 

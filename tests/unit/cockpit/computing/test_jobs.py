@@ -25,7 +25,7 @@ from epicyclic.document.document import drive_text
 from epicyclic.errors import ModelError
 from epicyclic.questions.check.verbs import check
 from epicyclic.questions.flanks.verbs import contact
-from epicyclic.questions.life import EXAMPLE_PARTS
+from epicyclic.questions.rating import EXAMPLE_PARTS
 from epicyclic.questions.response.verbs import sweep
 from epicyclic.questions.sharing.verbs import sharing
 from epicyclic.questions.tolerance.verbs import tolerance

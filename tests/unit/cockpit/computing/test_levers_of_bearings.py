@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from tests.unit.questions.life.test_life import train
+from tests.unit.questions.rating.test_life import train
 
 import epicyclic
 from epicyclic.bearings.rolling_bearing import dynamic_rating

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.unit.questions.life.test_life import train
+from tests.unit.questions.rating.test_life import train
 
 import epicyclic
 from epicyclic import assemble, load

@@ -42,11 +42,11 @@ from ...train.train import Mesh, Train
 from ..flanks import ContactOptions
 from ..flanks.pair_contact import pair_contact
 from ..flanks.train_contact import train_contact
-from ..load_spectrum.load_spectrum import equivalent
 from ..response import SteadyOptions
 from ..response.steady import steady
 from ..sharing.definitions import known_mean_loads
 from . import PITTING, LoadFactorOptions
+from .load_spectrum import equivalent
 
 Array = NDArray[np.float64]
 Columns = dict[str, tuple[Any, Any]]

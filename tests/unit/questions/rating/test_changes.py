@@ -6,11 +6,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.unit.questions.life.test_life import PARTS, train
+from tests.unit.questions.rating.test_life import PARTS, train
 
 import epicyclic
-from epicyclic.questions.life.life import changes_of
-from epicyclic.questions.life.views import findings, tables
+from epicyclic.questions.rating.life import changes_of
+from epicyclic.questions.rating.views import life_findings as findings
+from epicyclic.questions.rating.views import life_tables as tables
 from epicyclic.train.resolution import load
 
 BEARING = "stages.main.planet.bearing"

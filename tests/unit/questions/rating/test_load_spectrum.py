@@ -18,7 +18,7 @@ from epicyclic.cli.main import app
 from epicyclic.document.tables import leaves
 from epicyclic.document.units import Bounds, read_quantity
 from epicyclic.errors import ModelError
-from epicyclic.questions.load_spectrum.load_spectrum import bin_edges, cases_text
+from epicyclic.questions.rating.load_spectrum import bin_edges, cases_text
 from epicyclic.show.views import findings_of, tables_of
 
 RPM = np.pi / 30

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.unit.questions.life.test_life import ARM, BEARING, MODULE, PARTS, RPM, TEETH, TORQUE, train
+from tests.unit.questions.rating.test_life import ARM, BEARING, MODULE, PARTS, RPM, TEETH, TORQUE, train
 
 import epicyclic
 from epicyclic.bearings.rolling_bearing import contact_set, displacement, load_zone, passing_frequencies, static_safety

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.unit.questions.life.test_life import PARTS, RPM, TEETH, drum, train
+from tests.unit.questions.rating.test_life import PARTS, RPM, TEETH, drum, train
 
 import epicyclic
 

@@ -21,7 +21,9 @@ from epicyclic.bearings.rolling_bearing import (
     static_rating,
 )
 from epicyclic.errors import ModelError
-from epicyclic.questions.life.views import findings, key_figures, tables
+from epicyclic.questions.rating.views import life_findings as findings
+from epicyclic.questions.rating.views import life_key_figures as key_figures
+from epicyclic.questions.rating.views import life_tables as tables
 from epicyclic.statics.record import record_of
 from epicyclic.statics.static import held_train, quasi_static
 from epicyclic.statics.tangent import _slow_forces, linear

@@ -12,8 +12,8 @@ from openpyxl import Workbook
 
 import epicyclic
 from epicyclic.errors import ModelError
-from epicyclic.questions.load_spectrum import SpectrumOptions
-from epicyclic.questions.load_spectrum.load_spectrum import LoadHistory, read_load_history
+from epicyclic.questions.rating import SpectrumOptions
+from epicyclic.questions.rating.load_spectrum import LoadHistory, read_load_history
 
 HEAD = "time [s], torque [kN m], speed [rpm]\n"
 BINS = "torque [kN m], speed [rpm], duration [h]\n"
