@@ -393,7 +393,8 @@ def closed_state(
 def _closed_pull(flexible: Compliance, stiffness: Array, gap: Values, free_gap: Values) -> Values:
     """p = k0 w - k (w - e) with w = B'H^+ F + S p, (..., T, m) [N]."""
     soft = flexible.stiffness - stiffness
-    matrix = np.eye(len(flexible.stiffness)) - soft[:, :, None] * flexible.to_mesh
+    matrix = soft[:, :, None] * -flexible.to_mesh
+    matrix[:, *np.diag_indices(len(flexible.stiffness))] += 1
     return np.linalg.solve(matrix, (soft * free_gap + stiffness * gap)[..., None])[..., 0]
 
 

@@ -517,7 +517,7 @@ class Faces:
 
     def total(self, values: NDArray[Number], axis: int = 0) -> NDArray[Number]:
         """Sums (..., w, ...) over the rows of each mesh of values (..., m, ...), in their unit, along `axis`."""
-        return np.add.reduceat(values, self.first, axis=axis)
+        return np.add.reduceat(values, self.first, axis=axis) if self.cut.any() else values
 
     def least(self, values: Array, axis: int = 0) -> Array:
         """Smallest value (..., w, ...) of the rows of each mesh, of values (..., m, ...), in their unit."""
