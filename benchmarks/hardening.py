@@ -7,6 +7,7 @@ Each part runs in small in the tests.  A fault is whatever is no ModelError and 
 
 from __future__ import annotations
 
+import atexit
 import json
 import random
 import shutil
@@ -21,10 +22,15 @@ import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
+from zipfile import BadZipFile
 
 import numpy as np
+import pandas as pd
+from scipy.io import loadmat
 
 import epicyclic
 from epicyclic.errors import ConvergenceError, ModelError
@@ -269,19 +275,43 @@ def damages(count: int, folder: Path, seed: int = 1) -> Counter[str]:
 
 # kills and races ------------------------------------------------------------------------------------------------------
 
-# every way in which a command writes a file: arguments, the file, and its options
+# every verb that writes, and every kind of file: arguments, the last of them the file; `_sources` makes sources/
 COMMANDS: dict[str, tuple[str, ...]] = {
-    "modes .nc": ("modes", "lin1999-n4", "-o", "out.nc"),
+    "allocate .toml": ("allocate", "ren2021", "--samples", "1024", "--fresh-samples", "1024", "-o", "out.toml"),
+    "audit .csv": ("audit", "lin1999-n4", "-o", "out.csv"),
+    "campbell .nc": ("campbell", "ren2021", "-o", "out.nc"),
     "check .json": ("check", "lin1999-n4", "-o", "out.json"),
     "check --resolved": ("check", "lin1999-n4", "--resolved", "-o", "out.toml"),
-    "schema": ("schema", "-o", "out.json"),
-    "static .html": ("static", "lin1999-n4", "--cycles", "1", "-o", "out.html"),
-    "sharing .nc": ("sharing", "ren2021", "--cycles", "2", "-o", "out.nc"),
-    "stiffness .nc": ("stiffness", "ren2021", "-o", "out.nc"),
+    "compare .xlsx": ("compare", "lin1999-n3", "lin1999-n4", "-o", "out.xlsx"),
     "contact .json": ("contact", "ren2021", "--samples", "4", "--slices", "4", "-o", "out.json"),
-    "sweep .nc": ("sweep", "ren2021", "--points", "40", "-o", "out.nc"),
+    "detune .nc": ("detune", "ren2021", "-o", "out.nc"),
+    "efficiency .xlsx": ("efficiency", "wind-stage", "-o", "out.xlsx"),
+    "export .rexs": ("export", "wind-stage", "-o", "out.rexs"),
+    "figure .html": ("modes", "lin1999-n4", "--figure", "frequencies", "-o", "out.html"),
+    "import .toml": ("import", "sources/train.rexs", "-o", "out.toml"),
+    "life .nc": ("life", "sources/parts.toml", "--instants", "8", "-o", "out.nc"),
+    "load-factors .rexs": ("load-factors", "wind-stage", "-o", "out.rexs"),
+    "matrices .mat": ("matrices", "lin1999-n4", "-o", "out.mat"),
+    "matrices .npz": ("matrices", "lin1999-n4", "-o", "out.npz"),
+    "modes .nc": ("modes", "lin1999-n4", "-o", "out.nc"),
+    "modulation .csv": ("modulation", "ren2021", "-o", "out.csv"),
+    "new .toml": ("new", "--ratio", "5", "--power", "1 MW", "--speed", "1500 rpm", "--force", "out.toml"),
+    "output .nc": ("output", "wind-stage", "--samples", "4", "-o", "out.nc"),
+    "report .html": ("report", "lin1999-n3", "-o", "out.html"),
+    "schema": ("schema", "-o", "out.json"),
+    "sensitivity .nc": ("sensitivity", "lin1999-n4", "-o", "out.nc"),
+    "sharing .nc": ("sharing", "ren2021", "--cycles", "2", "-o", "out.nc"),
+    "show .html": ("show", "sources/saved.nc", "-o", "out.html"),
+    "spectrum .toml": ("spectrum", "sources/history.csv", "--member", "main.carrier", "-o", "out.toml"),
     "stability .nc": ("stability", "ren2021", "--points", "20", "-o", "out.nc"),
+    "static .html": ("static", "lin1999-n4", "--cycles", "1", "-o", "out.html"),
     "steady .nc": ("steady", "ren2021", "-o", "out.nc"),
+    "stiffness .nc": ("stiffness", "ren2021", "-o", "out.nc"),
+    "study --store": ("study", "sources/job.toml", "--store", "record", "-o", "out.nc"),
+    "sweep .nc": ("sweep", "ren2021", "--points", "40", "-o", "out.nc"),
+    "sweep --contact-loss": ("sweep", "ren2021", "--contact-loss", "--points", "4", "-o", "out.nc"),
+    "tolerance --store": ("tolerance", "ren2021", "--samples", "65536", "--store", "record", "-o", "out.nc"),
+    "track .nc": ("track", "lin1999-n4", "--over", "stages.main.sun.mass", "--points", "5", "-o", "out.nc"),
     "transient .nc": ("transient", "ren2021", "--cycles", "40", "-o", "out.nc"),
     "relief --resume": (
         *("relief", "ren2021", "--mesh", "sun-planet", "--vary", "tip_relief.amount=0..40 um"),
@@ -290,10 +320,32 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     ),
 }
 _BEFORE = b"what was there before"
+_JOB = """verb = "modes"
+model = "lin1999-n4"
+keep = ["frequency"]
+[grid]
+"stages.main.sun.mass" = { from = "0.4 kg", to = "0.9 kg", points = 6 }
+"""
+
+
+@cache
+def _sources() -> Path:
+    """A folder with what commands read: a REXS file, a result, a load history, a job, bearings by their parts."""
+    folder = Path(tempfile.mkdtemp())
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    epicyclic.write_rexs(epicyclic.load("wind-stage"), folder / "train.rexs")
+    save_result(epicyclic.modes("lin1999-n4"), folder / "saved.nc")
+    rows = "".join(f"{i},{1000 + 50 * (i % 7)},{12 + i % 3}\n" for i in range(200))
+    (folder / "history.csv").write_text(f"time [s],torque [kN m],speed [rpm]\n{rows}", encoding="utf-8")
+    (folder / "job.toml").write_text(_JOB, encoding="utf-8")
+    page = (ROOT / "docs" / "how-to" / "life.md").read_text(encoding="utf-8")
+    (folder / "parts.toml").write_text(page.split("```toml\n", 1)[1].split("```", 1)[0], encoding="utf-8")
+    return folder
 
 
 def _start(arguments: tuple[str, ...], folder: Path) -> subprocess.Popen[bytes]:
-    command = [sys.executable, "-m", "epicyclic", *arguments]
+    given = [text.replace("sources/", f"{_sources()}/") for text in arguments]
+    command = [sys.executable, "-m", "epicyclic", *given]
     return subprocess.Popen(command, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
 
 
@@ -303,15 +355,26 @@ def _whole(path: Path) -> bool:
     if raw == _BEFORE:
         return True
     try:
-        if path.suffix == ".nc":
-            load_result(path)
-        elif path.suffix == ".json":
-            json.loads(raw)
-        elif path.suffix == ".toml":
-            tomllib.loads(raw.decode())
-        else:
-            return raw.rstrip().endswith(b"</html>")
-    except ValueError:
+        match path.suffix:
+            case ".nc":
+                load_result(path)
+            case ".json":
+                json.loads(raw)
+            case ".toml":
+                tomllib.loads(raw.decode())
+            case ".rexs":
+                ElementTree.fromstring(raw)
+            case ".xlsx":
+                pd.read_excel(path)
+            case ".npz":
+                np.load(path)["M"]
+            case ".mat":
+                loadmat(path)["M"]
+            case ".csv":
+                return raw.endswith(b"\n")
+            case _:
+                return raw.rstrip().endswith(b"</html>")
+    except (ValueError, KeyError, OSError, ElementTree.ParseError, BadZipFile):
         return False
     return True
 
@@ -326,7 +389,8 @@ def _prepared(folder: Path, arguments: tuple[str, ...]) -> Path:
 
 def _again(arguments: tuple[str, ...], folder: Path) -> tuple[str, ...]:
     """The arguments of a command that goes on where another was killed."""
-    known = "--resume" in arguments or not (folder / f"{arguments[-1]}.parts").exists()
+    kept = "record" if "--store" in arguments else f"{arguments[-1]}.parts"
+    known = "--resume" in arguments or not (folder / kept).exists()
     return arguments if known else (*arguments, "--resume")
 
 
