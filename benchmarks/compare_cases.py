@@ -111,13 +111,13 @@ CASES: tuple[Case, ...] = (
     Case(
         name="relief",
         verb="relief",
-        options={**_RELIEF, "vary": _TIP, "factors": [1.0]},
+        options={**_RELIEF, "vary": _TIP, "loads": [1.0]},
         tolerance=ITERATED,
     ),
     Case(
         name="relief Pareto set",
         verb="relief",
-        options={**_RELIEF, "vary": _SHAPE, "objectives": ["lte", "load", "force_rms"], "speed_points": 4},
+        options={**_RELIEF, "vary": _SHAPE, "objectives": ["lte", "load", "force_rms"], "points": 4},
         tolerance=ITERATED,
         only=("own/", "ren2021"),
     ),
@@ -171,7 +171,7 @@ CASES: tuple[Case, ...] = (
     Case(
         name="sweep contact_loss",
         verb="sweep",
-        options={"start": "40 %", "stop": "130 %", "points": 5, "contact_loss": True, "unstable": "tell"},
+        options={"start": "40 %", "stop": "130 %", "points": 5, "contact_loss": True, "unstable": "report"},
         tolerance=ITERATED,
         without=_COUPLED,
     ),
@@ -280,7 +280,7 @@ CASES: tuple[Case, ...] = (
     Case(
         name="transient linear from rest",
         verb="transient",
-        options={"cycles": 2.0, "samples": 16, "contact": "linear", "start": "rest", "torque_step": (1.3, 2e-4)},
+        options={"cycles": 2.0, "samples": 16, "contact": "linear", "initial": "rest", "torque_step": (1.3, 2e-4)},
         tolerance=ITERATED,
     ),
     Case(

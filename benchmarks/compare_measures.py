@@ -89,6 +89,8 @@ def compared(old: Record, new: Record, tolerance: float) -> Finding:
     if old["outcome"] != new["outcome"] or old["outcome"] in ("crash", "timeout"):
         found.fail("outcome", f"{_said(old)} -> {_said(new)}")
     elif old["outcome"] == "error":
+        if new["type"] not in ("ModelError", "ConvergenceError"):  # alike on both sides, a case that computes nothing
+            found.fail("fault", _said(new))
         for key in ("type", "path"):
             if old[key] != new[key]:
                 found.fail(f"{key} of the error", f"{old[key]!r} -> {new[key]!r} ({new['message']})")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import inspect
 import json
 import sys
 from collections.abc import Callable
@@ -12,7 +13,7 @@ from typing import Any
 import compare
 import numpy as np
 import pytest
-from compare_cases import CASES, DRIVES, Task, drives_of, tasks_of
+from compare_cases import CASES, DRIVES, Case, Task, drives_of, tasks_of
 from compare_measures import compared, excused
 from compare_table import Row, failures, page, summary
 from compare_worker import run
@@ -147,6 +148,8 @@ def test_errors_are_compared_by_type_and_path() -> None:
     assert compared(error, {**error, "message": "in other words"}, 1e-9).failures == []
     assert compared(error, {**error, "path": "elsewhere"}, 1e-9).failures
     assert compared(error, {**error, "type": "TypeError"}, 1e-9).failures
+    fault = {**error, "type": "TypeError"}
+    assert compared(fault, fault, 1e-9).failures
     assert compared(error, {"outcome": "crash", "message": "gone"}, 1e-9).failures
 
 
@@ -182,6 +185,14 @@ def test_every_verb_and_every_drive_is_there() -> None:
     drives = {drive.name for drive in drives_of(ROOT)}
     assert {"ready/ren2021", "good/every-key", "own/slices", "own/links", "own/backlash", "own/dampers"} <= drives
     assert {task.case for task in tasks_of(drives_of(ROOT))} == {case.name for case in CASES}
+
+
+@pytest.mark.parametrize("case", [case for case in CASES if case.verb in epicyclic.__all__], ids=lambda case: case.name)
+def test_options_of_a_case_are_those_of_its_verb(case: Case) -> None:
+    keywords = inspect.signature(getattr(epicyclic, case.verb)).parameters
+    assert set(case.options) <= set(keywords)
+    literal = {name: text for name in case.options if (text := str(keywords[name].annotation)).startswith("Literal[")}
+    assert [name for name, text in literal.items() if repr(case.options[name]) not in text] == []
 
 
 def test_the_table_says_what_moved(sweep: Record) -> None:
