@@ -42,6 +42,7 @@ export class SweepPane extends Pane {
     this.plot?.destroy();
     this.plot = null;
     this.keys.replaceChildren();
+    this.keyText = null;
     this.note.textContent = "";
     this.raised.hidden = true;
     this.peaks.replaceChildren();
