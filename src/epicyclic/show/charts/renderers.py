@@ -267,6 +267,14 @@ def points(x: ArrayLike, y: ArrayLike, size: Any = 6, **more: Any) -> Curve:
     return Curve(x, y, width=0, points=size, **more)
 
 
+def band(x: Array, rows: Sequence[Array], name: str, **look: Any) -> list[Layer]:
+    """Mean with its name in the band between least and most, `rows` (3, k) over x (k,); look : as of a `Curve`."""
+    least, most, mean = rows
+    edge: Trace = {**look, "width": 0, "hover": None}
+    fill = {"fill": "tonexty", "fillcolor": translucent(look["colour"], 0.22)}
+    return [Curve(x, least, **edge), Curve(x, most, look=fill, **edge), Curve(x, mean, width=2, name=name, **look)]
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Stems(Curve):
     """Strokes from `foot` up to y over x (k,), or along x where they are level, with points as heads."""
