@@ -398,7 +398,7 @@ def three_stages() -> dict[str, Any]:
 
 def test_many_mesh_frequencies_are_solved_one_at_a_time() -> None:
     (frame,) = frames_of(three_stages())
-    assert frame.head["sweep"]["note"] == "mesh orders of one stage at a time"
+    assert frame.head["sweep"]["stage"] == "mesh orders of one stage at a time"  # which stands above the curves
     assert np.isfinite(frame.arrays["sweep/y"]).all()
     system = assemble(load(three_stages()))
     few = Effort(points=4, shaft_orders=False, tolerance=1e-4)
