@@ -1,8 +1,5 @@
-"""Figures from specs, and the look of every figure.
-
-The look of every figure: one colour-blind safe palette, one template, titles of axes with their units.
-
-Figures from specs: curves, bars, stems, heat maps and marks, in one panel or in several.
+"""Figures from specs, curves, bars, stems, heat maps and marks in panels; and the look of all: one colour-blind safe
+palette, one template, titles of axes with their units.
 
     chart("Force over speed", Panel([Curve(x, y, name="sun"), Mark(y=0)], y="force [kN]"), x="speed [%]")
 
