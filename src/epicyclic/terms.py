@@ -76,11 +76,8 @@ WORDS: dict[str, tuple[str, str]] = {
 
 def word_of(word: str) -> list[Explanation]:
     """What a word of a table means; its case does not count.  Empty where it is none."""
-    name = next((name for name in WORDS if name.casefold() == word.casefold()), None)
-    if name is None:
-        return []
-    meaning, page = WORDS[name]
-    return [Explanation(kind="word", name=name, meaning=meaning, page=page)]
+    named = [(name, *entry) for name, entry in WORDS.items() if name.casefold() == word.casefold()]
+    return [Explanation(kind="word", name=name, meaning=meaning, page=page) for name, meaning, page in named[:1]]
 
 
 # Words told at most where one is not known.
@@ -130,20 +127,15 @@ def _flat(name: str) -> str:
     return name.replace("_", "-")
 
 
-def _warning(word: str) -> list[Explanation]:
-    entry = WARNING_CODES.get(word)
-    if entry is None:
-        return []
-    return [Explanation(kind="warning", name=word, meaning=entry.meaning, cure=entry.cure, page=entry.page)]
+def _warning(word: str) -> Iterator[Explanation]:
+    if entry := WARNING_CODES.get(word):
+        yield Explanation(kind="warning", name=word, meaning=entry.meaning, cure=entry.cure, page=entry.page)
 
 
-def _verb(word: str) -> list[Explanation]:
-    verb = records().get(word.replace("-", "_"))
-    if verb is None:
-        return []
-    shown = [entry[2].flag_of(name) for name, entry in keywords(verb.run).items()]
-    return [
-        Explanation(
+def _verb(word: str) -> Iterator[Explanation]:
+    if verb := records().get(word.replace("-", "_")):
+        shown = [entry[2].flag_of(name) for name, entry in keywords(verb.run).items()]
+        yield Explanation(
             kind="verb",
             name=_flat(verb.name),
             meaning=help_of(verb).split("\n\n")[0],
@@ -151,7 +143,6 @@ def _verb(word: str) -> list[Explanation]:
             options=", ".join(flag for flag in shown if flag),
             page="verbs.md",
         )
-    ]
 
 
 @cache
@@ -162,51 +153,41 @@ def _kinds() -> dict[str, dict[str, list[str]]]:
     return found
 
 
-def _variable(word: str) -> list[Explanation]:
+def _variable(word: str) -> Iterator[Explanation]:
     """One explanation for each meaning of a variable: some kinds of result have their own."""
     by_meaning: dict[tuple[str, str], list[str]] = {}
     kinds = _kinds().get(word, {})
     for kind in kinds:
-        entry = OF_KIND.get((kind, word)) or VARIABLES.get(word)
-        if entry is not None:
+        if entry := OF_KIND.get((kind, word)) or VARIABLES.get(word):
             by_meaning.setdefault(entry, []).append(kind)
     if not by_meaning and word in VARIABLES:
         by_meaning[VARIABLES[word]] = []
-    found = []
     for (unit, meaning), own in by_meaning.items():
         dims = dict.fromkeys(", ".join(kinds[kind]) or "none: one number" for kind in own)
         given = ", ".join(map(_flat, own)) or "models of other kinds than the ready drive ren2021"
-        found.append(
-            Explanation(
-                kind="variable",
-                name=word,
-                meaning=meaning,
-                unit="" if unit == "1" else unit,
-                dims="; ".join(dims),
-                given_by=given,
-                page="variables.md",
-            )
-        )
-    return found
-
-
-def _figure(word: str) -> list[Explanation]:
-    kinds = [kind for kind, names in FIGURES.items() if word in names]
-    if not kinds:
-        return []
-    verb = _flat(kinds[0])
-    meaning = f"figure of a result of {', '.join(map(_flat, kinds))}, in the report and by --figure"
-    example = f"epicyclic {verb} ren2021 --figure {word} -o {word}.svg"
-    return [
-        Explanation(
-            kind="figure",
+        yield Explanation(
+            kind="variable",
             name=word,
             meaning=meaning,
-            example=example if verb.replace("-", "_") in verbs() else "",
-            given_by=", ".join(map(_flat, kinds)),
+            unit="" if unit == "1" else unit,
+            dims="; ".join(dims),
+            given_by=given,
+            page="variables.md",
+        )
+
+
+def _figure(word: str) -> Iterator[Explanation]:
+    if kinds := [kind for kind, names in FIGURES.items() if word in names]:
+        given = ", ".join(map(_flat, kinds))
+        example = f"epicyclic {_flat(kinds[0])} ren2021 --figure {word} -o {word}.svg"
+        yield Explanation(
+            kind="figure",
+            name=word,
+            meaning=f"figure of a result of {given}, in the report and by --figure",
+            example=example if kinds[0] in verbs() else "",
+            given_by=given,
             page="take-away.md",
         )
-    ]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
@@ -296,7 +277,7 @@ def _nodes() -> Mapping[Path, Schema]:
     found: dict[Path, Schema] = {}
 
     def visit(node: Schema, path: Path, above: tuple[str, ...]) -> None:
-        for name, entry in _children(node):
+        for name, entry in children(node):
             own = (*path, name)
             reference = tuple(_references(entry))
             if own not in found:
@@ -324,7 +305,8 @@ def forms_of(node: Schema) -> Iterator[Schema]:
             yield form
 
 
-def _children(node: Schema) -> Iterator[tuple[str, Schema]]:
+def children(node: Schema) -> Iterator[tuple[str, Schema]]:
+    """Keys of a table with what may stand at each, `ANY` for a name of the user's."""
     for form in forms_of(node):
         yield from form.get("properties", {}).items()
         if isinstance(form.get("additionalProperties"), dict):

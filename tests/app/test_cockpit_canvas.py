@@ -105,6 +105,21 @@ def test_a_state_without_a_sweep_says_why_and_shows_none(page: Any) -> None:
     painted(page, "train", 2)
     assert page.locator("#sweep .ck-empty").text_content() == "No" + why[2:]
     assert page.locator("#sweep .ck-peak").count() == 0
+    assert page.locator("#sweep .ck-keys span").count() == 0
+
+
+@browsing
+def test_a_sweep_that_comes_back_has_its_key_again(page: Any) -> None:
+    show(page, frames.live(1))
+    painted(page, "sweep", 1)
+    keys = page.locator("#sweep .ck-keys span").all_text_contents()
+    assert len(keys) > 3
+    why = {"sweep": "no forces over speed: no damping is given"}
+    show(page, frames.packed(2, "live", {"train": frames.train(3), "missing": why}, {"meshes/load": np.ones(6)}))
+    painted(page, "train", 2)
+    show(page, frames.live(3))
+    painted(page, "sweep", 3)
+    assert page.locator("#sweep .ck-keys span").all_text_contents() == keys
 
 
 @browsing

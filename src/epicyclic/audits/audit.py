@@ -552,23 +552,23 @@ _REDUCE: Mapping[str, Callable[[xr.DataArray, list[Any]], xr.DataArray]] = {
 }
 
 
+_COMBINE = {
+    **{"ratio": np.divide, "product": np.multiply, "difference": np.subtract},
+    **{"sum": np.add, "greatest": np.maximum, "least": np.minimum},
+}
+
+
 def _combined(value: Value, parts: list[Measured]) -> Measured:
     """Ratio, product, difference, sum, greatest or least of values (k,) of equal length, or of length 1."""
-    first = parts[0]
-    if value.ratio is not None or value.product is not None:
-        over = value.ratio is not None
-        values, unit = first.values, f"({first.unit or '1'})"
-        for part in parts[1:]:
-            values = values / part.values if over else values * part.values
-            unit += f"{'/' if over else '*'}({part.unit or '1'})"
-        same = over and first.unit == parts[1].unit
-        return Measured(values=values, unit="1" if same else unit)
-    stack = np.array(np.broadcast_arrays(*[converted(part, first.unit).values for part in parts]))
-    if value.difference is not None:
-        return Measured(values=stack[0] - stack[1], unit=first.unit)
-    if value.sum is not None:
-        return Measured(values=stack.sum(axis=0), unit=first.unit)
-    return Measured(values=stack.max(axis=0) if value.greatest is not None else stack.min(axis=0), unit=first.unit)
+    form, unit = next(form for form in _COMBINE if getattr(value, form) is not None), parts[0].unit
+    if form not in ("ratio", "product"):
+        parts = [converted(part, unit) for part in parts]
+    elif form == "ratio" and unit == parts[1].unit:
+        unit = "1"
+    else:
+        unit = ("/" if form == "ratio" else "*").join(f"({part.unit or '1'})" for part in parts)
+    stack = np.array(np.broadcast_arrays(*(part.values for part in parts)))
+    return Measured(values=_COMBINE[form].reduce(stack), unit=unit)
 
 
 def _scale(scale: float | str, unit: str) -> tuple[float, str]:

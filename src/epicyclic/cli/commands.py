@@ -1,6 +1,5 @@
-"""Commands that are no verbs of one model: app, audit, compare, explain, report, show, study, systems.
-
-Commands that make a file of a model: `new`, from the first numbers of a drawing; `import` and `export` of REXS.
+"""Commands that are no verbs of one model: app, audit, compare, explain, report, show, study, systems; and those that
+make a file of a model: `new`, from the first numbers of a drawing, `import` and `export` of REXS.
 
 `new` asks for what is missing, or takes flags; `import` and `export` list what became of each value.
 """

@@ -1,8 +1,6 @@
-"""Tables of parts that several results have: rolling bearings, rings that bend.
-
-Tables of rolling bearings that are stated by their parts, alike in `check`, `static` and `life`.
-
-Tables of rings that bend: section, orders and natural frequencies of `check`, deflection of `static`, `steady`.
+"""Tables of parts that several results have: rolling bearings that are stated by their parts, alike in `check`,
+`static` and `life`; rings that bend, section, orders and natural frequencies of `check`, deflection of `static` and
+`steady`.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, TypeVar
 
@@ -101,23 +101,21 @@ def short_names(names: Sequence[str]) -> list[str]:
     return [label(name, stage=several) for name in names]
 
 
-def pair_title(pair: tuple[str, str], several: bool) -> str:
-    """Name of a panel that shows one pair of gears."""
-    return f"{pair[0]}: {pair[1]}" if several and pair[0] else pair[1]
+def pair_titles(pairs: Collection[tuple[str, str]]) -> list[str]:
+    """Names of pairs of gears, each behind its stage where there are several."""
+    several = len({stage for stage, _ in pairs}) > 1
+    return [f"{stage}: {pair}" if several and stage else pair for stage, pair in pairs]
 
 
 def pair_names(paths: Sequence[str]) -> list[str]:
     """``sun-planet`` of ``stages.main.meshes.sun-planet``, behind its stage where there are several."""
-    parts = [path.split(".") for path in paths]
-    several = len({part[1] for part in parts}) > 1
-    return [pair_title((part[1], part[-1]), several) for part in parts]
+    return pair_titles([(part[1], part[-1]) for part in (path.split(".") for path in paths)])
 
 
 def by_panel(series: Sequence[Series]) -> dict[str, list[Series]]:
     """Title of the panel of each pair of gears, in order of appearance, and its curves."""
     pairs = grouped(((one.stage, one.pair) for one in series), series)
-    several = len({stage for stage, _ in pairs}) > 1
-    return {pair_title(pair, several): own for pair, own in pairs.items()}
+    return dict(zip(pair_titles(pairs), pairs.values(), strict=True))
 
 
 def merged(names: Sequence[str], values: Array, *, branches: bool = False) -> list[Series]:

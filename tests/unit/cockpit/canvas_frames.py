@@ -132,7 +132,10 @@ def sweep_head(drawn: Mapping[str, Any], points: int, scale: float) -> tuple[dic
 
 def sharing_head(drawn: Mapping[str, Any], stage: str, load: Numbers) -> dict[str, Any]:
     """The head of load sharing."""
-    rows = [{"label": mesh["label"], "mesh": i, "pair": mesh["pair"]} for i, mesh in enumerate(drawn["meshes"])]
+    rows = [
+        {"label": mesh["label"], "mesh": i, "pair": mesh["name"].split("/")[1]}
+        for i, mesh in enumerate(drawn["meshes"])
+    ]
     twin = {"label": "with a floating sun", "k_gamma": float(1 + (load.max() - 1) / 4)}
     return {
         "definition": "mean load",

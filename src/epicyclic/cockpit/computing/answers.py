@@ -616,13 +616,10 @@ def uncounted(train: Train) -> str:
 
 def drawn_relief(train: Train) -> float:
     """Largest tip relief of the model file [m], a bare number is SI; 0 without one."""
-    largest = 0.0
-    for path, value in leaves(dict(train.document)):
-        length = written(value) if path.endswith("tip_relief.amount") else None
-        if length is not None:
-            scale = factor(length.unit, "m") if length.unit else 1.0
-            largest = max(largest, max(length.values) * (scale or 0.0))
-    return largest
+    amounts = (value for path, value in leaves(dict(train.document)) if path.endswith("tip_relief.amount"))
+    lengths = [length for length in map(written, amounts) if length is not None]
+    scales = ((factor(length.unit, "m") if length.unit else 1.0) or 0.0 for length in lengths)
+    return max([0.0, *(max(length.values) * scale for length, scale in zip(lengths, scales, strict=True))])
 
 
 def relief_answer(train: Train) -> Answer:

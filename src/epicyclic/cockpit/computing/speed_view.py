@@ -410,8 +410,9 @@ def speed_head(
         "x_label": label,
         "y_label": f"largest mesh force [{unit}]",
         "operating": operating,
-        "stage": "with shaft orders" if curves.shaft_orders else "mesh orders",
-        "note": "mesh orders of one stage at a time" if curves.alone else "",
+        "stage": "with shaft orders"
+        if curves.shaft_orders
+        else f"mesh orders{' of one stage at a time' * curves.alone}",
         "curves": [
             {
                 "label": name + (f" and {alike[row] - 1} alike" if alike[row] > 1 else ""),

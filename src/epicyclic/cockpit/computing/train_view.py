@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from ...errors import ConvergenceError, ModelError
 from ...limits import KGammaLimit, nearest_verdict
 from ...questions.check.check import drawing
-from ...questions.sharing.definitions import DEFINITIONS, mesh_limits
+from ...questions.sharing.definitions import mesh_limits
 from ...questions.sharing.sharing import SpreadSharing, spread_sharing
 from ...show.drawing.bodies import Mating, Part, Stroke, bounds, drawn_train, pitch_radius, plain, polygon
 from ...show.drawing.front import front_centres, front_parts, front_shapes
@@ -103,26 +103,16 @@ def train_head(
     labels : of the bodies.  mesh_labels : of the meshes.  relative_speed : speed per operating speed [1].
     """
     drawn = _drawing(train)
-    rate = train.kinematics.mesh_frequency or {}
-    stages = []
-    for stage in train.planets:
-        x = next((_mm(part.offset) for part in drawn.part.values() if part.stage == stage), 0.0)
-        frequency = None if rate.get(stage) is None else relative_speed * float(rate[stage])
-        stages.append({"name": stage, "x": x, "mesh_frequency": frequency})
     number = {body.name: i for i, body in enumerate(train.bodies)}
     alike = list(dict.fromkeys((mesh.pair, mesh.side) for mesh in train.meshes))
     return {
         "title": train.title,
-        "stages": stages,
         "bodies": [_body(train, body, drawn, labels[body.name], relative_speed) for body in train.bodies],
         "meshes": [
             {
                 "name": mesh.name,
                 "label": mesh_labels[mesh.name],
                 "bodies": [number[mesh.a], number[mesh.b]],
-                "pair": mesh.pair.rpartition(".")[2],
-                "branch": (mesh.branch or 1) - 1,
-                "side": mesh.side or "",
                 # its colour in every chart: a hue a branch, as of the figures, darker by pair of gears and side
                 "hue": (mesh.branch or 0) - 1,
                 "shade": alike.index((mesh.pair, mesh.side)) / len(alike),
@@ -271,10 +261,9 @@ def error_view(train: Train, system: System, overrides: Mapping[str, object]) ->
     train_map = load_map(linear(system), columns)
     laws = law_map(system, columns) if system.groups else None
     factors = np.zeros((1 + len(groups), len(items)))
-    last = 0
-    for row, group in enumerate(groups.values()):
-        factors[1 + row, last : last + len(group)] = -1.0
-        last += len(group)
+    factors[
+        np.repeat(1 + np.arange(len(groups)), [len(group) for group in groups.values()]), np.arange(len(items))
+    ] = -1
     loads = sample_loads(train_map, factors, laws=laws)
     k, k_turning = np.array([[largest_known(values) for values in sample] for sample in loads.k]).T
     is_turning = not k[0] > 1 + _NONE  # nothing stands still that would part the load: the turning K_gamma ranks
@@ -282,17 +271,12 @@ def error_view(train: Train, system: System, overrides: Mapping[str, object]) ->
     share, turning = _share(ranked), _share(k_turning)
     order = np.lexsort((-turning, -share))[:_MOST]
     arrays = {"share": share[order], "turning": turning[order], "without": ranked[1:][order]}
-    paths, columns_of = list(groups), {name: values.tolist() for name, values in arrays.items()}
-    rows = [
-        {
-            "label": _label(train, groups[paths[i]]),
-            "path": as_overridden(paths[i], overrides),
-            **{name: values[row] for name, values in columns_of.items()},
-        }
-        for row, i in enumerate(order)
-    ]
+    rows = []
+    for row, path in enumerate(np.array(list(groups))[order].tolist()):
+        said = {"label": _label(train, groups[path]), "path": as_overridden(path, overrides)}
+        rows.append({**said, **{name: float(values[row]) for name, values in arrays.items()}})
     of = "K_gamma while turning" if is_turning else "mean-load K_gamma"
-    return {"rows": rows, "of": of, "unit": "%", "k_gamma": float(ranked[0])}, arrays
+    return {"rows": rows, "of": of, "k_gamma": float(ranked[0])}, arrays
 
 
 def _label(train: Train, group: Sequence[Displacement | MeshError]) -> str:
@@ -350,7 +334,7 @@ class SharingView:
     """Load sharing of w whole meshes.
 
     coefficient, turning : (w,) N F_i / sum F without mesh-frequency content, and the largest of that over the hunting
-        period [1], nan of meshes without load.  cycle_peak : (w,) largest deviation of a cycle peak, 1 + max |b - 1|.
+        period [1], nan of meshes without load.
     over_period : (w, parts) largest ratio b in each part of the hunting period [1].  load : (w,) mean force over the
         mean of its parallel meshes [1].  limits : (w,) of K_gamma.  spread : cycles that it comes from.
     whole : whether every cycle or the search is behind it.
@@ -360,7 +344,6 @@ class SharingView:
     limits: tuple[KGammaLimit, ...]
     coefficient: Array
     turning: Array
-    cycle_peak: Array
     over_period: Array
     load: Array
     whole: bool = False
@@ -397,25 +380,19 @@ def live_sharing(system: System, *, patience: float = 0.1) -> SharingView:
         if total > least:
             load[group] = np.where(np.isnan(coefficient[group]), spread.mean[group] / total, coefficient[group])
     limits, over_period = tuple(mesh_limits(system, None)), spread.over_period(parts)
-    return SharingView(spread, limits, coefficient, turning, spread.cycle_peak, over_period, load)
+    return SharingView(spread, limits, coefficient, turning, over_period, load)
 
 
 def full_sharing(result: xr.Dataset, live: SharingView) -> SharingView:
     """The same from the Dataset of `sharing`; the strip over the hunting period stays that of spread cycles."""
-    values = result["load_sharing"].transpose("definition", "mesh").values
-    place = {name: i for i, name in enumerate(DEFINITIONS)}
-    worst = values[place["worst-case"]]
-    return replace(
-        live,
-        coefficient=values[place["mean-load"]],
-        turning=values[place["mean-load-turning"]],
-        cycle_peak=np.where(np.isnan(worst), values[place["cycle-peak"]], worst),
-        whole=True,
+    coefficient, turning = (
+        result["load_sharing"].sel(definition=name).values for name in ("mean-load", "mean-load-turning")
     )
+    return replace(live, coefficient=coefficient, turning=turning, whole=True)
 
 
 def sharing_head(view: SharingView, twin: Twin | None, train: Train, labels: Mapping[str, str]) -> Shown:
-    """``head["sharing"]``, and its arrays ``coefficient``, ``turning``, ``cycle_peak``, ``over_period`` and ``twin``.
+    """``head["sharing"]``, and its arrays ``coefficient``, ``turning``, ``over_period`` and ``twin``.
 
     labels : of the meshes.
     """
@@ -431,12 +408,10 @@ def sharing_head(view: SharingView, twin: Twin | None, train: Train, labels: Map
         "k_gamma": largest_known(view.coefficient),
         "k_gamma_turning": largest_known(view.turning),
         "verdict": None if verdict is None else {**verdict._asdict(), "passes": verdict.passes},
-        "cycle_peak": largest_known(view.cycle_peak),
         "cycles": view.spread.period,
-        "parts": view.over_period.shape[1],
         "twin": None if twin is None else twin.head,
     }
-    arrays = {name: getattr(view, name) for name in ("coefficient", "turning", "cycle_peak", "over_period")}
+    arrays = {name: getattr(view, name) for name in ("coefficient", "turning", "over_period")}
     return head, arrays if twin is None else {**arrays, "twin": twin.coefficient}
 
 

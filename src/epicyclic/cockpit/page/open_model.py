@@ -9,6 +9,7 @@ import asyncio
 from collections.abc import Awaitable, Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from nicegui import events, ui
 
@@ -18,6 +19,9 @@ from ...rexs.file import HEADINGS, is_rexs_name
 from ..processes.session import Session
 from ..state.state import PageState, file_name_of, opened, uploaded
 from .controls import heard, icon_button, literal, on_key, plain_button, refused, rename, show_model, window
+
+if TYPE_CHECKING:
+    from ...rexs.stages import Entry
 
 _KEY = "epicyclic-recent"
 # Files that are listed: those of a week.
@@ -69,14 +73,12 @@ def rexs_entries(content: bytes) -> Mapping[str, Sequence[tuple[str, str]]]:
 
     reading = read_rexs(content)
     types = {component.id: component.type for component in reading.file.components}
-    lists = {}
-    for kind in _HEADINGS:
-        lines = []
-        for entry in getattr(reading, kind):
-            who = "" if entry.component is None else f"{types.get(entry.component, '')} {entry.component}: "
-            lines.append((f"{who}{entry.attribute}", entry.where))
-        lists[kind] = lines
-    return lists
+
+    def line(entry: Entry) -> tuple[str, str]:
+        who = "" if entry.component is None else f"{types.get(entry.component, '')} {entry.component}: "
+        return f"{who}{entry.attribute}", entry.where
+
+    return {kind: [line(entry) for entry in getattr(reading, kind)] for kind in _HEADINGS}
 
 
 async def show_rexs(name: str, content: bytes) -> None:

@@ -255,23 +255,22 @@ SpeedAxis = tuple[str, float]
 def body_labels(train: Train) -> dict[str, str]:
     """Label of every body by its name: ``planet 1 left``; with the stage before it where there are several."""
     several = len(train.planets) > 1
-    labels = {}
-    for body in train.bodies:
-        place = body.name.removeprefix(body.shaft_of or body.name).replace("/", " ")
-        label = _seat(body, body.side) + place
-        labels[body.name] = f"{body.frame}: {label}" if several and body.frame in train.planets else label
-    return labels
+    return {
+        body.name: (f"{body.frame}: " if several and body.frame in train.planets else "")
+        + _seat(body, body.side)
+        + body.name.removeprefix(body.shaft_of or body.name).replace("/", " ")
+        for body in train.bodies
+    }
 
 
 def mesh_labels(train: Train) -> dict[str, str]:
     """Label of every whole mesh by its name: ``sun, planet 1 left``; ``sun, planet 1`` where no side is needed."""
     bodies = {body.name: body for body in train.bodies}
     several = len(train.planets) > 1
-    labels = {}
-    for mesh in train.meshes:
-        label = f"{_seat(bodies[mesh.a])}, {_seat(bodies[mesh.b], mesh.side)}"
-        labels[mesh.name] = f"{mesh.stage}: {label}" if several else label
-    return labels
+    return {
+        mesh.name: f"{mesh.stage}: " * several + f"{_seat(bodies[mesh.a])}, {_seat(bodies[mesh.b], mesh.side)}"
+        for mesh in train.meshes
+    }
 
 
 def _seat(body: Body, side: str | None = None) -> str:
@@ -326,10 +325,10 @@ def as_overridden(path: str, overrides: Mapping[str, object]) -> str:
 
     A model of one stage takes ``deviations.sun.run_out`` for ``deviations.main.sun.run_out``, but not both.
     """
-    for short in _without_stage(path):
-        if any(_within(short, key) or _within(key, short) for key in overrides):
-            return short
-    return path
+    shorts = (
+        short for short in _without_stage(path) for key in overrides if _within(short, key) or _within(key, short)
+    )
+    return next(shorts, path)
 
 
 def override_at(path: str, overrides: Mapping[str, object]) -> str:
@@ -340,12 +339,9 @@ def override_at(path: str, overrides: Mapping[str, object]) -> str:
     from ...document.tables import PAIRS
 
     table, _, key = path.rpartition(".")
-    short = [f"{table}.{pair}" for pair, keys in PAIRS.items() if key in keys]
-    for spelling in (path, *_without_stage(path), *short, *(other for name in short for other in _without_stage(name))):
-        for key in overrides:
-            if _within(spelling, key):
-                return key
-    return path
+    spellings = [path, *(f"{table}.{pair}" for pair, keys in PAIRS.items() if key in keys)]
+    spellings = [one for spelling in spellings for one in (spelling, *_without_stage(spelling))]
+    return next((key for spelling in spellings for key in overrides if _within(spelling, key)), path)
 
 
 def _without_stage(path: str) -> list[str]:

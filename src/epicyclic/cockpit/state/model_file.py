@@ -19,13 +19,12 @@ from ...document.schema import collect
 from ...document.tables import PlainTable, keyed, merge, split_path, union, value_at
 from ...document.writer import commented_text
 from ...errors import ModelError
-from ...terms import Explanation, Schema, explained_paths, forms_of, schema
+from ...terms import ANY, Explanation, Schema, children, explained_paths, forms_of, schema
 from .state import Keys, PageState, Spelling, request_of, tables_of, text_spelling, typed_text
 
 # Rounds of writing what still differs from the aim: the first writes the overrides, the second what follows from them
 # (masses after teeth, reasons of values that are not assumed any more); the commented writer stands behind.
 _ROUNDS = 4
-_ABSENT = object()
 _WRONG = (ModelError, TOMLKitError, ValueError, TypeError, KeyError, AttributeError)
 
 
@@ -160,7 +159,7 @@ def _edited(state: PageState, aim: PlainTable) -> str | None:
 def _approach(document: Any, tables: PlainTable, reading: PlainTable, aim: PlainTable) -> None:
     """Change what differs from the aim, each key where the text has it."""
     spelling, now, wanted = Spelling(tables), dict(keyed(reading)), dict(keyed(aim))
-    differing = [place for place in (now | wanted) if now.get(place, _ABSENT) != wanted.get(place, _ABSENT)]
+    differing = [place for place in (now | wanted) if now.get(place) != wanted.get(place)]
     keys_done: set[Keys] = set()
     removed: list[Keys] = []
     for place in differing:
@@ -172,17 +171,17 @@ def _approach(document: Any, tables: PlainTable, reading: PlainTable, aim: Plain
         if keys in keys_done:
             continue
         keys_done.add(keys)
-        values = {place: wanted.get(place, _ABSENT) for place in sorted(spelling.places[keys])}
+        values = {place: wanted.get(place) for place in sorted(spelling.places[keys])}
         first, *others = values.values()
-        if first is _ABSENT and all(other is _ABSENT for other in others):
-            removed.append(keys)
-        elif all(other is not _ABSENT and other == first for other in others):
-            _put(document, keys, first)
-        else:  # a shorthand of which a part changes: its parts, each with its value
+        if any(other != first for other in others):  # a shorthand of which a part changes: its parts, with their values
             _put(document, keys, None)
             for place, value in values.items():
-                if value is not _ABSENT:
+                if value is not None:
                     _put(document, (*keys[:-1], place[-1]), value)
+        elif first is None:
+            removed.append(keys)
+        else:
+            _put(document, keys, first)
     for keys in removed:
         _put(document, keys, None)
 
@@ -304,17 +303,6 @@ def _unfolded(table: Mapping[str, Any]) -> PlainTable:
 # the schema -----------------------------------------------------------------------------------------------------------
 
 
-def _children(node: Schema) -> dict[str, Schema]:
-    """Keys of a table with a meaning of their own."""
-    return {key: entry for form in forms_of(node) for key, entry in form.get("properties", {}).items()}
-
-
-def _named(node: Schema) -> Schema | None:
-    """What stands behind a name of the user's; None where there is none."""
-    inner = (form.get("additionalProperties") for form in forms_of(node))
-    return next((schema for schema in inner if isinstance(schema, dict)), None)
-
-
 def _is_leaf(node: Schema) -> bool:
     """Whether a value that is no table may stand there."""
     return any(
@@ -347,17 +335,13 @@ def group_at(tables: Mapping[str, Any], path: str = "") -> FieldGroup:
     tables : of `current_tables`.
     """
     words = tuple(path.split(".")) if path else ()
-    node: Schema | None = schema()
+    entries = dict(children(schema()))
     for key in words:
-        node = None if node is None else _children(node).get(key) or _named(node)
+        entries = dict(children(entries.get(key) or entries.get(ANY, {})))
     table = value_at(tables, words)
-    if node is None:
-        return FieldGroup(path=path, fields=(), tables=(), stated=frozenset())
     values = table if isinstance(table, Mapping) else {}
-    entries = _children(node)
-    if (named := _named(node)) is not None:
-        names = dict.fromkeys([*values, *_names_of(tables, words)])
-        entries = entries | {name: named for name in names if name not in entries}
+    if named := entries.pop(ANY, None):
+        entries |= {name: named for name in (*values, *_names_of(tables, words)) if name not in entries}
     fields, inner = [], []
     for key, entry in entries.items():
         where = f"{path}.{key}" if path else key
@@ -367,8 +351,7 @@ def group_at(tables: Mapping[str, Any], path: str = "") -> FieldGroup:
         if len(words) == 2 and words[0] == "stages" and _is_member(entry) and key not in values:
             continue
         value = values.get(key)
-        is_table = _named(entry) is not None or any("properties" in form for form in forms_of(entry))
-        if is_table and (isinstance(value, Mapping) or not _is_leaf(entry)):
+        if any(children(entry)) and (isinstance(value, Mapping) or not _is_leaf(entry)):
             inner.append(key)
         elif _is_leaf(entry):
             text = "" if value is None else typed_text(where, value)

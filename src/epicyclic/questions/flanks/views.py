@@ -19,7 +19,7 @@ from ...show.series import (
     losses_of_pairs,
     numbers,
     pair_names,
-    pair_title,
+    pair_titles,
     relief_effect,
     short_names,
     split_name,
@@ -263,8 +263,7 @@ def relief_findings(result: xr.Dataset, company: Company) -> Sequence[Finding]:
     effect = relief_effect(result)
     what, gain = effect.what, effect.gain
     pairs = [split_name(str(name))[:2] for name in result.relieved_mesh.values]
-    several = len({stage for stage, _ in pairs}) > 1
-    meshes = " and ".join(dict.fromkeys(pair_title(pair, several) for pair in pairs))
+    meshes = " and ".join(dict.fromkeys(pair_titles(pairs)))
     fall = f"{effect.before} to {effect.after}{effect.at}"
     if not gain > RELIEF_GAIN:
         text = f"The relief that was found makes the {what} of {meshes} no {100 * RELIEF_GAIN:g} % smaller ({fall})."

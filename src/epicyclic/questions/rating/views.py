@@ -1,10 +1,6 @@
-"""Views of `life`, `load_factors` and `spectrum`.
-
-`life`: lives of bearings and what they follow from, over load cases.
-
-`load_factors`: the table of a gear rating, and load cycles and equivalent torques of the flanks.
-
-`spectrum`: load cases of a history, turns of the members, cycles of the torque.
+"""Views of `life`, lives of bearings and what they follow from, over load cases; of `load_factors`, the table of a gear
+rating, load cycles and equivalent torques of the flanks; of `spectrum`, load cases of a history, turns of the members,
+cycles of the torque.
 """
 
 from __future__ import annotations

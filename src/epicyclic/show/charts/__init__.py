@@ -1,4 +1,4 @@
-"""Dataset -> plotly Figure: one function a chart, one palette and one template (`style`), drawn by `renderers`.
+"""Dataset -> plotly Figure: one function a chart, with the palette, template and specs of `renderers`.
 
     from epicyclic.show.charts.mode_shapes import mode_shapes
 

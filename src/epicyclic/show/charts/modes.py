@@ -8,6 +8,7 @@ connection and kinetic energy by body are two heat maps.
 from __future__ import annotations
 
 import json
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -251,15 +252,13 @@ def crossings(data: xr.Dataset, *, orders: int = 3) -> list[ResonanceCrossing]:
     """Where the rays of the mesh orders meet the natural frequencies, between speeds interpolated linearly."""
     speed, whirl, rays = _arrays(data)
     found = []
-    for stage, ray in rays.items():
-        for order in range(1, orders + 1):
-            for mode in range(whirl.shape[1]):
-                distance = whirl[:, mode] - order * ray
-                for at in np.flatnonzero((distance[:-1] * distance[1:] < 0) | (distance[1:] == 0)):
-                    share = distance[at] / (distance[at] - distance[at + 1])
-                    met = float(speed[at] + share * (speed[at + 1] - speed[at]))
-                    hertz = float(whirl[at, mode] + share * (whirl[at + 1, mode] - whirl[at, mode]))
-                    found.append(ResonanceCrossing(met, hertz, order, stage, mode + 1))
+    for (stage, ray), order, mode in product(rays.items(), range(1, orders + 1), range(whirl.shape[1])):
+        distance = whirl[:, mode] - order * ray
+        for at in np.flatnonzero((distance[:-1] * distance[1:] < 0) | (distance[1:] == 0)):
+            share = distance[at] / (distance[at] - distance[at + 1])
+            met = float(speed[at] + share * (speed[at + 1] - speed[at]))
+            hertz = float(whirl[at, mode] + share * (whirl[at + 1, mode] - whirl[at, mode]))
+            found.append(ResonanceCrossing(met, hertz, order, stage, mode + 1))
     return found
 
 

@@ -140,11 +140,15 @@ def operating_mark(sweep: xr.Dataset, x: Array) -> list[Mark]:
     return [Mark(x=at, width=1.5, name="operating point", group="marks")] if np.isfinite(at) else []
 
 
-def _over_speed(
-    title: str, shown: list[Panel], sweep: xr.Dataset, modes: xr.Dataset | None, height: float
-) -> go.Figure:
+Row = tuple[Trace, list[tuple[Array, Trace]]]
+"""Look of a panel, and its curves (speed,) with theirs."""
+
+
+def _over_speed(title: str, rows: list[Row], sweep: xr.Dataset, modes: xr.Dataset | None, height: float) -> go.Figure:
     """Panels over mesh frequency with its range, modes and operating point, and crosses where nothing was found."""
     x, unit = abscissa(sweep)
+    rank = np.argsort(x)
+    shown = [Panel([Curve(x[rank], y[rank], width=1.7, **look) for y, look in own], **axes) for axes, own in rows]
     bad = [place for place, status in enumerate(texts(sweep, "status", "speed")) if status not in ("ok", "")]
     look: Trace = {"symbol": "x", "colour": WARNING, "group": "marks", "look": {"cliponaxis": False}}
     crosses = [points(x[bad], np.zeros(len(bad)), 9, name="no convergence", digits=(9, 9), **look)] if bad else []
@@ -165,27 +169,23 @@ def speed_sweep(sweep: xr.Dataset, modes: xr.Dataset | None = None) -> go.Figure
         status (speed).
     modes : Dataset of `modes`: frequency, mode_kind, multiplicity (mode).
     """
-    x, _ = abscissa(sweep)
-    rank = np.argsort(x)
     names, several = texts(sweep, "mesh"), stage_count(texts(sweep, "mesh")) > 1
     kinds = list(dict.fromkeys(name.split("/")[1] for name in names if "/" in name))
     titles = {name: title for name, title in _MESH_PANELS if name in sweep.variables}
-    rows = [sweep[name].transpose("mesh", "speed").values[:, rank] for name in titles]
+    rows = [sweep[name].transpose("mesh", "speed").values for name in titles]
     scales = [float(np.nanmax(np.abs(values), initial=0.0)) or 1.0 for values in rows]
     # curves are equal where they are so in every panel
     curves = np.hstack([values / scale for values, scale in zip(rows, scales, strict=True)])
-    groups, shown = merged(names, curves, branches=True), []
+    groups, shown = merged(names, curves, branches=True), list[Row]()
     for row, (variable, title) in enumerate(titles.items()):
         ratio = variable == "dynamic_factor"
-        unit = scales[row] / (1.0 if ratio else 1e3)
-        layers = []
+        unit, curves_of = scales[row] / (1.0 if ratio else 1e3), list[tuple[Array, Trace]]()
         for one in groups:
             dash = DASHES[kinds.index(one.pair) % len(DASHES)] if one.pair in kinds else "solid"
             look: Trace = {"name": _mesh_name(one, several), "colour": branch_colour(one.branch), "dash": dash}
             # a K_v of 1.01 varies in its fourth place
-            layers.append(Curve(x[rank], unit * np.split(one.values, len(rows))[row], width=1.7, digits=(5, 7), **look))
-        axis = {"y": "K_v [-]"} if ratio else _FORCE
-        shown.append(Panel(layers, title=title, **axis))
+            curves_of.append((unit * np.split(one.values, len(rows))[row], {**look, "digits": (5, 7)}))
+        shown.append(({"title": title, **({"y": "K_v [-]"} if ratio else _FORCE)}, curves_of))
     return _over_speed("Mesh forces over speed", shown, sweep, modes, 140 + 250 * len(shown))
 
 
@@ -198,15 +198,14 @@ def error_sweep(sweep: xr.Dataset, modes: xr.Dataset | None = None) -> go.Figure
         (speed).
     modes : Dataset of `modes`: frequency, mode_kind, multiplicity (mode).
     """
-    x, _ = abscissa(sweep)
-    rank, shown = np.argsort(x), []
+    shown = list[Row]()
     for kind, (dim, unit, scale, title) in ERROR_KINDS.items():
         name = f"transmission_error_{kind}_peak_to_peak"
         if name in sweep.variables:
-            links = _merged(texts(sweep, dim), scale * sweep[name].transpose(dim, "speed").values[:, None, rank])
+            links = _merged(texts(sweep, dim), scale * sweep[name].transpose(dim, "speed").values[:, None])
             own = enumerate(links, start=(len(PALETTE) - 1) * (dim == "shaft"))  # one colour a thing
-            layers = [Curve(x[rank], wave[0], name=name, width=1.7, **cycled(i)) for i, (name, wave) in own]
-            shown.append(Panel(layers, title=title, y=f"peak to peak [{unit}]", y_axis=FROM_ZERO))
+            axes: Trace = {"title": title, "y": f"peak to peak [{unit}]", "y_axis": FROM_ZERO}
+            shown.append((axes, [(wave[0], {"name": name, **cycled(i)}) for i, (name, wave) in own]))
     return _over_speed("Transmission error over speed", shown, sweep, modes, 140 + 250 * len(shown))
 
 
@@ -229,17 +228,14 @@ def bearing_forces(sweep: xr.Dataset, modes: xr.Dataset | None = None) -> go.Fig
         status (speed).
     modes : Dataset of `modes`: frequency, mode_kind, multiplicity (mode).
     """
-    x, _ = abscissa(sweep)
-    rank = np.argsort(x)
     bound = str(sweep["bearing_force_peak"].attrs.get("long_name", "")).startswith("bound")
-    curves = [sweep[name].transpose("bearing", "speed").values[:, rank] for name, _ in _BEARING_PANELS]
+    curves = [sweep[name].transpose("bearing", "speed").values for name, _ in _BEARING_PANELS]
     links = _merged(texts(sweep, "bearing"), np.stack(curves, axis=1) / 1e3)
-    shown = []
+    shown = list[Row]()
     for row, (variable, title) in enumerate(_BEARING_PANELS):
-        own = enumerate(links)
-        layers = [Curve(x[rank], force[row], name=name, width=1.7, **cycled(i)) for i, (name, force) in own]
         title += " (a bound)" if bound and variable == "bearing_force_peak" else ""
-        shown.append(Panel(layers, title=title, **_FORCE))
+        own = [(force[row], {"name": name, **cycled(i)}) for i, (name, force) in enumerate(links)]
+        shown.append(({"title": title, **_FORCE}, own))
     return _over_speed("Bearing and pin forces over speed", shown, sweep, modes, 640)
 
 

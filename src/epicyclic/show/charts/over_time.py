@@ -43,12 +43,12 @@ from .renderers import (
     Panel,
     Stems,
     Trace,
+    band,
     branch_colour,
     chart,
     note,
     pair_panels,
     points,
-    translucent,
 )
 
 # Meshes drawn: the one of each pair whose force is largest, and at most so many pairs.
@@ -123,9 +123,8 @@ def force_envelopes(result: xr.Dataset) -> go.Figure:
         [N], open_share (mesh) [1].
     """
     phase = numbers(result, "mesh_phase", "mesh_phase")
-    mean, least, most = (
-        1e-3 * result[name].transpose("mesh", "mesh_phase").values
-        for name in ("mesh_force", "mesh_force_least", "mesh_force_most")
+    least, most, mean = (
+        1e-3 * result[f"mesh_force{end}"].transpose("mesh", "mesh_phase").values for end in ("_least", "_most", "")
     )
     names, apart = texts(result, "mesh"), result["open_share"].values
     worst: dict[str, int] = {}  # pair of gears -> its mesh with the largest force
@@ -133,13 +132,9 @@ def force_envelopes(result: xr.Dataset) -> go.Figure:
         worst.setdefault("/".join(names[row].split("/")[:2]), row)
     layers: list[Layer] = [Mark(y=0, colour=WARNING)] if np.nanmin(least) < 0.15 * np.nanmax(most) else []
     for place, row in enumerate([*worst.values()][:_MOST_PAIRS]):
-        colour = PALETTE[place % len(PALETTE)]
-        share = f", apart {apart[row]:.0%} of the time" if apart[row] > 0 else ""
-        fill = {"fill": "tonexty", "fillcolor": translucent(colour, 0.22)}
-        look: Trace = {"colour": colour, "group": names[row]}
-        layers += [Curve(phase, least[row], width=0, hover=None, **look)]
-        layers += [Curve(phase, most[row], width=0, hover=None, look=fill, **look)]
-        layers += [Curve(phase, mean[row], width=2, name=f"{names[row]}{share}", **look)]
+        name = names[row] + (f", apart {apart[row]:.0%} of the time" if apart[row] > 0 else "")
+        look: Trace = {"colour": PALETTE[place % len(PALETTE)], "group": names[row]}
+        layers += band(phase, (least[row], most[row], mean[row]), name, **look)
     panel = Panel(layers, y="force [kN]")
     title = "Mesh force, mean and range over all shaft phases"
     return chart(title, panel, x="mesh phase [mesh cycles]", height=440, showlegend=True)

@@ -1,8 +1,5 @@
-"""Figures from specs, and the look of every figure.
-
-The look of every figure: one colour-blind safe palette, one template, titles of axes with their units.
-
-Figures from specs: curves, bars, stems, heat maps and marks, in one panel or in several.
+"""Figures from specs, curves, bars, stems, heat maps and marks in panels; and the look of all: one colour-blind safe
+palette, one template, titles of axes with their units.
 
     chart("Force over speed", Panel([Curve(x, y, name="sun"), Mark(y=0)], y="force [kN]"), x="speed [%]")
 
@@ -265,6 +262,14 @@ class Curve(Layer):
 def points(x: ArrayLike, y: ArrayLike, size: Any = 6, **more: Any) -> Curve:
     """Points without a line; more : as of a `Curve`."""
     return Curve(x, y, width=0, points=size, **more)
+
+
+def band(x: Array, rows: Sequence[Array], name: str, **look: Any) -> list[Layer]:
+    """Mean with its name in the band between least and most, `rows` (3, k) over x (k,); look : as of a `Curve`."""
+    least, most, mean = rows
+    edge: Trace = {**look, "width": 0, "hover": None}
+    fill = {"fill": "tonexty", "fillcolor": translucent(look["colour"], 0.22)}
+    return [Curve(x, least, **edge), Curve(x, most, look=fill, **edge), Curve(x, mean, width=2, name=name, **look)]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

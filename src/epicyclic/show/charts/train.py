@@ -42,6 +42,7 @@ from .renderers import (
     Panel,
     Stems,
     Trace,
+    band,
     branch_colour,
     chart,
     kind_colour,
@@ -49,7 +50,6 @@ from .renderers import (
     pair_panels,
     panels,
     points,
-    translucent,
 )
 
 
@@ -305,14 +305,11 @@ def ring_deflections(result: xr.Dataset, check: xr.Dataset | None = None) -> go.
     for place, (ring, moved) in enumerate(deflections(result).items()):
         values, out = np.array([*moved.values()]), 1e6 * ring_deflection(list(moved), angle)[0]
         over_record = out @ values[:, :: -(-values.shape[1] // _INSTANTS)]
-        colour, degrees = PALETTE[place % len(PALETTE)], np.degrees(angle)
-        band: Trace = {"fill": "tonexty", "fillcolor": translucent(colour, 0.22)}
+        rows = over_record.min(axis=1), over_record.max(axis=1), out @ values.mean(axis=1)
         layers: list[Layer] = [
             Mark(y=0, width=1),
             *(Mark(x=x, colour=PALE, dash="dot") for x in _meshes(check, ring)),
-            Curve(degrees, over_record.min(axis=1), width=0, hover=None, colour=colour),
-            Curve(degrees, over_record.max(axis=1), width=0, hover=None, colour=colour, look=band),
-            Curve(degrees, out @ values.mean(axis=1), name=ring, colour=colour, width=2),
+            *band(np.degrees(angle), rows, ring, colour=PALETTE[place % len(PALETTE)]),
         ]
         panels.append(Panel(layers, y="outward [µm]"))
     look: Trace = {"height": 120 + 240 * len(panels), "gap": 0.2 / max(2, len(panels))}

@@ -3,10 +3,9 @@
 A shape has a role, by which a painter chooses its look, and points x + iy about a place of its own, turned about it: a
 painter that moves a body moves and turns the shapes that name it.
 
-Bodies of a train as a drawing needs them, read from the Dataset of `check`, stages set side by side.  No plotly.
-
-Teeth are to scale: involute flanks of a gear, and the turn of each gear at which the teeth really mesh.  All lengths
-[m], angles [rad]; a tooth is described by the half angle it takes at each radius, seen from the axis.
+Behind the list stand the bodies that drawings read of the Dataset of `check`, stages set side by side.  Teeth
+are to scale: involute flanks of a gear, and the turn of each gear at which the teeth really mesh.  All lengths [m],
+angles [rad]; a tooth is described by the half angle it takes at each radius, seen from the axis.
 """
 
 from __future__ import annotations

@@ -92,8 +92,6 @@ def test_the_numbers_are_those_of_the_verbs(drive: str, overrides: dict[str, obj
     for frame in (live, shared):
         np.testing.assert_allclose(frame.arrays["sharing/coefficient"], mean_load, rtol=1e-6)
         assert frame.head["sharing"]["k_gamma"] == mean_load.max()
-    worst = verb["load_sharing"].sel(definition="worst-case").values
-    np.testing.assert_allclose(shared.arrays["sharing/cycle_peak"], worst, rtol=1e-6)
     assert [frame.head["sharing"]["stage"] for frame in (live, shared)] == ["at rest", "whole"]
     assert errors.head["errors"]["k_gamma"] == pytest.approx(mean_load.max(), rel=1e-9)
     system = assemble(train)
@@ -400,7 +398,7 @@ def three_stages() -> dict[str, Any]:
 
 def test_many_mesh_frequencies_are_solved_one_at_a_time() -> None:
     (frame,) = frames_of(three_stages())
-    assert frame.head["sweep"]["note"] == "mesh orders of one stage at a time"
+    assert frame.head["sweep"]["stage"] == "mesh orders of one stage at a time"  # which stands above the curves
     assert np.isfinite(frame.arrays["sweep/y"]).all()
     system = assemble(load(three_stages()))
     few = Effort(points=4, shaft_orders=False, tolerance=1e-4)

@@ -1,27 +1,24 @@
 // What an answer rests on: load sharing, what each error costs, lines or bars of a job.
 import { brief, look, px, roundUp, short, written } from "./look.js";
-import { make, Pane, Sheet } from "./pane.js";
-import { endsOf, ghostCurve, plotOf, rowsOf, zoomOfKey } from "./plot.js";
+import { lines as drawLines } from "./canvas.js";
+import { make, Sheet } from "./pane.js";
+import { endsOf, ghostCurve, PlotPane, plotOf, rowsOf, STALE, unitOf, zoomOfKey } from "./plot.js";
 import { about1, drawBars, drawSharing, FOOT, folded, heightFor } from "./rows.js";
 
-const STALE = 0.4;
 const GAPS = { sharing: 0.05, period: 0.1 }; // least half width of the axes about 1: below, all is as good as equal
 const UNFOLDED = 14; // rows of load sharing that have room side by side with both sides of a herringbone pair
 const LINES = 8; // curves of a job that get a place in the key
 const DASHES = [null, [8, 4], [2, 3], [10, 3, 2, 3]]; // curves that are no meshes, which have the colours
 const CLOSEST = 1e-3; // part of an axis that can be zoomed into
 
-export class EvidencePane extends Pane {
+export class EvidencePane extends PlotPane {
   constructor(...given) {
     super(...given);
     this.scroll = make("div", { class: "ck-scroll" });
-    this.body = make("div", { class: "ck-fill" });
-    this.keys = make("div", { class: "ck-keys" });
     this.old = make("div", { class: "ck-note ck-at-left", hidden: "" }, "of another state: run it again");
     this.hint = make("div", { class: "ck-note", hidden: "" });
     this.root.prepend(this.scroll, this.body, this.keys, this.old, this.hint);
     this.sheet = new Sheet(this.scroll);
-    this.styles = [];
     this.name = "sharing";
     this.halves = {};
     this.root.dataset.evidence = this.name;
@@ -63,24 +60,12 @@ export class EvidencePane extends Pane {
     this.dropPlot();
     this.sheet.fit(this.width / px(1), this.height / px(1));
     this.sheet.begin();
-    this.keys.replaceChildren();
     this.old.hidden = true;
   }
 
   dropPlot() {
-    this.plot?.destroy();
-    this.plot = null;
+    super.dropPlot();
     this.hint.hidden = true;
-    this.keys.replaceChildren();
-  }
-
-  restyle() {
-    this.dropPlot();
-    this.schedule();
-  }
-
-  resized() {
-    if (this.plot && this.width && this.height) this.plot.setSize({ width: this.width, height: this.height });
   }
 
   ghostPart() {
@@ -185,21 +170,9 @@ export class EvidencePane extends Pane {
     this.root.setAttribute("aria-label", `${this.options.label ?? "Evidence"}: ${title}. ${texts.slice(0, 12).join("; ")}`);
   }
 
-  rangeX() {
-    return this.xRange ?? [0, 1];
-  }
-
-  rangeY() {
-    return this.yRange ?? [0, 1];
-  }
-
   drawLines(part, lines, stale) {
     if (this.taken !== part || !this.plot) this.takeLines(part, lines);
-    for (let i = 1; i < this.plot.series.length; i++) this.plot.series[i].alpha = stale ? STALE : 1;
-    this.plot.batch(() => {
-      this.plot.setData(this.data, true);
-      this.plot.redraw(true, true);
-    });
+    this.redraw(stale);
   }
 
   takeLines(part, lines) {
@@ -257,36 +230,24 @@ export class EvidencePane extends Pane {
   }
 
   lineKeys(head, strong) {
-    const key = (text, colour, name = "") => {
-      const mark = make("i", name ? { class: name } : {});
-      mark.style.borderTopColor = colour;
-      return make("span", {}, mark, text);
-    };
     const title = make("b", {}, head.title ?? "");
     title.style.color = "var(--ck-ink)";
     const pale = this.curves.filter((curve) => curve.pale);
     const shown = strong.length > 1 || this.ghost ? strong.slice(0, LINES) : [];
-    const rows = shown.map((curve) => key(brief(curve.label), this.colourOf(curve), curve.dash ? (curve.dash[0] > curve.dash[1] ? "ck-dashed" : "ck-dashed ck-dotted") : ""));
-    rows.unshift(...pale.map((curve) => key(curve.label, look().pale)));
+    const rows = shown.map((curve) => this.key(brief(curve.label), this.colourOf(curve), curve.dash ? (curve.dash[0] > curve.dash[1] ? "ck-dashed" : "ck-dashed ck-dotted") : ""));
+    rows.unshift(...pale.map((curve) => this.key(curve.label, look().pale)));
     const more = this.curves.length - strong.length - pale.length;
-    if (more) rows.push(key(`${more} more`, look().other));
-    if (this.ghost) rows.push(key("A", look().pale, "ck-dashed"));
+    if (more) rows.push(this.key(`${more} more`, look().other));
+    if (this.ghost) rows.push(this.key("A", look().pale, "ck-dashed"));
     // of many curves the tab says what they are
     this.keys.replaceChildren(...(shown.length > 3 ? [] : [title]), ...rows);
   }
 
   drawBehind(plot) {
     if (this.lines.zero) {
-      const { left, width } = plot.bbox;
+      const { bbox: { left, width }, ctx } = plot;
       const y = plot.valToPos(0, "y", true);
-      plot.ctx.save();
-      plot.ctx.strokeStyle = look().ink;
-      plot.ctx.lineWidth = window.devicePixelRatio || 1;
-      plot.ctx.beginPath();
-      plot.ctx.moveTo(left, y);
-      plot.ctx.lineTo(left + width, y);
-      plot.ctx.stroke();
-      plot.ctx.restore();
+      drawLines(ctx, look().ink, window.devicePixelRatio || 1, [[[left, y], [left + width, y]]]);
     }
     if (!this.ghost) return;
     this.ghost.rows.forEach((row, i) => {
@@ -295,17 +256,13 @@ export class EvidencePane extends Pane {
     });
   }
 
-  onCursor(plot) {
-    const index = plot.cursor.idx;
-    if (index == null || plot.cursor.left < 0 || !this.data) return this.hideTip();
-    const ratio = window.devicePixelRatio || 1;
-    const unit = (label) => label.match(/\[(.*)\]/)?.[1] ?? "";
-    const rows = [[`${short(this.data[0][index], 4)} ${unit(this.lines.x_label)}`, null]];
+  rowsAt(index) {
+    const rows = [[`${short(this.data[0][index], 4)} ${unitOf(this.lines.x_label)}`, null]];
     this.curves.forEach((curve, i) => {
       const value = this.data[i + 1][index];
-      if ((curve.strong || curve.pale) && value != null && rows.length < 10) rows.push([curve.label, `${written(value, 4)} ${unit(this.lines.y_label)}`, this.styles[i].colour]);
+      if ((curve.strong || curve.pale) && value != null && rows.length < 10) rows.push([curve.label, `${written(value, 4)} ${unitOf(this.lines.y_label)}`, this.styles[i].colour]);
     });
-    this.showTip(plot.bbox.left / ratio + plot.cursor.left, plot.bbox.top / ratio + Math.max(0, plot.cursor.top), rows);
+    return rows;
   }
 
   onPointer(event) {
@@ -348,11 +305,6 @@ export class EvidencePane extends Pane {
       event.preventDefault();
       this.scroll.scrollTop += step;
     }
-  }
-
-  destroy() {
-    this.plot?.destroy();
-    super.destroy();
   }
 }
 

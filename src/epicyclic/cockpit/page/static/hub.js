@@ -2,26 +2,17 @@
 import { decode } from "./frames.js";
 import { alone, hue } from "./look.js";
 
-// Key of the head -> prefixes of the arrays that belong to it. A frame brings some; the others stay as they were.
-const PARTS = {
-  train: ["meshes/"],
-  modes: ["modes/"],
-  sweep: ["sweep/"],
-  sharing: ["sharing/"],
-  errors: ["errors/"],
-  job: ["job/"],
-};
+// Keys of the head; arrays that belong to one begin with it. A frame brings some; the others stay as they were.
+const PARTS = ["train", "modes", "sweep", "sharing", "errors", "job"];
+const PREFIX = { train: "meshes/" };
 
 /** Parts of a frame by name: {rev, kind, head, arrays}; a job is named after itself. */
 export function partsOf(frame) {
   const found = {};
-  for (const [key, prefixes] of Object.entries(PARTS)) {
-    if (frame.head[key] == null) continue;
-    const arrays = {};
-    for (const [name, array] of Object.entries(frame.arrays)) {
-      const prefix = prefixes.find((one) => name.startsWith(one));
-      if (prefix) arrays[name.slice(prefix.length)] = array;
-    }
+  for (const key of PARTS.filter((one) => frame.head[one] != null)) {
+    const prefix = PREFIX[key] ?? `${key}/`;
+    const own = Object.entries(frame.arrays).filter(([name]) => name.startsWith(prefix));
+    const arrays = Object.fromEntries(own.map(([name, array]) => [name.slice(prefix.length), array]));
     const name = key === "job" ? `job:${frame.head.job.name}` : key;
     found[name] = { rev: frame.rev, kind: frame.kind, head: frame.head[key], arrays, computed: frame.head.state?.computed_ms ?? null };
   }

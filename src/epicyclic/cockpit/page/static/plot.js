@@ -1,9 +1,11 @@
-// What the plots on uPlot share: axes in the colours of the page, steady ranges.
+// What the panes with a plot on uPlot share: axes in the colours of the page, steady ranges, the key, what is older paler.
 import { font, look, px, roundUp, translucent } from "./look.js";
+import { make, Pane } from "./pane.js";
 import uPlot from "./uPlot.min.js";
 
 const FONT_SIZE = 11;
 const LEAST_DRAG = 5; // [px] below which a drag is a click
+export const STALE = 0.4; // opacity of what is older than the state
 
 // uPlot reads whole pixels
 export const axisFont = () => font(Math.round(px(FONT_SIZE)));
@@ -79,6 +81,70 @@ export function plotOf(parent, { width, height, xLabel, yLabel, count, owner, to
   if (onZoom) plot.over.addEventListener("dblclick", () => onZoom(null));
   return plot;
 }
+
+/** A pane around a plot: `data`, `styles` of the curves, `xRange` and `yRange` are its own. */
+export class PlotPane extends Pane {
+  styles = [];
+  xRange = null;
+  yRange = null;
+  body = make("div", { class: "ck-fill" });
+  keys = make("div", { class: "ck-keys" });
+
+  rangeX() {
+    return this.xRange ?? [0, 1];
+  }
+
+  rangeY() {
+    return this.yRange ?? [0, 1];
+  }
+
+  dropPlot() {
+    this.plot?.destroy();
+    this.plot = null;
+    this.keys.replaceChildren();
+  }
+
+  restyle() {
+    this.dropPlot();
+    this.schedule();
+  }
+
+  resized() {
+    if (this.plot && this.width && this.height) this.plot.setSize({ width: this.width, height: this.height });
+  }
+
+  /** Both only queue; uPlot draws once, before this frame is painted. */
+  redraw(stale) {
+    for (const series of this.plot.series.slice(1)) series.alpha = stale ? STALE : 1;
+    this.plot.batch(() => {
+      this.plot.setData(this.data, true);
+      this.plot.redraw(true, true);
+    });
+  }
+
+  /** An entry of the key: a stroke as of the curve, and its name. */
+  key(text, colour, name = "") {
+    const mark = make("i", name ? { class: name } : {});
+    mark.style.borderTopColor = colour;
+    return make("span", {}, mark, text);
+  }
+
+  /** The place under the pointer among the values, null beside the plot; `rowsAt` says what the tooltip has. */
+  onCursor({ cursor, bbox, pxRatio = window.devicePixelRatio || 1 }) {
+    const isOver = cursor.idx != null && cursor.left >= 0 && this.data;
+    if (isOver) this.showTip(bbox.left / pxRatio + cursor.left, bbox.top / pxRatio + Math.max(0, cursor.top), this.rowsAt(cursor.idx));
+    else this.hideTip();
+    return isOver ? cursor.idx : null;
+  }
+
+  destroy() {
+    this.plot?.destroy();
+    super.destroy();
+  }
+}
+
+/** Unit of an axis, of its label. */
+export const unitOf = (label) => label.match(/\[(.*)\]/)?.[1] ?? "";
 
 /** Ends of a part of [least, most] that a key asks for: + and - about a place, arrows along; null: the whole, undefined: no such key. */
 export function zoomOfKey(key, [from, to], [least, most], at) {

@@ -1,4 +1,5 @@
 // Plots whose rows have names: dots about the fair share with a strip over the hunting period, and bars from zero.
+import { circle, colourBar, lines as drawLines, write } from "./canvas.js";
 import { font, loadColour, look, roundUp, short, translucent } from "./look.js";
 import { decimalsOf } from "./plot.js";
 
@@ -13,13 +14,6 @@ export const heightFor = (rows, isScaled) => HEAD + FOOT + (isScaled ? SCALE : 0
 function labelWidth(context, labels, most) {
   context.font = font(11);
   return Math.min(most, Math.max(30, ...labels.map((label) => context.measureText(label).width)) + 4);
-}
-
-function cut(context, text, width) {
-  if (context.measureText(text).width <= width) return text;
-  let end = text.length;
-  while (end > 1 && context.measureText(`${text.slice(0, end)}…`).width > width) end -= 1;
-  return `${text.slice(0, end)}…`;
 }
 
 /** Rows of both sides of a herringbone pair as one where there are more than `most`: [[index, ...], ...] and labels. */
@@ -42,10 +36,7 @@ function spread(count, height, above = 0) {
 }
 
 function labels(context, rows, lines, width) {
-  context.font = font(11);
-  context.textAlign = "right";
-  context.fillStyle = look().ink;
-  rows.forEach((label, row) => context.fillText(cut(context, label, width), 6 + width, lines.y(row)));
+  rows.forEach((label, row) => write(context, label, 6 + width, lines.y(row), { align: "right", room: width }));
 }
 
 /** Ticks of an axis from `low` to `high`, four to seven of them. */
@@ -61,45 +52,22 @@ export function ticks(low, high, most = 6) {
 
 function axis(context, { x0, x1, low, high, title }, lines) {
   const place = (value) => x0 + ((value - low) / (high - low)) * (x1 - x0);
-  context.font = font(11);
-  context.textAlign = "center";
-  context.lineWidth = 1;
   for (const { value, text } of ticks(low, high, Math.max(2, Math.min(6, Math.floor((x1 - x0) / 52))))) {
     const x = Math.round(place(value)) + 0.5;
-    context.strokeStyle = look().grid;
-    context.beginPath();
-    context.moveTo(x, lines.top - 2);
-    context.lineTo(x, lines.bottom + 3);
-    context.stroke();
-    context.fillStyle = look().ink;
-    context.fillText(text, x, lines.bottom + 11);
+    upright(context, look().grid, 1, x, lines.top - 2, lines.bottom + 3);
+    write(context, text, x, lines.bottom + 11, { align: "center" });
   }
-  context.font = font(12);
-  context.fillText(cut(context, title, x1 - x0 + 40), (x0 + x1) / 2, lines.bottom + 26);
+  write(context, title, (x0 + x1) / 2, lines.bottom + 26, { size: 12, align: "center", room: x1 - x0 + 40 });
   return place;
 }
 
-/** The line that a value is measured against, as the fair share of 1. */
-function reference(context, x, lines) {
-  context.beginPath();
-  context.moveTo(x, lines.top - 4);
-  context.lineTo(x, lines.bottom + 3);
-  context.lineWidth = 1.4;
-  context.strokeStyle = look().pale;
-  context.stroke();
-}
+const upright = (context, colour, width, x, top, bottom, dash) => drawLines(context, colour, width, [[[x, top], [x, bottom]]], dash);
 
-/** The line of a limit, dashed; none beyond the end of the axis. */
-function limitLine(context, x, top, bottom) {
-  context.setLineDash([5, 3]);
-  context.beginPath();
-  context.moveTo(Math.round(x) + 0.5, top);
-  context.lineTo(Math.round(x) + 0.5, bottom);
-  context.lineWidth = 1.6;
-  context.strokeStyle = look().levels.warn;
-  context.stroke();
-  context.setLineDash([]);
-}
+/** The line that a value is measured against, as the fair share of 1. */
+const reference = (context, x, lines, dash) => upright(context, look().pale, 1.4, x, lines.top - 4, lines.bottom + 3, dash);
+
+/** The line of a limit, dashed. */
+const limitLine = (context, x, top, bottom) => upright(context, look().levels.warn, 1.6, Math.round(x) + 0.5, top, bottom, [5, 3]);
 
 const limitText = (limit) => `limit ${short(limit, 4)}`;
 
@@ -108,57 +76,37 @@ function valueScale(context, x0, x1, scale) {
   const y = HEAD + 18;
   const away = [...scale.marks.map(([value]) => value), scale.limit ?? 1].map((value) => value - 1);
   const place = (value) => x0 + ((value - 1) / (1.08 * Math.max(...away, 1e-4))) * (x1 - x0);
-  const say = (text, x, below) => context.fillText(text, x, below ? y + 14 : y - 12);
-  context.beginPath();
-  context.moveTo(x0, y);
-  context.lineTo(x1, y);
-  context.lineWidth = 1;
-  context.strokeStyle = look().edge;
-  context.stroke();
-  context.font = font(11);
-  context.fillStyle = look().ink;
-  context.textAlign = "right";
-  context.fillText("K_gamma 1", x0 - 8, y);
+  drawLines(context, look().edge, 1, [[[x0, y], [x1, y]]]);
+  write(context, "K_gamma 1", x0 - 8, y, { align: "right" });
   let start = Infinity; // of the words drawn last: the largest share has them first
   for (const [value, words] of [...scale.marks].reverse()) {
     const text = `${words}: ${value.toFixed(3)}`;
     const x = Math.min(place(value) + 6, x1 + 56);
     if (x < start) {
-      say(text, x, false);
+      write(context, text, x, y - 12, { align: "right" });
       start = x - context.measureText(text).width - 8;
     }
     dot(context, place(value), y, look().ink, 3.5);
   }
   if (scale.limit == null) return;
-  limitLine(context, place(scale.limit), y - 6, y + 8);
-  context.fillStyle = look().levels.warn;
-  if (place(scale.limit) < x0 + 60) context.textAlign = "left";
-  say(limitText(scale.limit), place(scale.limit), true);
+  const limit = place(scale.limit);
+  limitLine(context, limit, y - 6, y + 8);
+  write(context, limitText(scale.limit), limit, y + 14, { colour: look().levels.warn, align: limit < x0 + 60 ? "left" : "right" });
 }
 
 /** Whiskers of a band. */
 function whisker(context, from, to, y) {
-  context.beginPath();
-  for (const x of [from, to]) {
-    context.moveTo(x, y - 4);
-    context.lineTo(x, y + 4);
-  }
-  context.moveTo(from, y);
-  context.lineTo(to, y);
-  context.lineWidth = 1.3;
-  context.strokeStyle = look().ink;
-  context.stroke();
+  const ends = [from, to].map((x) => [[x, y - 4], [x, y + 4]]);
+  drawLines(context, look().ink, 1.3, [...ends, [[from, y], [to, y]]]);
 }
 
 /** Marks of a legend from right to left within the head: {text, draw(x, y)}. */
 function legend(context, right, marks) {
   let x = right;
   context.font = font(11);
-  context.textAlign = "left";
   for (const { text, draw } of [...marks].reverse()) {
     x -= context.measureText(text).width;
-    context.fillStyle = look().pale;
-    context.fillText(text, x, 12);
+    write(context, text, x, 12, { colour: look().pale });
     x -= 10;
     draw(x, 12);
     x -= 16;
@@ -167,33 +115,19 @@ function legend(context, right, marks) {
 }
 
 function dot(context, x, y, colour, size = 4) {
-  context.beginPath();
-  context.arc(x, y, size, 0, 2 * Math.PI);
+  circle(context, x, y, size);
   context.fillStyle = colour;
   context.fill();
 }
 
 function openDot(context, x, y, colour, size = 4.5) {
-  context.beginPath();
-  context.arc(x, y, size, 0, 2 * Math.PI);
+  circle(context, x, y, size);
   context.lineWidth = 1.6;
   context.strokeStyle = colour;
   context.stroke();
 }
 
-function dashedDiamond(context, x, y) {
-  context.beginPath();
-  context.moveTo(x, y - 5);
-  context.lineTo(x + 5, y);
-  context.lineTo(x, y + 5);
-  context.lineTo(x - 5, y);
-  context.closePath();
-  context.setLineDash([2.5, 1.8]);
-  context.lineWidth = 1.3;
-  context.strokeStyle = look().pale;
-  context.stroke();
-  context.setLineDash([]);
-}
+const dashedDiamond = (context, x, y) => drawLines(context, look().pale, 1.3, [[[x, y - 5], [x + 5, y], [x, y + 5], [x - 5, y], [x, y - 5]]], [2.5, 1.8]);
 
 /** Ends of an axis about 1 that hold all the values; `least` half its width. */
 export function about1(values, least) {
@@ -215,7 +149,6 @@ export function drawSharing(context, width, height, data) {
   const [low, high] = [Math.max(0, 1 - data.half), 1 + data.half];
   const place = axis(context, { x0, x1, low, high, title: data.title }, lines);
   reference(context, place(1), lines);
-  context.textBaseline = "middle";
   if (data.limit <= high) limitLine(context, place(data.limit), lines.top - 2, lines.bottom + 3);
   data.groups.forEach((group, row) => {
     const y = lines.y(row);
@@ -224,11 +157,7 @@ export function drawSharing(context, width, height, data) {
       lollipop(context, place, y + (group.length > 1 ? shift : 0), index, data, group.length > 1 ? 2.8 : 4);
     });
     const most = Math.max(...group.map((index) => data.coefficient[index]));
-    if (!Number.isFinite(most)) return;
-    context.font = font(11);
-    context.textAlign = "left";
-    context.fillStyle = look().ink;
-    context.fillText(most.toFixed(3), x1 + 8, y);
+    if (Number.isFinite(most)) write(context, most.toFixed(3), x1 + 8, y);
   });
   const strip = data.period ? drawStrip(context, x1 + value + 14, width - 10, lines, data) : null;
   const marks = [{ text: "as it is", draw: (x, y) => dot(context, x, y, look().ink) }];
@@ -236,10 +165,7 @@ export function drawSharing(context, width, height, data) {
   if (data.ghost) marks.push({ text: "A", draw: (x, y) => dashedDiamond(context, x, y) });
   if (data.limit != null) marks.push({ text: limitText(data.limit) + (data.limit > high ? " ▸" : ""), draw: (x, y) => limitLine(context, x, y - 6, y + 6) });
   const left = legend(context, width - 10, marks);
-  context.font = font(12, 600);
-  context.textAlign = "left";
-  context.fillStyle = look().ink;
-  context.fillText(cut(context, data.note, left - 8), 8, 12);
+  write(context, data.note, 8, 12, { size: 12, weight: 600, room: left - 8 });
   return { lines, strip };
 }
 
@@ -248,12 +174,7 @@ function lollipop(context, place, y, index, data, size) {
   const at = data.coefficient[index];
   if (!Number.isFinite(at)) return;
   context.globalAlpha = data.alpha; // of what is older than the state; its texts stay to be read
-  context.beginPath();
-  context.moveTo(place(1), y);
-  context.lineTo(place(at), y);
-  context.lineWidth = 1.5;
-  context.strokeStyle = translucent(data.colours[index], 0.45);
-  context.stroke();
+  drawLines(context, translucent(data.colours[index], 0.45), 1.5, [[[place(1), y], [place(at), y]]]);
   if (data.ghost?.[index] != null) dashedDiamond(context, place(data.ghost[index]), y);
   dot(context, place(at), y, data.colours[index], size);
   if (Number.isFinite(data.twin?.[index])) openDot(context, place(data.twin[index]), y, data.colours[index], size + 0.5);
@@ -285,16 +206,10 @@ function drawStrip(context, x0, x1, lines, { groups, period, periodHalf, cycles,
     group.forEach((index, i) => context.drawImage(picture, 0, index, columns, 1, x0, lines.y(row) - 0.41 * lines.tall + i * tall, x1 - x0, tall));
   });
   context.globalAlpha = 1;
-  context.font = font(11);
-  context.fillStyle = look().ink;
-  context.textAlign = "left";
-  context.fillText("0", x0, lines.bottom + 11);
-  context.textAlign = "right";
+  write(context, "0", x0, lines.bottom + 11);
   const spaced = String(cycles ?? columns).replace(/\B(?=(\d{3})+$)/g, "\u2009");
-  context.fillText(spaced, x1, lines.bottom + 11);
-  context.textAlign = "center";
-  context.font = font(12);
-  context.fillText(cut(context, "hunting period [mesh cycles]", x1 - x0 - 4), (x0 + x1) / 2, lines.bottom + 26);
+  write(context, spaced, x1, lines.bottom + 11, { align: "right" });
+  write(context, "hunting period [mesh cycles]", (x0 + x1) / 2, lines.bottom + 26, { size: 12, align: "center", room: x1 - x0 - 4 });
   drawScale(context, x0, x1, lines.bottom + 11, low, high);
   return { x0, x1, columns };
 }
@@ -304,16 +219,9 @@ function drawScale(context, x0, x1, y, low, high) {
   const width = 60;
   const middle = (x0 + x1) / 2;
   if (x1 - x0 < width + 130) return;
-  for (let i = 0; i < width; i++) {
-    context.fillStyle = loadColour(i / (width - 1));
-    context.fillRect(middle - width / 2 + i, y - 4, 1.5, 7);
-  }
-  context.font = font(10);
-  context.fillStyle = look().pale;
-  context.textAlign = "right";
-  context.fillText(short(low, 3), middle - width / 2 - 4, y);
-  context.textAlign = "left";
-  context.fillText(short(high, 3), middle + width / 2 + 5, y);
+  colourBar(context, middle - width / 2, y - 4, width, 7);
+  write(context, short(low, 3), middle - width / 2 - 4, y, { size: 10, align: "right", colour: look().pale });
+  write(context, short(high, 3), middle + width / 2 + 5, y, { size: 10, colour: look().pale });
 }
 
 /** Bars from zero, named: `data` {rows, values, low and high of bands, ghost, title, note, line, scale, format}. */
@@ -323,7 +231,7 @@ export function drawBars(context, width, height, data) {
   const x0 = names + 18;
   const x1 = width - 62;
   const [low95, high95] = [data.low ?? [], data.high ?? []];
-  const known = [...data.values, ...low95, ...high95, ...(data.ghost ?? []).filter((value) => value != null), ...(data.line == null ? [] : [data.line])].filter(Number.isFinite);
+  const known = [...data.values, ...low95, ...high95, ...(data.ghost ?? []), data.line].filter(Number.isFinite);
   const most = Math.max(0, ...known);
   const least = Math.min(0, ...known);
   const high = most > 0 ? roundUp(most) : 0;
@@ -341,25 +249,14 @@ export function drawBars(context, width, height, data) {
     }
     if (data.ghost?.[row] != null) ghostBar(context, place(0), place(data.ghost[row]), y, thick + 3);
     if (high95[row] > low95[row]) whisker(context, place(low95[row]), place(high95[row]), y);
-    context.font = font(11);
-    context.textAlign = "left";
-    context.fillStyle = look().ink;
-    const end = Math.max(place(0), Number.isFinite(high95[row]) ? place(high95[row]) : 0, Number.isFinite(at) ? place(at) : 0, data.ghost?.[row] != null ? place(data.ghost[row]) : 0);
-    context.fillText(Number.isFinite(at) ? data.format(at) : "n/a", end + 6, y);
+    const end = Math.max(...[0, high95[row], at, data.ghost?.[row]].filter(Number.isFinite).map(place));
+    write(context, Number.isFinite(at) ? data.format(at) : "n/a", end + 6, y);
   });
   reference(context, place(0), lines);
   if (data.scale) valueScale(context, x0, x1, data.scale);
-  if (data.line != null) {
-    context.setLineDash([5, 3]);
-    reference(context, place(data.line), lines);
-    context.setLineDash([]);
-  }
-  let left = width;
-  if (data.ghost) left = legend(context, width - 10, [{ text: "A", draw: (x, y) => ghostBar(context, x - 8, x + 4, y, 8) }]);
-  context.font = font(12, 600);
-  context.textAlign = "left";
-  context.fillStyle = look().ink;
-  context.fillText(cut(context, data.note, left - 16), 8, 12);
+  if (data.line != null) reference(context, place(data.line), lines, [5, 3]);
+  const left = data.ghost ? legend(context, width - 10, [{ text: "A", draw: (x, y) => ghostBar(context, x - 8, x + 4, y, 8) }]) : width;
+  write(context, data.note, 8, 12, { size: 12, weight: 600, room: left - 16 });
   return { lines };
 }
 

@@ -1,26 +1,21 @@
 // Mesh forces over speed: the worst curves strong, peaks named after their modes, the operating speed, pin A dashed.
 import { nearestOf, placed } from "./labels.js";
+import { circle, lines, write } from "./canvas.js";
 import { alone, brief, font, hue, look, px, short, written } from "./look.js";
-import { make, Pane } from "./pane.js";
-import { axisFont, endsOf, ghostCurve, plotOf, rowsOf, steadyAxis } from "./plot.js";
+import { make } from "./pane.js";
+import { axisFont, endsOf, ghostCurve, PlotPane, plotOf, rowsOf, STALE, steadyAxis, unitOf } from "./plot.js";
 
 const NARROW = 460; // [px] of a pane below which the key has two lines
-const STALE = 0.4; // opacity of what is older than the state
 const LABEL = { height: 16, pad: 8, most: 210 }; // [px] of the name of a peak; longer ones are cut
 const NEAR = 11; // [px] from a peak within which a click means its mode
 
-export class SweepPane extends Pane {
+export class SweepPane extends PlotPane {
   constructor(...given) {
     super(...given);
-    this.body = make("div", { class: "ck-fill" });
-    this.keys = make("div", { class: "ck-keys" });
     this.peaks = make("div", { class: "ck-peaks" });
     this.note = make("div", { class: "ck-note" });
     this.raised = make("div", { class: "ck-note ck-at-left", hidden: "" }, "axis not from 0");
     this.root.prepend(this.body, this.keys, this.note, this.raised, this.peaks);
-    this.styles = [];
-    this.axis = null;
-    this.range = null;
     this.cursor = -1;
     this.measured = new Map();
     this.measurer = document.createElement("canvas").getContext("2d");
@@ -30,18 +25,8 @@ export class SweepPane extends Pane {
     return this.reason("sweep") || "Mesh forces over speed stand here as soon as they are computed.";
   }
 
-  rangeX() {
-    return this.range ?? [0, 1];
-  }
-
-  rangeY() {
-    return this.axis ?? [0, 1];
-  }
-
   clear() {
-    this.plot?.destroy();
-    this.plot = null;
-    this.keys.replaceChildren();
+    this.dropPlot();
     this.note.textContent = "";
     this.raised.hidden = true;
     this.peaks.replaceChildren();
@@ -49,14 +34,13 @@ export class SweepPane extends Pane {
 
   resized() {
     if (this.plot && this.isNarrow !== this.width < NARROW) this.restyle(); // its key takes another number of lines
-    if (this.plot && this.width && this.height) this.plot.setSize({ width: this.width, height: this.height });
+    super.resized();
   }
 
-  restyle() {
+  dropPlot() {
+    super.dropPlot();
     this.measured.clear();
-    this.plot?.destroy();
-    this.plot = null;
-    this.schedule();
+    this.keyText = null;
   }
 
   hear(changed) {
@@ -78,12 +62,7 @@ export class SweepPane extends Pane {
     if (this.taken !== part || !this.plot) this.take(part, head, arrays);
     if (isNews) this.describe(head);
     this.plot.root.classList.toggle("ck-stale", stale);
-    for (let i = 1; i < this.plot.series.length; i++) this.plot.series[i].alpha = stale ? STALE : 1;
-    // Both only queue; uPlot draws once, before this frame is painted.
-    this.plot.batch(() => {
-      this.plot.setData(this.data, true);
-      this.plot.redraw(true, true);
-    });
+    this.redraw(stale);
     this.drawKeys(head);
   }
 
@@ -95,9 +74,9 @@ export class SweepPane extends Pane {
     this.pinned = this.ghostOf();
     const peaks = head.peaks.map((peak) => peak.y);
     const [least, most] = endsOf([...rows, ...(this.pinned?.curves ?? []).map((curve) => curve.y), peaks]);
-    this.axis = steadyAxis(isOther ? null : this.axis, least, most, isReleased);
+    this.yRange = steadyAxis(isOther ? null : this.yRange, least, most, isReleased);
     const range = head.range ?? [arrays.x.data[0], arrays.x.data[arrays.x.data.length - 1]];
-    this.range = isOther || isReleased || !this.range ? range : [Math.min(range[0], this.range[0]), Math.max(range[1], this.range[1])];
+    this.xRange = isOther || isReleased || !this.xRange ? range : [Math.min(range[0], this.xRange[0]), Math.max(range[1], this.xRange[1])];
     const order = head.curves.map((curve, i) => ({ ...curve, row: i }));
     order.sort((a, b) => Number(a.strong) - Number(b.strong) || a.row - b.row);
     this.order = order;
@@ -121,12 +100,12 @@ export class SweepPane extends Pane {
   }
 
   build(head, count) {
-    this.plot?.destroy();
+    this.dropPlot();
     this.isNarrow = this.width < NARROW;
     this.keys.classList.toggle("ck-two-lines", this.isNarrow);
     this.plot = plotOf(this.body, {
       width: this.width, height: this.height, xLabel: head.x_label, yLabel: head.y_label, count, owner: this, top: this.isNarrow ? 42 : 26,
-      hooks: { drawAxes: [(plot) => this.drawBehind(plot)], draw: [(plot) => this.drawOver(plot)], setCursor: [(plot) => this.onCursor(plot)] },
+      hooks: { drawAxes: [(plot) => this.drawBehind(plot)], draw: [(plot) => this.drawOver(plot)], setCursor: [(plot) => (this.cursor = this.onCursor(plot) ?? -1)] },
     });
     this.plot.over.addEventListener("click", (event) => this.onClick(event));
     this.plot.root.setAttribute("aria-hidden", "true");
@@ -145,15 +124,15 @@ export class SweepPane extends Pane {
     const ratio = window.devicePixelRatio || 1;
     const context = plot.ctx;
     const { left, top, width, height } = plot.bbox;
+    const frame = { context, ratio, left, top, right: left + width, bottom: top + height, at: (speed) => plot.valToPos(speed, "x", true) };
     context.save();
-    const operating = this.drawOperating(context, plot, ratio, { left, top, width, height });
-    this.mark = this.drawMeeting(context, plot, ratio, { left, top, width, height });
-    const preview = this.drawPreview(context, plot, ratio, { left, top, width, height });
+    const operating = this.drawOperating(frame);
+    this.mark = this.drawMeeting(frame);
+    const preview = this.drawPreview(frame);
     this.placePeaks(plot, ratio, { x: left / ratio, y: top / ratio, w: width / ratio, h: height / ratio }, [operating, this.mark, preview].filter(Boolean));
     context.globalAlpha = this.isStale() ? STALE : 1;
     for (const peak of this.shownPeaks) {
-      context.beginPath();
-      context.arc(peak.x * ratio, peak.y * ratio, 3.2 * ratio, 0, 2 * Math.PI);
+      circle(context, peak.x * ratio, peak.y * ratio, 3.2 * ratio);
       context.fillStyle = look().surface;
       context.strokeStyle = look().ink;
       context.lineWidth = 1.4 * ratio;
@@ -164,85 +143,65 @@ export class SweepPane extends Pane {
     context.restore();
   }
 
-  drawOperating(context, plot, ratio, { left, top, width, height }) {
-    const at = this.head.operating;
-    if (!Number.isFinite(at)) return null;
-    const x = plot.valToPos(at, "x", true);
-    if (x < left - 1 || x > left + width + 1) return null;
-    context.lineWidth = 1.5 * ratio;
-    context.strokeStyle = look().ink;
-    line(context, [x, top], [x, top + height]);
-    context.font = font(px(10.5) * ratio, 600);
-    context.fillStyle = look().ink;
-    context.textBaseline = "top";
-    const text = `operating, ${short(at, 4)}`;
-    const wide = context.measureText(text).width;
-    const meeting = plot.valToPos(this.hub.resonance?.speed ?? -Infinity, "x", true);
+  /** Whether a speed lies in what is shown. */
+  isShown(speed) {
+    return speed >= this.xRange[0] && speed <= this.xRange[1];
+  }
+
+  drawOperating({ context, ratio, left, top, right, bottom, at }) {
+    const x = at(this.head.operating ?? NaN);
+    if (!(x >= left - 1 && x <= right + 1)) return null;
+    lines(context, look().ink, 1.5 * ratio, [[[x, top], [x, bottom]]]);
+    const text = `operating, ${short(this.head.operating, 4)}`;
+    const wide = widthOf(context, text, ratio);
+    const meeting = at(this.hub.resonance?.speed ?? -Infinity);
     const isCrossed = meeting > x && meeting < x + wide + 12 * ratio && x - wide - 8 * ratio > left;
-    const isRight = x + wide + 8 * ratio < left + width && !isCrossed;
-    context.textAlign = isRight ? "left" : "right";
-    context.fillText(text, x + (isRight ? 5 : -5) * ratio, top + 2 * ratio);
+    const isRight = x + wide + 8 * ratio < right && !isCrossed;
+    context.textBaseline = "top";
+    write(context, text, isRight ? x + 5 * ratio : x - 5 * ratio - wide, top + 2 * ratio, bold(ratio));
     const start = isRight ? x : x - wide - 8 * ratio;
     return { x: start / ratio, y: top / ratio, w: wide / ratio + 8, h: px(15) };
   }
 
   /** The resonance of the first answer: a dashed line at its speed, one from there to the speed that is shown, its words. */
-  drawMeeting(context, plot, ratio, { left, top, width, height }) {
+  drawMeeting({ context, ratio, left, top, right, bottom, at }) {
     const { speed, mark, level } = this.hub.resonance ?? {};
-    if (!(speed >= this.range[0] && speed <= this.range[1]) || !Number.isFinite(this.head.operating)) return null;
-    const [x, from] = [plot.valToPos(speed, "x", true), plot.valToPos(this.head.operating, "x", true)];
-    const y = top + height - 7 * ratio;
-    context.save();
-    context.strokeStyle = look().levels[level] ?? look().pale;
-    context.lineWidth = 1.5 * ratio;
-    context.setLineDash([2 * ratio, 3 * ratio]);
-    line(context, [x, top], [x, top + height]);
-    context.setLineDash([]);
-    line(context, [from, y], [x, y]);
-    context.font = font(px(10.5) * ratio, 600);
-    context.textBaseline = "bottom";
-    const wide = context.measureText(mark).width;
-    const isLeft = x < from ? x - wide - 8 * ratio > left : x + wide + 8 * ratio > left + width;
+    if (!this.isShown(speed) || !Number.isFinite(this.head.operating)) return null;
+    const [x, from, y] = [at(speed), at(this.head.operating), bottom - 7 * ratio];
+    const colour = look().levels[level] ?? look().pale;
+    lines(context, colour, 1.5 * ratio, [[[x, top], [x, bottom]]], [2 * ratio, 3 * ratio]);
+    lines(context, colour, 1.5 * ratio, [[[from, y], [x, y]]]);
+    const wide = widthOf(context, mark, ratio);
+    const isLeft = x < from ? x - wide - 8 * ratio > left : x + wide + 8 * ratio > right;
     const beside = isLeft ? x - wide - 5 * ratio : x + 5 * ratio;
-    const start = Math.max(left + 2 * ratio, Math.min(beside, left + width - wide - 2 * ratio));
-    const box = { x: start / ratio - 2, y: (top + height) / ratio - px(16), w: wide / ratio + 4, h: px(15) };
+    const start = Math.max(left + 2 * ratio, Math.min(beside, right - wide - 2 * ratio));
+    const box = { x: start / ratio - 2, y: bottom / ratio - px(16), w: wide / ratio + 4, h: px(15) };
     context.fillStyle = look().surface; // over the curves: names of peaks go elsewhere
     context.fillRect(box.x * ratio, box.y * ratio, box.w * ratio, box.h * ratio);
-    context.fillStyle = context.strokeStyle;
-    context.textAlign = "left";
-    context.fillText(mark, start, top + height - 2 * ratio);
-    context.restore();
+    context.textBaseline = "bottom";
+    write(context, mark, start, bottom - 2 * ratio, { ...bold(ratio), colour });
     return box;
   }
 
   /** Where a change would move the resonance that it is about, while the pointer rests on the change. */
-  drawPreview(context, plot, ratio, { left, top, width, height }) {
+  drawPreview({ context, ratio, top, right, bottom, at }) {
     const { speed, label, result } = this.hub.previewed ?? {};
     this.root.dataset.preview = label ?? "";
-    if (!(speed >= this.range[0] && speed <= this.range[1])) return null;
-    const x = plot.valToPos(speed, "x", true);
-    const y = top + 18 * ratio;
-    context.save();
-    context.strokeStyle = look().ink;
-    context.lineWidth = 2 * ratio;
-    context.setLineDash([6 * ratio, 3 * ratio]);
-    line(context, [x, top], [x, top + height]);
-    context.font = font(px(10.5) * ratio, 600);
-    context.textAlign = "left";
-    context.textBaseline = "top";
-    const wide = context.measureText(result).width;
-    const start = x + wide + 8 * ratio < left + width ? x + 5 * ratio : x - wide - 5 * ratio;
+    if (!this.isShown(speed)) return null;
+    const [x, y] = [at(speed), top + 18 * ratio];
+    lines(context, look().ink, 2 * ratio, [[[x, top], [x, bottom]]], [6 * ratio, 3 * ratio]);
+    const wide = widthOf(context, result, ratio);
+    const start = x + wide + 8 * ratio < right ? x + 5 * ratio : x - wide - 5 * ratio;
     context.fillStyle = look().surface;
     context.fillRect(start - 2 * ratio, y - ratio, wide + 4 * ratio, px(13) * ratio);
-    context.fillStyle = look().ink;
-    context.fillText(result, start, y);
-    context.restore();
+    context.textBaseline = "top";
+    write(context, result, start, y, bold(ratio));
     return { x: start / ratio - 2, y: y / ratio, w: wide / ratio + 4, h: px(15) };
   }
 
   /** Names of the peaks as buttons, the highest first; where there is no room the point alone stays. */
   placePeaks(plot, ratio, bounds, obstacles) {
-    const known = this.head.peaks.filter((peak) => peak.x >= this.range[0] && peak.x <= this.range[1]);
+    const known = this.head.peaks.filter((peak) => this.isShown(peak.x));
     const sorted = [...known].sort((a, b) => b.y - a.y);
     const items = sorted.map((peak) => {
       const at = { x: plot.valToPos(peak.x, "x", true) / ratio, y: plot.valToPos(peak.y, "y", true) / ratio };
@@ -306,23 +265,18 @@ export class SweepPane extends Pane {
 
   drawKeys(head) {
     const strong = this.order.filter((curve) => curve.strong);
-    const key = (text, colour, dashed) => {
-      const mark = make("i", dashed ? { class: "ck-dashed" } : {});
-      mark.style.borderTopColor = colour;
-      return make("span", {}, mark, text);
-    };
     const words = (curve) => {
       const label = withoutStage(brief(alone(curve.label)), strong);
       return this.previewed ? label.replace(/planet /g, "p") : label; // room for one more key
     };
-    const rows = strong.map((curve) => key(words(curve), this.colourOf(curve)));
+    const rows = strong.map((curve) => this.key(words(curve), this.colourOf(curve)));
     const others = this.order.length - strong.length;
-    if (others) rows.push(key(`${others} more`, look().other));
-    if (this.pinned) rows.push(key("A", look().pale, true));
-    if (this.previewed) rows.push(key("changed", look().ink, true));
+    if (others) rows.push(this.key(`${others} more`, look().other));
+    if (this.pinned) rows.push(this.key("A", look().pale, "ck-dashed"));
+    if (this.previewed) rows.push(this.key("changed", look().ink, "ck-dashed"));
     for (const row of rows.slice(strong.length)) row.classList.add("ck-whole");
     this.note.textContent = head.stage ?? "";
-    this.raised.textContent = [this.axis[0] > 0 ? "axis not from 0" : "", head.uncounted ? "relief not counted" : ""].filter(Boolean).join("; ");
+    this.raised.textContent = [this.yRange[0] > 0 ? "axis not from 0" : "", head.uncounted ? "relief not counted" : ""].filter(Boolean).join("; ");
     this.raised.title = head.uncounted ?? "";
     this.raised.hidden = !this.raised.textContent;
     const text = rows.map((row) => row.textContent).join("|") + look().dark + strong.map((curve) => this.colourOf(curve)).join();
@@ -342,30 +296,16 @@ export class SweepPane extends Pane {
     return ["ghost", "mode", "resonance", "preview"];
   }
 
-  onCursor(plot) {
-    const index = plot.cursor.idx;
-    if (index == null || plot.cursor.left < 0 || !this.head) {
-      this.cursor = -1;
-      return this.hideTip();
-    }
-    this.cursor = index;
-    const ratio = window.devicePixelRatio || 1;
-    const x = plot.bbox.left / ratio + plot.cursor.left;
-    const y = plot.bbox.top / ratio + Math.max(0, plot.cursor.top);
-    this.showTip(x, y, this.rowsAt(index));
-  }
-
   rowsAt(index) {
-    const unit = (label) => label.match(/\[(.*)\]/)?.[1] ?? "";
     const at = this.data[0][index];
-    const rows = [[`${short(at, 4)} ${unit(this.head.x_label)}`, null]];
+    const rows = [[`${short(at, 4)} ${unitOf(this.head.x_label)}`, null]];
     const strong = this.order.map((curve, i) => ({ ...curve, value: this.data[i + 1][index] })).filter((curve) => curve.strong && curve.value != null);
     strong.sort((a, b) => b.value - a.value);
-    for (const curve of strong) rows.push([curve.label, `${written(curve.value, 4)} ${unit(this.head.y_label)}`, this.colourOf(curve)]);
+    for (const curve of strong) rows.push([curve.label, `${written(curve.value, 4)} ${unitOf(this.head.y_label)}`, this.colourOf(curve)]);
     if (this.pinned) {
       const near = nearest(this.pinned.x, at);
       const most = Math.max(...this.pinned.curves.map((curve) => curve.y[near] ?? -Infinity));
-      if (Number.isFinite(most)) rows.push(["A, largest", `${written(most, 4)} ${unit(this.head.y_label)}`, look().pale]);
+      if (Number.isFinite(most)) rows.push(["A, largest", `${written(most, 4)} ${unitOf(this.head.y_label)}`, look().pale]);
     }
     return rows;
   }
@@ -402,11 +342,6 @@ export class SweepPane extends Pane {
       this.hideTip();
     }
   }
-
-  destroy() {
-    this.plot?.destroy();
-    super.destroy();
-  }
 }
 
 /** A label without the name of its stage, where all have the same. */
@@ -415,19 +350,17 @@ function withoutStage(label, curves) {
   return stage && curves.every((curve) => curve.label.startsWith(stage)) ? label.slice(stage.length) : label;
 }
 
+/** Letters of the words beside a line of the plot, and what they take of it. */
+const bold = (ratio) => ({ size: px(10.5) * ratio, weight: 600 });
+function widthOf(context, text, ratio) {
+  context.font = font(bold(ratio).size, bold(ratio).weight);
+  return context.measureText(text).width;
+}
+
 function leader(context, { x, y, box }, ratio) {
   const [nx, ny] = nearestOf(box, { x, y });
   if (Math.hypot(nx - x, ny - y) < 10) return;
-  context.lineWidth = ratio;
-  context.strokeStyle = look().pale;
-  line(context, [x * ratio, y * ratio], [nx * ratio, ny * ratio]);
-}
-
-function line(context, [x0, y0], [x1, y1]) {
-  context.beginPath();
-  context.moveTo(x0, y0);
-  context.lineTo(x1, y1);
-  context.stroke();
+  lines(context, look().pale, ratio, [[[x * ratio, y * ratio], [nx * ratio, ny * ratio]]]);
 }
 
 /** Points from one to the other, at most so many pixels apart, the last left out. */

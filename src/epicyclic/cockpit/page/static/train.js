@@ -1,5 +1,6 @@
 // The drawing of the train: front view and axial section, turning, or a mode shape in the same drawing.
-import { calm, font, loadColour, look, px, roundUp, written } from "./look.js";
+import { write } from "./canvas.js";
+import { calm, loadColour, look, px, roundUp, written } from "./look.js";
 import { make, Pane, Sheet } from "./pane.js";
 import { deflected, drawLoadKey, fitted, paint, paintMode, placeAt, prepared, slowing, under } from "./train_paint.js";
 
@@ -179,12 +180,8 @@ export class TrainPane extends Pane {
     paint(context, this.front, front, { ...scene, place: (shape) => this.placed(shape) });
     paint(context, this.section, section, { ...scene, place: (shape) => shape.at });
     context.globalAlpha = 1;
-    const known = [...this.loads.values].some(Number.isFinite);
-    if (known) drawLoadKey(context, 62, key, this.loads);
-    context.font = font(10.5);
-    context.fillStyle = look().pale;
-    context.textAlign = "right";
-    if (this.slow > 1 && this.wide > 330) context.fillText(`turning 1 : ${written(this.slow, 1)}`, this.wide - 8, key + 0.5);
+    if ([...this.loads.values].some(Number.isFinite)) drawLoadKey(context, 62, key, this.loads);
+    if (this.slow > 1 && this.wide > 330) write(context, `turning 1 : ${written(this.slow, 1)}`, this.wide - 8, key + 0.5, { size: 10.5, align: "right", colour: look().pale });
   }
 
   /** How points of a shape of the front view move, by which its body bends; null of a body that does not. */
@@ -228,11 +225,7 @@ export class TrainPane extends Pane {
     paintMode(context, this.front, front, turned, amount, this.bentBy(motion, swing));
     paintMode(context, this.section, section, tilted, amount);
     context.globalAlpha = 1;
-    context.font = font(12, 600);
-    context.fillStyle = look().ink;
-    context.textAlign = "left";
-    const title = `${written(this.mode.frequency, 4)} Hz, ${this.mode.label}`;
-    context.fillText(cut(context, title, this.wide - 16), 8, key + 0.5);
+    write(context, `${written(this.mode.frequency, 4)} Hz, ${this.mode.label}`, 8, key + 0.5, { size: 12, weight: 600, room: this.wide - 16 });
   }
 
   drawButton() {
@@ -301,12 +294,10 @@ export class TrainPane extends Pane {
   }
 
   meshRows(indices) {
-    const rows = [];
-    for (const index of indices) {
+    const rows = indices.flatMap((index) => {
       const load = this.loads.values[index];
-      const mesh = this.part_.head.meshes[index];
-      rows.push([mesh.label, null], ["force over the fair share", written(load), Number.isFinite(load) ? this.loads.edge(load) : null]);
-    }
+      return [[this.part_.head.meshes[index].label, null], ["force over the fair share", written(load), Number.isFinite(load) ? this.loads.edge(load) : null]];
+    });
     return rows.slice(0, 10);
   }
 }
@@ -317,12 +308,4 @@ function argmax(values) {
     if (Number.isFinite(value) && (best < 0 || value > values[best])) best = i;
   });
   return best;
-}
-
-/** As much of a text as fits a width. */
-function cut(context, text, width) {
-  if (context.measureText(text).width <= width) return text;
-  let end = text.length;
-  while (end > 1 && context.measureText(`${text.slice(0, end)}…`).width > width) end -= 1;
-  return `${text.slice(0, end)}…`;
 }

@@ -1,5 +1,6 @@
 // The display list of the train painted on a canvas: areas, strokes, symbols and texts in [mm], each by its role.
-import { faded, font, loadColour, look, short, tinted, translucent, written } from "./look.js";
+import { circle, colourBar, lines, write } from "./canvas.js";
+import { faded, look, short, tinted, translucent, written } from "./look.js";
 
 const TURN = 2 * Math.PI;
 
@@ -21,7 +22,7 @@ export const ROLES = {
     "mesh beside": { load: true },
     "hidden edge": null,
   },
-  symbol: { mesh: glow, floats, "floats on the rim": floatsOnRim, centre: point, elastic: bearing, rigid: bearing, axial: bars },
+  symbol: { mesh: glow, floats, "floats on the rim": floats, centre: point, elastic: bearing, rigid: bearing, axial: bars },
   text: { number, name, stage },
 };
 const PAINTERS = { area, stroke, symbol, text: symbol };
@@ -182,7 +183,6 @@ function stroke(context, shape, view, scene) {
 
 function symbol(context, shape, view, scene) {
   const [x, y] = seen(view, ...scene.place(shape));
-  context.textAlign = "center";
   context.lineWidth = 1;
   context.strokeStyle = context.fillStyle = look().ink;
   const alpha = context.globalAlpha; // of what is older than the state; its texts stay to be read
@@ -257,25 +257,12 @@ function load(context, x, y, radius, value, [cx, cy], room) {
   // Clear of the patch in every direction: a number of three digits is twice as wide as tall.
   const reach = radius + 4 + (12 * Math.abs(cx - x) + 6 * Math.abs(cy - y)) / away;
   context.globalAlpha = 1;
-  context.font = font(10.5, 600);
-  context.fillStyle = look().ink;
-  context.fillText(written(value, 3), x + ((cx - x) / away) * reach, y + ((cy - y) / away) * reach);
+  write(context, written(value, 3), x + ((cx - x) / away) * reach, y + ((cy - y) / away) * reach, { size: 10.5, weight: 600, align: "center" });
 }
 
-function circle(context, x, y, radius) {
-  context.beginPath();
-  context.arc(x, y, radius, 0, TURN);
-}
-
-/** A body that floats has an open ring about its centre, another a point. */
-function floats(context, x, y, { room }, view) {
-  circle(context, x, y, Math.max(5, Math.min(10, 0.2 * room * view.scale)));
-  context.lineWidth = 2;
-  context.stroke();
-}
-
-function floatsOnRim(context, x, y, { room }, view) {
-  circle(context, x, y, Math.max(3.5, 0.34 * room * view.scale));
+/** A body that floats has an open ring about its centre, or on its rim; another a point. */
+function floats(context, x, y, { room, role }, view) {
+  circle(context, x, y, role === "floats" ? Math.max(5, Math.min(10, 0.2 * room * view.scale)) : Math.max(3.5, 0.34 * room * view.scale));
   context.lineWidth = 2;
   context.stroke();
 }
@@ -289,40 +276,25 @@ function point(context, x, y) {
 function bearing(context, x, y, { role }) {
   context.fillStyle = role === "rigid" ? look().edge : look().surface;
   context.fillRect(x - 3.5, y - 3.5, 7, 7);
-  context.beginPath();
-  context.rect(x - 3.5, y - 3.5, 7, 7);
-  for (const way of [-1, 1]) {
-    context.moveTo(x - 3.5, y - 3.5 * way);
-    context.lineTo(x + 3.5, y + 3.5 * way);
-  }
-  context.stroke();
+  context.strokeRect(x - 3.5, y - 3.5, 7, 7);
+  lines(context, look().ink, 1, [-3.5, 3.5].map((way) => [[x - 3.5, y - way], [x + 3.5, y + way]]));
 }
 
 /** Bars on both sides of a bearing or support that holds axially. */
 function bars(context, x, y) {
-  context.beginPath();
-  for (const way of [-5.5, 5.5]) {
-    context.moveTo(x + way, y - 4.5);
-    context.lineTo(x + way, y + 4.5);
-  }
-  context.stroke();
+  lines(context, look().ink, 1, [-5.5, 5.5].map((way) => [[x + way, y - 4.5], [x + way, y + 4.5]]));
 }
 
 function number(context, x, y, { room, text }, view) {
-  context.font = font(Math.max(9, Math.min(17, 0.42 * room * view.scale)), 600);
-  context.fillText(text, x, y + 0.5);
+  write(context, text, x, y + 0.5, { size: Math.max(9, Math.min(17, 0.42 * room * view.scale)), weight: 600, align: "center" });
 }
 
 function name(context, x, y, { room, text }, view) {
-  if (room * view.scale <= 22) return;
-  context.font = font(11);
-  context.fillText(text, x, y + Math.min(0.52 * room * view.scale, 20));
+  if (room * view.scale > 22) write(context, text, x, y + Math.min(0.52 * room * view.scale, 20), { align: "center" });
 }
 
 function stage(context, x, y, { text }) {
-  context.font = font(11, 600);
-  context.fillStyle = look().pale;
-  context.fillText(text, x, Math.max(y - 12, 8));
+  write(context, text, x, Math.max(y - 12, 8), { weight: 600, align: "center", colour: look().pale });
 }
 
 let asked = null; // a context that only answers questions about outlines
@@ -349,17 +321,10 @@ function covers(shape, view, [x, y, turn], px, py) {
 /** Key to the colours of the meshes: a bar from the least to the largest load. */
 export function drawLoadKey(context, x, y, loads) {
   const width = 84;
-  for (let i = 0; i < width; i++) {
-    context.fillStyle = loadColour(i / (width - 1));
-    context.fillRect(x + i, y - 4, 1.5, 8);
-  }
+  colourBar(context, x, y - 4, width, 8);
   context.lineWidth = 1;
   context.strokeStyle = look().edge;
   context.strokeRect(x - 0.5, y - 4.5, width + 1.5, 9);
-  context.font = font(10.5);
-  context.fillStyle = look().pale;
-  context.textAlign = "right";
-  context.fillText(short(loads.low, 3), x - 5, y + 0.5);
-  context.textAlign = "left";
-  context.fillText(`${short(loads.high, 3)}  force over the fair share`, x + width + 6, y + 0.5);
+  write(context, short(loads.low, 3), x - 5, y + 0.5, { size: 10.5, align: "right", colour: look().pale });
+  write(context, `${short(loads.high, 3)}  force over the fair share`, x + width + 6, y + 0.5, { size: 10.5, colour: look().pale });
 }
