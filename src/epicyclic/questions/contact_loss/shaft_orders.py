@@ -34,6 +34,8 @@ from ..response.spectra import (
     alias_free_samples,
     force_signal,
     lateral_pairs,
+    link_spectrum,
+    motion_spectrum,
     peak,
     placed,
     strained,
@@ -402,32 +404,25 @@ def _samples(ready: Response, block: Block) -> int | None:
 
 def _line(ready: Response, linear: LinearMotion, place: int, shaft: Shaft) -> SuperposedLine:
     """Response to one group of shaft lines over the grid of mesh phases, of flanks that keep their contact."""
-    solved, point = linear.block.shaft, linear.point
+    block, solved, point = linear.block, linear.block.shaft, linear.point
     assert solved is not None
-    balance, rows, links = point.problem, point.problem.rows, ready.system.links
-    F, orders = rows.count, ready.kernel(linear.block.truncation, shifted=True).lattice.points
-    y: ComplexArray = solved.y[place, 0] + 1j * solved.y[place, 1]
-    stretch = y @ rows.gaps[:F].T
-    link_stretch = y @ strained(ready, links.B).T
-    turning = (
-        ready.frame_factor(np.array([point.state.speed]))[0] * link_stretch @ links.skew.T if links.skew.size else 0
-    )
+    rows, counts = point.problem.rows, point.problem.grid.counts
+    F, orders = rows.count, ready.kernel(block.truncation, shifted=True).lattice.points
+    stretch = (solved.y[place, 0] + 1j * solved.y[place, 1]) @ rows.gaps[:F].T
     lines = ready.lines.solved_together(shifted=True)[place : place + 1]
     stretch -= placed(orders, lines, (F,), lambda line: line_gaps(ready, rows, line)[:F])[0]
-    link_stretch -= placed(orders, lines, (len(links.name),), lambda line: line.link_gap)[0]
-    frequency = solved.frequency[place][:, None]
-    counts = balance.grid.counts
     delta = _over_phases(stretch, orders, counts)
     force = point.state.tangent[:, :F] * delta
     if rows.damping.any():
-        rate = _over_phases(1j * frequency * stretch, orders, counts)
+        rate = _over_phases(1j * solved.frequency[place][:, None] * stretch, orders, counts)
         force += np.where(point.state.touching, rows.damping, 0.0) * rate
+    motion, links = (spectrum(ready, block, shifted=True).amplitude for spectrum in (motion_spectrum, link_spectrum))
     return SuperposedLine(
         shaft=shaft,
         stretch=delta,
         force=force,
-        motion=_over_phases(y @ ready.modal.shapes.T, orders, counts),
-        links=_over_phases((links.stiffness + 1j * frequency * links.damping) * link_stretch + turning, orders, counts),
+        motion=_over_phases(motion[:, 0, place].T, orders, counts),
+        links=_over_phases(links[:, 0, place].T, orders, counts),
         error=0.0,
     )
 

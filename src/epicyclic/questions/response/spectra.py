@@ -353,7 +353,7 @@ def strained(ready: Response, rows: Array) -> Array:
     return modal
 
 
-def _link_spectrum(ready: Response, block: Block, *, shifted: bool) -> Spectrum:
+def link_spectrum(ready: Response, block: Block, *, shifted: bool) -> Spectrum:
     """Force of every link row [N, N m], amplitude (p, P, S, J); shifted : of the shaft orders."""
     links, solved = ready.system.links, _solution(block, shifted=shifted)
     stretch = _row_spectrum(ready, block, rows=strained(ready, links.B), shifted=shifted).amplitude
@@ -385,7 +385,8 @@ def _solution(block: Block, *, shifted: bool) -> HarmonicSolution:
 
 def _per_speed(values: ComplexArray, block: Block) -> ComplexArray:
     """Amplitudes (rows, P S, K) as (rows, P, S, K)."""
-    return values.reshape(values.shape[0], block.speed.size, -1, values.shape[-1])
+    rows, count, K = values.shape
+    return values.reshape(rows, block.speed.size, count // block.speed.size, K)
 
 
 def force_signal(ready: Response, block: Block) -> Signal:
@@ -415,7 +416,7 @@ def link_signal(ready: Response, block: Block) -> Signal:
     Dampers to the housing in a turning frame act on the absolute velocity (docs/conventions.md, inertia in a turning
     frame): their part s skew B^T q is included.
     """
-    return _signal(ready, block, _link_spectrum)
+    return _signal(ready, block, link_spectrum)
 
 
 def _signal(ready: Response, block: Block, spectrum: Callable[..., Spectrum], *, truncated: bool = False) -> Signal:

@@ -319,7 +319,7 @@ class Numbers(NamedTuple):
 class Motion:
     """A System ready to be integrated under a program.
 
-    system : with laws, or linear.  shapes : (n, n) Phi.  forces : (n, n) Phi^T.  momenta : (n, n) Phi^T M.
+    system : with laws, or linear.  shapes : (n, n) Phi.  momenta : (n, n) Phi^T M.
     rigid : (n,) which modes are rigid.  rows : (n, M) of all flanks and groups.
     flanks : of all rows that press, without far ones where linear.  laws : of the groups.
     numbers : the equation.  compiled : whether these hold all laws; else it is integrated with NumPy.
@@ -328,7 +328,6 @@ class Motion:
 
     system: System
     shapes: Array
-    forces: Array
     momenta: Array
     rigid: NDArray[np.bool_]
     rows: Array
@@ -396,7 +395,6 @@ def motion(
     return Motion(
         system=lawful,
         shapes=shapes,
-        forces=np.ascontiguousarray(shapes.T),
         momenta=shapes.T @ system.M,
         rigid=rigid,
         rows=rows,
@@ -440,7 +438,6 @@ def in_modes_of_its_speed(moving: Motion) -> Motion:
     return replace(
         moving,
         shapes=moving.shapes @ turn,
-        forces=np.ascontiguousarray((moving.shapes @ turn).T),
         momenta=turn.T @ moving.momenta,
         numbers=numbers,
     )
