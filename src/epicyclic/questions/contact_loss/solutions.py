@@ -151,13 +151,13 @@ def floquet_stability(refinement: Refinement, at: Solution) -> Stability:
     numpy.linalg.LinAlgError : numbers that are not finite.
     """
     steps, unchanging = _steps(at.balance, at.state), at.state.unchanging
-    largest = _largest(_floquet(refinement, at, steps))
+    largest = _floquet(refinement, at, steps).largest
     error = _NEAR_CLOSED if unchanging else _NEAR
     for _ in range(_FINER):
         if abs(abs(largest) - 1) > error:
             break
         coarse, steps = largest, _TIMES * steps
-        largest = _largest(_floquet(refinement, at, steps))
+        largest = _floquet(refinement, at, steps).largest
         error = abs(abs(largest) - abs(coarse)) + (CIRCLE if unchanging else at.residual)
     kind = multiplier_kind(largest, real=_REAL)
     if kind == DIVERGENCE:
@@ -293,12 +293,6 @@ def _steps(balance: Problem, state: State) -> int:
 def _least_steps(modal: Modal, cycle: float, variation: ComplexArray) -> int:
     """Steps of a mesh cycle [s] of the linear system; variation : (r, H) of the stiffness."""
     return steps_needed(modal, period=cycle, cycle=cycle, harmonics=variation.shape[1])
-
-
-def _largest(solved: Floquet) -> complex:
-    """The largest multiplier, free motions apart; 0 where there is none."""
-    bound = solved.multipliers[~solved.free]
-    return complex(bound[0]) if bound.size else 0j
 
 
 # --- two mesh tones ---------------------------------------------------------------------------------------------------

@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...system.system import Array, Faces, Index, faces
+from ...system.system import Array, Index
 from ..response.lattice import Point
 from ..response.response import Response
 from ..response.spectra import LineExcitation, PlacedLine, Shaft
@@ -208,14 +208,13 @@ class Torus:
     """A System ready to be solved with contact loss and shaft orders at any speed.
 
     shaft_tones : the shaft lines on tones of their own.  shaft_lines : all groups of them that count.
-    face : whole meshes.  problems : those made so far, by size.
+    problems : those made so far, by size.
     fine : whether shaft orders grow until links that follow laws are right to 1e-4.
     """
 
     ready: Response
     shaft_tones: ShaftTones
     shaft_lines: tuple[Shaft, ...]
-    face: Faces
     fine: bool = False
     problems: dict[Size, Prepared] = field(default_factory=dict)
 
@@ -310,7 +309,6 @@ def torus_of(ready: Response, *, shaft_orders: bool = True, most: int | None = N
         ready=ready,
         shaft_tones=shaft_tones(ready, every, most=room),
         shaft_lines=every,
-        face=faces(ready.system.meshes),
         fine=fine and gap_rows_of(ready).links is not None,
     )
 

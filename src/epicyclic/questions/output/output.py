@@ -362,20 +362,22 @@ def kinematic_error(train: Train, shaft: OutputShaft, share: float) -> tuple[Col
     if record.count < record.period and np.ptp(error) > rounding:
         text = f"kinematic error over {record.count} {record.name}, the {record.period_name} has {record.period}"
         said.append(coded("short-record", f"{text}: phases that are not met may add to its range"))
-    return _columns(system, shaft.name, record, error, rounding), said
-
-
-def error_range(train: Train, shaft: OutputShaft, share: float, most: int) -> float:
-    """Largest range within a turn of the kinematic error [rad]; as of `kinematic_error`, without its orders.
-
-    most : instants of the record, unless a turn has more.
-    """
-    system, record, error, _ = _turned(train, shaft, share, most)
-    return _range(system, shaft.name, record, error)
+    frequency, amplitude = _lines(system, record, error, rounding)
+    return {
+        "kinematic_error": ("shaft_turn", error),
+        "kinematic_error_peak_to_peak": ((), _range(system, shaft.name, record, error)),
+        "kinematic_error_order": ("shaft_order", amplitude),
+        "shaft_turn": ("shaft_turn", np.arange(error.size) / record.samples),
+        "shaft_order": ("shaft_order", np.array([float(one / record.unit) for one in frequency])),
+        "shaft_order_cause": ("shaft_order", np.array([line_label(system, one) for one in frequency], dtype=object)),
+    }, said
 
 
 def _turned(train: Train, shaft: OutputShaft, share: float, most: int) -> tuple[System, Record, Array, float]:
-    """The train as it turns slowly, the record, the error over it (T,) [rad] and amplitude that is rounding."""
+    """The train as it turns slowly, the record, the error over it (T,) [rad] and amplitude that is rounding.
+
+    most : instants of the record, unless a turn has more.
+    """
     kinematics = train.kinematics
     torque = (kinematics.torque or {}).get(shaft.name, 0.0)
     if not (torque and (kinematics.speed or {}).get(shaft.name)):
@@ -401,19 +403,6 @@ def _record(system: System, body: str, most: int) -> Record:
         raise ModelError("members turn as one, and no deviation turns against another")
     samples = math.ceil(_SAMPLES * fastest / turn)  # whole mesh cycles: what is too fast for them stays a mesh order
     return record_of(system, cycles=None, turns=None, of=body, samples=samples, most=max(most, samples))
-
-
-def _columns(system: System, shaft: str, record: Record, error: Array, rounding: float) -> Columns:
-    """Error (T,) [rad] over a record, its range and orders; rounding : amplitude that is none."""
-    frequency, amplitude = _lines(system, record, error, rounding)
-    return {
-        "kinematic_error": ("shaft_turn", error),
-        "kinematic_error_peak_to_peak": ((), _range(system, shaft, record, error)),
-        "kinematic_error_order": ("shaft_order", amplitude),
-        "shaft_turn": ("shaft_turn", np.arange(error.size) / record.samples),
-        "shaft_order": ("shaft_order", np.array([float(one / record.unit) for one in frequency])),
-        "shaft_order_cause": ("shaft_order", np.array([line_label(system, one) for one in frequency], dtype=object)),
-    }
 
 
 def _range(system: System, shaft: str, record: Record, error: Array) -> float:
@@ -622,9 +611,8 @@ def sampled_kinematic_error(train: Train, shaft: OutputShaft, share: float, seed
 
 def _error_of_one(train: Train, shaft: OutputShaft, share: float, overrides: dict[str, object]) -> float:
     """Range of the kinematic error of the train that overrides make [rad]."""
-    made = load(dict(train.document), overrides=overrides)
-    found = attempt(lambda one: error_range(one, shaft, share, _INSTANTS), made)
-    return np.nan if found.value is None else found.value
+    found = attempt(lambda one: _turned(one, shaft, share, _INSTANTS), load(dict(train.document), overrides=overrides))
+    return np.nan if found.value is None else _range(found.value[0], shaft.name, *found.value[1:3])
 
 
 # --- shafts of a train that turns -------------------------------------------------------------------------------------

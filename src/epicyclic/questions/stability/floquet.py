@@ -79,6 +79,12 @@ class Floquet:
     position: ComplexArray | None = None
     rate: ComplexArray | None = None
 
+    @property
+    def largest(self) -> complex:
+        """The largest multiplier, free motions apart; 0 where there is none."""
+        bound = self.multipliers[~self.free]
+        return complex(bound[0]) if bound.size else 0j
+
 
 def steps_needed(modal: Modal, *, period: float, cycle: float, harmonics: int = 0) -> int:
     """Steps of a period that hold the motion between kicks: 24 a mesh cycle, 4 a cycle of the highest mode.
