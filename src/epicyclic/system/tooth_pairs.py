@@ -23,8 +23,8 @@ from ..teeth.path_of_contact import averaging_length, line_windows
 from ..teeth.segments import ContactSegments, RowStations, contact_segments, row_response, row_weights
 from ..train.train import Mesh, MeshSlice, Train
 from ..warning_codes import CodedText, placed
-from .flank_laws import ROWS, FaceForce, Index
-from .system import Array, ComplexArray, Line, System
+from .flank_laws import ROWS, FaceForce
+from .system import Array, ComplexArray, Index, Line, System
 
 End = Literal["left", "right"]
 

@@ -35,11 +35,8 @@ from . import gear_pair
 from .contact_solver import ContactSolution, products, solve_hertzian, solve_linear, tangent_stiffness
 from .gear_pair import ContactPair, Torsion
 from .mesh_stiffness import DEFAULT_HARMONICS, ContactTable, error_samples, evaluate_series, table_series
-from .path_of_contact import LineWindows, contact_lines, corner_reach, line_windows, tip_separation
+from .path_of_contact import Array, Index, LineWindows, contact_lines, corner_reach, line_windows, tip_separation
 from .segments import ContactSegments, contact_segments, initial_gap, microgeometry_gaps
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 # Loads of a table rise as squares, (i / _OPERATING)^2 times the operating load, which is one of them.
 _STEPS, _OPERATING = 20, 12

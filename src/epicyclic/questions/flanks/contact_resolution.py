@@ -35,14 +35,11 @@ from ...system.assembly import train_provenance
 from ...system.tooth_pairs import FaceLoad
 from ...teeth.gear_pair import ContactPair, MeshWave, uniform_along_face
 from ...teeth.loaded_contact import all_loaded, all_segments, loaded_contact
-from ...teeth.path_of_contact import averaging_length, corner_phases, graded_phases, largest_part_mean
+from ...teeth.path_of_contact import Array, Index, averaging_length, corner_phases, graded_phases, largest_part_mean
 from ...teeth.root_stress import RootStress, pair_influences, root_stress
 from ...train.train import Mesh, Train
 from ...warning_codes import CodedText, coded
 from . import ContactOptions, StiffnessOptions
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 # The search for the worst cycle: places of its beginning in a mesh cycle, slices of a face that is not even, phases of
 # a profile error.  The peak to peak over a cycle changes by a thousandth where its beginning does by one place.

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...errors import ModelError
-from ...system.system import Array, ComplexArray, System, faces
+from ...system.system import Array, ComplexArray, Index, System, faces
 from ..response.response import Block, Response
 from ..response.spectra import Spectrum, force_spectrum, motion_spectrum
 
@@ -390,7 +390,6 @@ def tabulated_transfer(frequency: ArrayLike, gain: ArrayLike, phase: ArrayLike =
     return Transfer(frequency=f, gain=size, phase=np.unwrap(angle), unit=unit)
 
 
-Index = NDArray[np.int64]
 # A contribution below this share of the largest of its line is not reported among its origins.
 _REPORTED = 1e-2
 # Lines summed at once when a signal is synthesised.

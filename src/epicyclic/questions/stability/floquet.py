@@ -32,10 +32,8 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
-from ...system.system import Array, ComplexArray
+from ...system.system import Array, ComplexArray, Index
 from ..modes.eigen import Modal, modal_weights, neutral_basis
-
-Index = NDArray[np.int64]
 
 # Kinds of loss of stability, by where the largest multiplier leaves the unit circle; one vocabulary for all analyses.
 # At +1 a linear system has one word, divergence.  With teeth that part the branch of the motion tells two of its forms

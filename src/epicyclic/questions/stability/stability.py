@@ -35,7 +35,7 @@ from ...engine.workers import each, import_results
 from ...errors import ModelError
 from ...results.dataset import largest
 from ...statics.tangent import linear
-from ...system.system import Array, ComplexArray, System
+from ...system.system import Array, ComplexArray, Index, System
 from ...warning_codes import CodedText, coded
 from ..modes.eigen import Modal, modal_form, modal_weights, repeated_roots
 from ..response.response import FrameSpeed
@@ -43,7 +43,6 @@ from ..response.spectra import mesh_tones
 from ..response.sweep_table import of_one_tone
 from .floquet import STABLE, Floquet, floquet, multiplier_kind, steps_needed
 
-Index = NDArray[np.int64]
 # Modes closer than this part of their frequency are taken together: the width of the widest boundaries.
 _CLOSE_FREQUENCY = 0.01
 # Combinations looked into, the fastest first; points of a grid of mesh frequencies about one, at least.

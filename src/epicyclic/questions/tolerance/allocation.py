@@ -35,11 +35,10 @@ from ...train.resolution import costs_of, load
 from ...train.train import Train
 from ...warning_codes import CodedText, coded
 from . import AllocateOptions
-from .statistics import CONFIDENCE, Band, weighted_tally
-from .tolerance import pair_limits, piece_of_samples, sampled
+from .statistics import CONFIDENCE, Array, Band, weighted_tally
+from .tolerance import Columns, pair_limits, piece_of_samples, sampled
 from .tolerance_map import ToleranceMap, tolerance_map
 
-Array = NDArray[np.float64]
 Combination = tuple[int, ...]
 Proof = Literal["samples", "monotone", "open"]
 
@@ -456,8 +455,6 @@ def _best_first(
             heapq.heappush(queue, (total, depth - 1, child))
     return None, below, True, tried
 
-
-Columns = dict[str, tuple[Any, Any]]
 
 # parts of combinations that a search by sums tries at most: some ten seconds
 _MOST_SUMS = 20_000

@@ -30,11 +30,10 @@ from ...statics.tangent import linear, mean_stretch, small_motion_tangent
 from ...system.flank_laws import LEAST, LinearLaw, TabulatedLaw, phase_cubics
 from ...system.gaps import Flanks, flanks
 from ...system.link_laws import ContactSetLaw, Laws
-from ...system.system import Array, ComplexArray, System, faces
+from ...system.system import Array, ComplexArray, Index, System, faces
 from ...warning_codes import CodedText, coded
 from ..modes.eigen import mean_modes
 
-Index = NDArray[np.int64]
 T = TypeVar("T", np.float64, np.complex128)
 # Products a BLAS leaves to one thread: OpenBLAS shares out matrix products from 2.6e5 multiplications on.
 _ONE_THREAD = 100_000
