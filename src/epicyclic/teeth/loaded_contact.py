@@ -428,17 +428,9 @@ def microgeometry_contact(
                 whole = np.asarray(part.solved.all(axis=1))
                 heads.append(np.where(whole[:, None, None, None], own, np.nan))
     back = np.argsort(np.concatenate([first, rest]), kind="stable")
-
-    def gathered(values: Sequence[Array]) -> Array:
-        return np.concatenate(values)[back][:, order]
-
-    return MicrogeometryContact(
-        approach=gathered([part.approach for part in parts]),
-        tangent=gathered([part.tangent for part in parts]),
-        largest_load=gathered([part.largest_load for part in parts]),
-        residual=gathered([part.residual for part in parts]),
-        solved=np.concatenate([part.solved for part in parts])[back][:, order],
-    )
+    names = [field.name for field in fields(MicrogeometryContact)]
+    joined = {name: np.concatenate([getattr(part, name) for part in parts])[back][:, order] for name in names}
+    return MicrogeometryContact(**joined)
 
 
 def _spread_out(gaps: Array, count: int) -> Index:

@@ -15,13 +15,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
 
 from ...errors import ConvergenceError, ModelError
-from ...system.system import Array, ComplexArray, Index, Line, System, faces
+from ...system.system import Array, ComplexArray, Index, System, faces
 from ..modes.eigen import Modal, modal_weights
 from ..response.balance import Batch, HarmonicSolution, solve
 from ..response.lattice import Gather, Kernel, product, to_complex, to_real
@@ -130,23 +129,6 @@ def mean_stiffness_change(system: System, change: SystemNumbers) -> Array:
     B, k = system.meshes.B, system.meshes.stiffness
     mixed = (change.B * k) @ B.T
     return change.K + mixed + mixed.T + (B * change.stiffness) @ B.T
-
-
-def with_lines(system: System, frequencies: Sequence[Fraction]) -> System:
-    """The System with a line, empty where it has none, at each of the given frequencies [Hz]."""
-    known = {line.frequency for line in system.lines}
-    n, m = system.meshes.B.shape
-    empty = Line(
-        frequency=Fraction(0),
-        gap=np.zeros(m, complex),
-        link_gap=np.zeros(len(system.links.name), complex),
-        force=np.zeros((3, n), complex),
-        group_gap=np.zeros(system.group_rows.shape[1], complex),
-    )
-    added = [replace(empty, frequency=frequency) for frequency in frequencies if frequency not in known]
-    if not added:
-        return system
-    return replace(system, lines=tuple(sorted((*system.lines, *added), key=lambda line: line.frequency)))
 
 
 def measure(ready: Response, block: Block, *, harmonic: int | None) -> ForceMeasure:
