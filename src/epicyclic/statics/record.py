@@ -1,15 +1,12 @@
-"""Records of a train that turns slowly, and what of it nothing holds.
+"""Records of a train that turns slowly, and loads along motions that nothing holds.
 
-Loads along motions that nothing holds: which member, in which direction, and how much.  Derived here.
+Of these it is told which member moves, in which direction, and how much (derived here).  The motions without stiffness
+are the null space N of the mean stiffness; a load F works on them with w = N'F.  Holding the coordinates D takes the
+reactions with N_D' reactions = w, if there are any.  A turning train is such a motion too, but torques in equilibrium
+do not work on it; a helical gear that can slide along its axis is another, a screw.
 
-The motions without stiffness are the null space N of the mean stiffness; a load F works on them with w = N'F.  Holding
-the coordinates D takes the reactions with N_D' reactions = w, if there are any.  A turning train is such a motion too,
-but torques in equilibrium do not work on it; a helical gear that can slide along its axis is another, a screw.
-
-Records of instants, the excitation at them, and the meshes that carry load in them.
-
-Instants are counted in exact fractions of a mesh cycle, and the excitation lines are evaluated at them.  Where a mesh
-carries no load in the mean, load sharing and dynamic factor are not defined.
+Instants of a record are counted in exact fractions of a mesh cycle, and the excitation lines are evaluated at them.
+Where a mesh carries no load in the mean, load sharing and dynamic factor are not defined.
 """
 
 from __future__ import annotations

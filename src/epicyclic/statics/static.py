@@ -1,11 +1,7 @@
-"""Static forces over the record of a train that is held at positions.
+"""Quasi-static equilibrium over the record, meshes carrying pressure only, as a labelled Dataset.
 
-Quasi-static states of a train whose teeth have two flanks, over a record, in consecutive pieces.
-
-Loaded and far flanks are solved together: the energy is convex, and a flank that does not press adds nothing to it.
-Laws with a memory follow their history.
-
-Quasi-static equilibrium over the record, meshes carrying pressure only, as a labelled Dataset.
+A record is taken in consecutive pieces.  Loaded and far flanks are solved together: the energy is convex, and a flank
+that does not press adds nothing to it.  Laws with a memory follow their history.
 """
 
 from __future__ import annotations

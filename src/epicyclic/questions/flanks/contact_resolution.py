@@ -1,19 +1,16 @@
-"""What loaded contact of a pair and of a train have alike: loads, resolution, results.
+"""What loaded contact of a pair and of a train have alike: errors of the teeth, loads, resolution, results.
 
-What a loaded tooth contact is solved with: errors of the teeth in the worst mesh cycle, then phases and slices.
-
-A pitch error is of teeth that turn: which of them are in mesh is a matter of the mesh cycle that is looked at.  The gap
-of a pair of teeth is that of both its flanks, from measured pitch deviations of the file, or one step between a pair
-and the one before it.  Errors of a mesh over its phase, of its profile or turning with a member, open all pairs of
-teeth in mesh alike: they add to the transmission error and leave the loads as they are.
+Errors of the teeth are those of the worst mesh cycle.  A pitch error is of teeth that turn: which of them are in mesh
+is a matter of the mesh cycle that is looked at.  The gap of a pair of teeth is that of both its flanks, from measured
+pitch deviations of the file, or one step between a pair and the one before it.  Errors of a mesh over its phase, of its
+profile or turning with a member, open all pairs of teeth in mesh alike: they add to the transmission error and leave
+the loads as they are.
 
 Phases and slices are doubled until the printed numbers hold within a tolerance.
 
-Loaded tooth contact, of one pair of gears alone or of all meshes of a train: what both have alike.
-
-Loads on the faces of the meshes at several levels of load, and the Dataset of what follows from them: load
-along the faces, face factors, stress in the tooth roots.  Beside it the mesh stiffness that a train has without tooth
-contact, of every mesh over one mesh cycle.
+Loads on the faces of the meshes at several levels of load, and the Dataset of what follows from them: load along the
+faces, face factors, stress in the tooth roots.  Beside it the mesh stiffness that a train has without tooth contact, of
+every mesh over one mesh cycle.
 """
 
 from __future__ import annotations

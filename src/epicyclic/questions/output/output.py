@@ -1,23 +1,18 @@
-"""Output: the gearbox seen from one shaft.
+"""A gearbox at one of its shafts: stiffness over torque, hysteresis, lost motion, kinematic error, reflected inertia.
 
-The shaft that a gearbox is seen from; the train with its other shafts locked, by another operation of the model.
-
-Torque over angle of a locked train through both flanks: one cycle of the torque at several places of the mesh cycle.
-
-The torque goes 0, +T, -T, +T in steps at each of which the train is in equilibrium, with far flanks, play and laws.
-Where a law has a memory the steps follow each other, else each stands by itself and both branches are one.  What a
-cycle dissipates is the work of the sliders, F_m |ds| summed: the area of the loop without the error of its steps.
+The other shafts are locked, by another operation of the model.  Torque over angle is taken through both flanks, one
+cycle of the torque at several places of the mesh cycle.  The torque goes 0, +T, -T, +T in steps at each of which the
+train is in equilibrium, with far flanks, play and laws.  Where a law has a memory the steps follow each other, else
+each stands by itself and both branches are one.  What a cycle dissipates is the work of the sliders, F_m |ds| summed:
+the area of the loop without the error of its steps.
 
 Zero torque is left out: with play the angle is not unique there.  Angles count from mid-backlash.
 
-Kinematic error of a shaft: its rotation less that which the ratio makes of the driving shaft, over its turns.
-
+The kinematic error of a shaft is its rotation less that which the ratio makes of the driving shaft, over its turns.
 The train turns slowly under a share of the rated torque, all torques of the operation in that proportion: flanks open
 and close where the deviations are larger than what yields.  The record is the common period of all lines, as far as it
 goes; amplitudes at the exact orders of the shaft are those of least squares.  The row of rotations is that of
 `system.signal_rows`, whose lag is positive; the error is its negative.
-
-A gearbox at one of its shafts, the others locked: stiffness over torque, hysteresis, lost motion, reflected inertia.
 
 Stiffnesses and lost motion are read from the middle line of the loop of `hysteresis`: the tangent dT/dphi at every
 torque; between 50 and 100 % of the rated torque the secant, and the slope of least squares.  Lost motion is the angle

@@ -1,11 +1,8 @@
-"""A history of torque and speed as load cases.
+"""A history of torque and speed as load cases: a CSV file, an Excel table or columns, as a person has them.
 
-A load history as a person has it, a CSV file, an Excel table or columns, to torque, speed and time of every row.
-
-Load spectrum: time, revolutions and equivalent torque in bins of signed torque and speed; rainflow of the torque.
-
-Damage is by Miner's rule with one exponent of the torque: n cycles of T count as n |T|^p.  The equivalent torque of a
-bin does with its cycles the damage of all its rows,
+The load spectrum is time, revolutions and equivalent torque in bins of signed torque and speed, and rainflow of the
+torque.  Damage is by Miner's rule with one exponent of the torque: n cycles of T count as n |T|^p.  The equivalent
+torque of a bin does with its cycles the damage of all its rows,
 
     T_eq = (sum n_i |T_i|^p / sum n_i)^(1/p)
 

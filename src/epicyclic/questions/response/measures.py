@@ -1,8 +1,7 @@
 """Measures of a response at many speeds: pure functions of signals, whichever method solved for them.
 
 A linear sweep, one with contact loss, or samples of an integration give `Signal`s (complex amplitudes and exact
-frequencies; `spectra.signal_of_samples` makes one of samples); `sweep_measures` makes the variables of `table` of
-them.
+frequencies; `spectra.signal_of_samples` makes one of samples); `sweep_measures` makes the variables of `table` of them.
 
 With F(t) the force of a mesh and F_m its mean over time, the transmitted force,
 
@@ -11,9 +10,9 @@ With F(t) the force of a mesh and F_m its mean over time, the transmitted force,
 K_v is (F_m + dynamic increment) / F_m as in [iso6336, 6], for each mesh of a train; where the meshes of a pair carry
 nothing together it is not defined.
 
-Steady response at one speed over the cycle of a mesh frequency: mesh orders, and an envelope for each other line.
+Of one speed also the forces over the cycle of a mesh frequency: mesh orders, and an envelope for each other line.
 
-For comparison with it plain harmonic superposition: every frequency alone on the mean system.  With dbar the mean gap,
+For comparison plain harmonic superposition: every frequency alone on the mean system.  With dbar the mean gap,
 K xbar = F, and dk the varying part of a mesh stiffness,
 
     Z(w) X = sum of (k0 + i w c) e B - dk dbar B,    force = k0 (dbar + dX) + dk dbar + c dX'

@@ -1,8 +1,7 @@
 """What excites a System, and the spectra and waveforms of what answers.
 
-Excitation of the steady response: the exact lines of a System, sorted into mesh orders and shaft orders.
-
-Spectra of mesh forces, link forces and displacements of a solved block, and their waveforms over the tone phases.
+The exact lines of a System are sorted into mesh orders and shaft orders.  Mesh forces, link forces and displacements of
+a solved block have spectra, and waveforms over the tone phases.
 """
 
 from __future__ import annotations
