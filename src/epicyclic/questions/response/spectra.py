@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ModelError
-from ...statics.record import contradicting_radii, unheld, unheld_error
+from ...statics.record import require_free_balance
 from ...system.system import Array, ComplexArray, Faces, Index, Line, System, faces
 from ..modes.eigen import Modal
 from .lattice import (
@@ -35,9 +35,6 @@ from .lattice import (
 if TYPE_CHECKING:
     from .balance import HarmonicSolution
     from .response import Block, Response
-
-# Torques balanced in the input leave rounding on a rigid mode, 1e-13 of the sum of magnitudes; a wrong one far more.
-_BALANCE = 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -128,7 +125,9 @@ def excitation(system: System, modal: Modal) -> LineExcitation:
     first = len(tones)
     tones += () if passing is None else passing.tones
     points = [(_multiple(tones, line.frequency), line) for line in system.lines]
-    _require_balance(system, modal)
+    mean = system.force + sum((line.force[0].real for line in system.lines if line.frequency == 0), np.zeros(1))
+    free = modal.shapes[:, modal.rigid]
+    require_free_balance(free, mean, system, path="operation.torque", cure="loads in equilibrium")
     return LineExcitation(
         tones=tones,
         axis=np.array([tones.index(system.tones[i]) for i in system.meshes.tone], dtype=np.int64),
@@ -190,29 +189,6 @@ def _grouped(tones: tuple[Fraction, ...], lines: list[Line]) -> tuple[Shaft, ...
         else:
             groups[line.frequency] = [((0,) * len(tones), False, line)]
     return tuple(Shaft(frequency=base, members=tuple(members)) for base, members in groups.items())
-
-
-def _require_balance(system: System, modal: Modal) -> None:
-    """Refuse mean forces that work on a rigid mode: nothing would hold the train in place.
-
-    Raises
-    ------
-    ModelError : the work on a rigid mode is more than rounding.
-    """
-    mean = system.force + sum((line.force[0].real for line in system.lines if line.frequency == 0), np.zeros(1))
-    shapes = modal.shapes[:, modal.rigid]
-    work, size = np.abs(shapes.T @ mean), np.abs(shapes.T) @ np.abs(mean)
-    if np.any(work > _BALANCE * size):
-        if coordinates := unheld(shapes, mean, system.dofs.names):
-            raise unheld_error(coordinates, system)
-        worst = int(np.argmax(work / np.where(size > 0, size, 1.0)))
-        name = system.dofs.names[int(np.argmax(np.abs(shapes[:, worst] * system.dofs.radius)))]
-        raise ModelError(
-            f"the external torques and forces do not balance on the free motion of {name}: "
-            f"{work[worst] / size[worst]:.3g} of them is left over",
-            path="operation.torque",
-            allowed="; ".join(filter(None, ("loads in equilibrium", contradicting_radii(system)))),
-        )
 
 
 PlacedLine = tuple[Point, bool, Line]

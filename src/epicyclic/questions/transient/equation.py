@@ -25,7 +25,7 @@ import scipy.linalg
 from numpy.typing import ArrayLike, NDArray
 
 from ...errors import ModelError
-from ...statics.record import contradicting_radii, group_gap, unheld, unheld_error
+from ...statics.record import group_gap, require_free_balance
 from ...statics.tangent import linear, mean_stretch, small_motion_tangent
 from ...system.flank_laws import LEAST, LinearLaw, TabulatedLaw, phase_cubics
 from ...system.gaps import Flanks, flanks
@@ -260,8 +260,6 @@ def phase_at(prescribed: Program, time: Array) -> Array:
 
 Contact = Literal["unilateral", "linear"]
 
-# Torques balanced in the input leave rounding on a rigid mode, 1e-13 of the sum of magnitudes; a wrong one far more.
-_BALANCE = 1e-9
 # An operator below this part of the largest eigenvalue is the rounding of its projection.
 _ROUNDING = 1e-15
 # Squared frequencies apart by this part are one mode of alike bodies; a body moves in it that has this part of the
@@ -477,23 +475,9 @@ def _balanced_modal_force(force: Array, shapes: Array, rigid: NDArray[np.bool_],
     ------
     ModelError : more than rounding acts on a rigid mode.
     """
-    modal: Array = shapes.T @ force
-    size = np.abs(shapes.T) @ np.abs(force)
-    wrong = rigid & (np.abs(modal) > _BALANCE * size)
-    if wrong.any():
-        if loose := unheld(shapes[:, rigid], force, system.dofs.names):
-            raise unheld_error(loose, system)
-        worst = int(np.argmax(np.where(wrong, np.abs(modal), 0.0)))
-        name = system.dofs.names[int(np.argmax(np.abs(shapes[:, worst] * system.dofs.radius)))]
-        radii = contradicting_radii(system)
-        cure = "loads in equilibrium, or one member left to take the balance"
-        raise ModelError(
-            f"the loads do not balance on the free motion of {name}",
-            path="torque",
-            given=float(modal[worst] / size[worst]),
-            allowed=f"{cure}; {radii}" if radii else cure,
-        )
-    return np.where(rigid, 0.0, modal)
+    cure = "loads in equilibrium, or one member left to take the balance"
+    require_free_balance(shapes[:, rigid], force, system, path="torque", cure=cure)
+    return np.where(rigid, 0.0, shapes.T @ force)
 
 
 def _numbers(
