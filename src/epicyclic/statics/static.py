@@ -193,8 +193,7 @@ def _near_states(held: HeldTrain, here: RecordExcitation) -> Array | None:
     known = settled(held, few, start=_near_states(held, few)).approach
     low, share = np.divmod(np.arange(count)[:, None] / _APART, 1.0)
     before = low[:, 0].astype(np.int64)
-    near: Array = (1 - share) * known[before] + share * known[np.minimum(before + 1, len(known) - 1)]
-    return near
+    return (1 - share) * known[before] + share * known[np.minimum(before + 1, len(known) - 1)]
 
 
 def _balanced_excitation(held: HeldTrain, record: Record, index: NDArray[np.int64]) -> RecordExcitation:

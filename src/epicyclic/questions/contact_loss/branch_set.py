@@ -531,8 +531,7 @@ class Measures:
 
 def force_level(system: System, balance: Problem, state: State) -> Array:
     """RMS of the dynamic force of every whole mesh, (w,) [N]."""
-    level: Array = mesh_force(system, flank_force(balance, state)).std(axis=0)
-    return level
+    return np.asarray(mesh_force(system, flank_force(balance, state)).std(axis=0))
 
 
 def periodic_measures(system: System, balance: Problem, state: State) -> Measures:

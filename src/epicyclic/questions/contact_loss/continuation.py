@@ -272,8 +272,7 @@ def _coupling(balance: Problem, points: Index, tangent: Array, rate: Array) -> A
 
     def at(orders: Index) -> ComplexArray:
         """Amplitudes (k, k, w) of the tangent at orders (k, k, D), aliased as the samples alias them."""
-        amplitudes: ComplexArray = waves[tuple(np.moveaxis(orders % np.array(counts), -1, 0))]
-        return amplitudes
+        return np.asarray(waves[tuple(np.moveaxis(orders % np.array(counts), -1, 0))])
 
     less, more = at(order[:, None] - order), at(order[:, None] + order)
     result = np.empty((2, len(points), 2, len(points), tangent.shape[1]))
@@ -300,8 +299,7 @@ def _factored(matrix: Array, receptance: ComplexArray) -> Operator:
     def force(gap: Array) -> Array:
         """Forces (2, k, w) of gaps (2, k, w)."""
         pressed = np.matmul(tangent, gap.reshape(2 * k, c).T[:, :, None])[:, :, 0].T
-        solved: Array = dgetrs(factors, pivots, pressed.ravel())[0].reshape(2, k, c)
-        return solved
+        return np.asarray(dgetrs(factors, pivots, pressed.ravel())[0].reshape(2, k, c))
 
     return force
 

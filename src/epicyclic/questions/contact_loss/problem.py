@@ -550,8 +550,7 @@ def _pull(balance: Problem, rows: Array) -> Array:
 
 def _force(balance: Problem, speed: float) -> Array:
     """External modal forces (2, J, n) at a relative speed."""
-    force: Array = balance.force[0] + speed * (balance.force[1] + speed * balance.force[2])
-    return force
+    return np.asarray(balance.force[0] + speed * (balance.force[1] + speed * balance.force[2]))
 
 
 def _couple(balance: Problem, y: Array, speed: float) -> Array:

@@ -186,8 +186,7 @@ def grid(points: Index, counts: tuple[int, ...]) -> Grid:
 
 def phases_of(counts: tuple[int, ...]) -> Array:
     """Phases (N, D) of the samples of a grid [cycles], the last one fastest."""
-    phases: Array = np.indices(counts).reshape(len(counts), math.prod(counts)).T / np.array(counts)
-    return phases
+    return np.asarray(np.indices(counts).reshape(len(counts), math.prod(counts)).T / np.array(counts))
 
 
 def contiguous(chosen: NDArray[Any] | np.bool_) -> slice | Index:
@@ -213,8 +212,7 @@ class WidthTangents:
 
     def forces(self, gap: Array) -> Array:
         """Changes of the forces at the edges (E,) [N] with gaps (N, R) [m]."""
-        change: Array = (self.tangent * gap[self.samples, self.at[1]]).sum(axis=0)
-        return change
+        return np.asarray((self.tangent * gap[self.samples, self.at[1]]).sum(axis=0))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

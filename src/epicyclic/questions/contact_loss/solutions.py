@@ -233,8 +233,7 @@ def _step_means(
 
 def _means(values: Array, steps: int) -> Array:
     """Means (R, S) over the samples of each step, of values (T, R)."""
-    average: Array = values.reshape(steps, len(values) // steps, -1).mean(axis=1).T
-    return average
+    return np.asarray(values.reshape(steps, len(values) // steps, -1).mean(axis=1).T)
 
 
 def _unchanged(balance: Problem, state: State, steps: int) -> Tangents:

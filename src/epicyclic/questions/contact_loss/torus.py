@@ -238,8 +238,7 @@ class Torus:
         """Truncation residual of a point by each kind, per what may be left (kinds,)."""
         allowed = np.full(point.truncation.size, TRUNCATION_TOLERANCE)
         allowed[self.mesh_tones + 1 :] = _OF_LINKS if self.fine else TRUNCATION_TOLERANCE
-        excess: Array = point.truncation / allowed
-        return excess
+        return np.asarray(point.truncation / allowed)
 
     @property
     def tones(self) -> Array:

@@ -227,8 +227,7 @@ class Window:
         phi = np.asarray(angle, dtype=float)[..., None]
         orders = np.arange(1, len(self.coefficients))
         wave = (self.coefficients[1:] * np.exp(1j * orders * phi)).real.sum(axis=-1)
-        gain: Array = self.coefficients[0].real + 2 * wave
-        return gain
+        return np.asarray(self.coefficients[0].real + 2 * wave)
 
 
 def named_window(word: str, *, planets: int, width: float | None = None) -> Window:
@@ -357,8 +356,7 @@ class Transfer:
     def at(self, frequency: Array) -> ComplexArray:
         """Complex gain at frequencies [Hz], of their shape; gain and phase linear in the table, 0 outside."""
         size = np.interp(frequency, self.frequency, self.gain, left=0.0, right=0.0)
-        value: ComplexArray = size * np.exp(1j * np.interp(frequency, self.frequency, self.phase))
-        return value
+        return np.asarray(size * np.exp(1j * np.interp(frequency, self.frequency, self.phase)))
 
     def covers(self, frequency: Array) -> NDArray[np.bool_]:
         """Whether each frequency [Hz] lies within the table, of their shape."""

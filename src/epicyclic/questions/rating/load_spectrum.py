@@ -134,8 +134,7 @@ def _sampled(table: CsvTable, column: int, gap: float | None) -> Array:
     if late.any():
         at, allowed = int(late.argmax()), f"at most {most:g} s between two rows, or a longer gap"
         raise table.error(table.lines[at + 2], "a gap in time", given=f"{steps[at]:g} s", allowed=allowed)
-    whole: Array = (np.append(steps, 0.0) + np.append(0.0, steps)) / 2
-    return whole
+    return np.asarray((np.append(steps, 0.0) + np.append(0.0, steps)) / 2)
 
 
 def _weighed(table: CsvTable, column: int, options: SpectrumOptions) -> Array:
@@ -229,8 +228,7 @@ def bin_edges(values: Array, bins: Bins, path: str) -> Array:
     power = 10.0 ** np.floor(np.log10(least))
     step = power * min(one for one in (1, 2, 5, 10) if one * power >= least * (1 - _ROUNDING))
     first = np.floor(low / step + _ROUNDING)
-    whole: Array = step * np.arange(first, max(np.ceil(high / step - _ROUNDING), first + 1) + 1)
-    return whole
+    return np.asarray(step * np.arange(first, max(np.ceil(high / step - _ROUNDING), first + 1) + 1))
 
 
 def _near(edges: Array) -> float:

@@ -233,8 +233,7 @@ def dynamic_factor(largest: Array, transmitted: Array, groups: Sequence[MeshGrou
 def mean(signal: Signal) -> Array:
     """Mean over all time, (rows, P), in the unit of the signal."""
     constant = signal.line_frequencies.constant
-    total: Array = signal.values[..., constant].real.sum(axis=-1)
-    return total
+    return np.asarray(signal.values[..., constant].real.sum(axis=-1))
 
 
 def mean_square(signal: Signal, *, derivative: int = 0) -> Array:
@@ -265,8 +264,7 @@ def _translation_square(motion: Signal, translation: Array) -> Array:
     moved = (translation.reshape(-1, n)[used] @ values.reshape(n, -1)).reshape(used.size, *values.shape[1:])
     square = np.zeros((3 * nb, values.shape[1]))
     square[used] = motion.line_frequencies.power(moved, _line_omega(motion.line_frequencies) ** 4) / 2
-    total: Array = square.reshape(nb, 3, -1).sum(axis=1)
-    return total
+    return np.asarray(square.reshape(nb, 3, -1).sum(axis=1))
 
 
 def order_harmonics(signal: Signal, axis: Index, orders: int) -> ComplexArray:

@@ -269,8 +269,7 @@ class Signal:
         """Amplitudes (rows, P, R) in the order of the line frequencies."""
         rows, P = self.orders.amplitude.shape[:2]
         parts = [self.orders] if self.lines is None else [self.orders, self.lines]
-        joined: ComplexArray = np.concatenate([part.amplitude.reshape(rows, P, -1) for part in parts], axis=2)
-        return joined
+        return np.concatenate([part.amplitude.reshape(rows, P, -1) for part in parts], axis=2)
 
 
 class Envelopes(NamedTuple):
@@ -431,8 +430,7 @@ def whole_mesh_signal(rows: Signal, face: Faces) -> Signal:
 
 def mesh_axis(ready: Response) -> Index:
     """Tone of each whole mesh, (w,)."""
-    axis: Index = ready.lines.axis[faces(ready.system.meshes).first]
-    return axis
+    return ready.lines.axis[faces(ready.system.meshes).first]
 
 
 def tone_waveform(spectrum: Spectrum, axis: int, theta: Array, *, mean: bool = True) -> Values:
@@ -454,13 +452,11 @@ def _wave(amplitude: ComplexArray, orders: Index, theta: Array, *, real: bool) -
     """
     angle = 2 * np.pi * np.outer(orders, theta)
     if not real:
-        whole: Values = amplitude @ np.exp(1j * angle)
-        return whole
+        return np.asarray(amplitude @ np.exp(1j * angle))
     turns = np.stack([np.cos(angle), -np.sin(angle)], axis=1).reshape(-1, theta.size)
     # real and imaginary parts side by side as they lie in memory: one product of many rows
     both = np.ascontiguousarray(amplitude).view(float).reshape(-1, len(turns))
-    real_part: Values = (both @ turns).reshape(*amplitude.shape[:-1], theta.size)
-    return real_part
+    return np.asarray((both @ turns).reshape(*amplitude.shape[:-1], theta.size))
 
 
 def torus_waveform(spectrum: Spectrum, counts: Sequence[int], cross: int) -> Values:
@@ -545,8 +541,7 @@ def _vertex(values: Array, sample: Index) -> Array:
     bend = 2 * top - before - after
     with np.errstate(all="ignore"):
         rise = np.where(bend != 0, (after - before) ** 2 / (8 * bend), 0.0)
-    result: Array = top + rise
-    return result
+    return np.asarray(top + rise)
 
 
 def lateral_pairs(system: System) -> Index:

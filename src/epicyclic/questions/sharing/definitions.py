@@ -422,8 +422,7 @@ def force_bound(waves: Waves) -> Array:
 
     Phases are discrete and may be tied by common factors of tooth numbers, so it need not be reached.
     """
-    largest: Array = np.max(waves.mean + np.sum(np.abs(waves.amplitude), axis=0), axis=1)
-    return largest
+    return np.asarray(np.max(waves.mean + np.sum(np.abs(waves.amplitude), axis=0), axis=1))
 
 
 # --- worst case over the hunting period ------------------------------------------------------------------------------

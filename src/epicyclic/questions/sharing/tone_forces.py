@@ -264,8 +264,7 @@ def mean_force(system: System, held: HeldTrain | None = None) -> Array:
     excited, k = standing_excitation(system)[None], held.loaded.stiffness[None]
     gap, load = excited[:, : k.size], excited[:, -len(system.force) :]
     balanced(held, load)
-    force: Array = closed_state(held.loaded, k, gap, load)[1][0]
-    return force
+    return np.asarray(closed_state(held.loaded, k, gap, load)[1][0])
 
 
 def _static_by_instants(system: System, held: HeldTrain, tone: Fraction, samples: int) -> ToneForces:

@@ -394,8 +394,7 @@ def _largest_coupling(change: Array, rows: Array) -> Array:
     # of all the steps only the triangle of their QR counts, in which small differences of rows are not squared
     triangle = np.linalg.qr(change.T, mode="r") / np.sqrt(change.shape[1])
     pairs = triangle @ (rows[:, :, None] * rows[:, None, :]).reshape(m, -1)
-    result: Array = np.linalg.norm(pairs, axis=0).reshape(n, n)
-    return result
+    return np.asarray(np.linalg.norm(pairs, axis=0).reshape(n, n))
 
 
 def kick_maps(stiffness: Array, damping: Array | None, mass: Array, step: float) -> Array:
@@ -525,5 +524,4 @@ def _group_product(group: _Group, maps: Array) -> Array:
         if count % 2:
             there[pairs] = here[count - 1]
         here, there, count = there, here, pairs + count % 2
-    result: Array = here[0]
-    return result
+    return np.asarray(here[0])

@@ -250,8 +250,7 @@ class _Averaged:
 
     def growth(self, mesh: Array) -> Array:
         """Largest growth rate at mesh frequencies (F,) [rad/s], (F,) [1/s]."""
-        rates: Array = np.linalg.eigvals(self.matrix(mesh)).real.max(axis=1)
-        return rates
+        return np.asarray(np.linalg.eigvals(self.matrix(mesh)).real.max(axis=1))
 
     def growth_at(self, mesh: float) -> float:
         """Largest growth rate at one mesh frequency [rad/s], [1/s]."""

@@ -282,8 +282,7 @@ def harmonic_weights(kernel: Kernel) -> Array:
 def truncated_product_adjoint(kernel: Kernel, force: Array) -> Array:
     """Transpose of `truncated_product`, unweighted: truncated harmonics (m, P, 2 T) to harmonics kept (m, P, 2 J)."""
     if len(kernel.axes) == 1:
-        only: Array = np.matmul(force, kernel.axes[0].truncated.own_matrix.transpose(0, 2, 1))
-        return only
+        return np.asarray(np.matmul(force, kernel.axes[0].truncated.own_matrix.transpose(0, 2, 1)))
     out = np.zeros((*force.shape[:2], 2 * len(kernel.lattice.points)))
     for meshes, _, to in kernel.axes:
         m, P, wide, size = len(meshes), force.shape[1], to.line_matrix.shape[2], out.shape[2]

@@ -198,8 +198,7 @@ def _of_part(ready: Response, basis: Basis, block: Block, part: AdjointPart) -> 
 
 def _sum_over_shafts(values: NDArray[Number], P: int) -> NDArray[Number]:
     """Sums over the shaft lines of each speed, (U, P S, ..) -> (U, P, ..)."""
-    summed: NDArray[Number] = values.reshape(values.shape[0], P, -1, *values.shape[2:]).sum(axis=2)
-    return summed
+    return np.asarray(values.reshape(values.shape[0], P, -1, *values.shape[2:]).sum(axis=2))
 
 
 def _frequencies(

@@ -48,14 +48,12 @@ def per_instant(values: NDArray[T], matrix: NDArray[T]) -> NDArray[T]:
     NumPy asks BLAS for each of the small products; large ones do without it.
     """
     large = values.shape[-2] * matrix.size > _ONE_THREAD
-    result: NDArray[T] = np.einsum("...kn,nc->...kc", values, matrix) if large else values @ matrix
-    return result
+    return np.einsum("...kn,nc->...kc", values, matrix) if large else values @ matrix
 
 
 def times(vector: Array, matrix: Array) -> Array:
     """Product (c,) of a vector (n,) and a matrix (n, c), without BLAS: it shares out vector products from 1e4 on."""
-    result: Array = np.einsum("n,nc->c", vector, matrix)
-    return result
+    return np.asarray(np.einsum("n,nc->c", vector, matrix))
 
 
 # --- laws as numbers -------------------------------------------------------------------------------------------------
@@ -639,5 +637,4 @@ def _stiffest(moving: Motion) -> Array:
     extra = np.concatenate([moving.flanks.stiffest - N.linear, N.link.stiffest])
     stiff = np.diag(N.squared) + (N.gaps * np.maximum(extra, 0.0)) @ N.pulls
     stiff += np.eye(len(stiff)) * sum(np.linalg.norm(wave, 2) for wave in N.wave[0] + 1j * N.wave[1])
-    symmetric: Array = (stiff + stiff.T) / 2
-    return symmetric
+    return np.asarray((stiff + stiff.T) / 2)

@@ -61,8 +61,7 @@ def driving_ports(ports: Ports) -> Index:
     turn = dict(zip(system.dofs.bodies, system.body_turns, strict=True))
     speed = np.array([float(turn.get(body, 0)) for body in system.dofs.body])
     power = (system.force * speed)[ports.places]
-    places: Index = ports.places[power > 0]
-    return places
+    return np.asarray(ports.places[power > 0])
 
 
 def balancing_torque(ports: Ports, load: Array, places: Index) -> Array | None:
