@@ -348,8 +348,7 @@ class RadialTable:
     @property
     def stiffest(self) -> float:
         """Largest slope or one and a half times the largest secant, which no rising cubic exceeds [N/m]."""
-        secant = np.diff(self.force) / np.diff(self.deflection)
-        return max(*self.slope, 1.5 * float(secant.max()))
+        return max(*self.slope, 1.5 * float((np.diff(self.force) / np.diff(self.deflection)).max()))
 
     @property
     def clearance(self) -> float:

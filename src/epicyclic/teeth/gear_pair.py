@@ -428,8 +428,7 @@ def cycle_series(
     weight = (half[:, None] * weights).ravel()
     stiffness = stiffness_at(sigma) * weight
     mean = float(stiffness.sum())
-    order = np.arange(1, harmonics + 1)
-    turns = np.exp(-2j * np.pi * np.outer(order, sigma))
+    turns = np.exp(-2j * np.pi * np.outer(np.arange(1, harmonics + 1), sigma))
     return mean, np.asarray(2 / mean * (turns @ stiffness), dtype=np.complex128)
 
 

@@ -445,8 +445,7 @@ def _spread_out(gaps: Array, count: int) -> Index:
 
 def _distance(gaps: Array, other: Array) -> Array:
     """Distance (S,) [m] of gaps (S, T, n) from others (T, n), beside a shift that is common to all."""
-    apart = (gaps - other).reshape(len(gaps), -1)
-    return np.asarray(apart.std(axis=1))
+    return np.asarray((gaps - other).reshape(len(gaps), -1).std(axis=1))
 
 
 def _solutions(

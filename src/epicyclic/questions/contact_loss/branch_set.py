@@ -331,8 +331,7 @@ def _branch_segment(trace: _Trace, index: int) -> int:
                 return index + 1
     points, end = _followed(trace, balance, H, start.state)
     trace.winding = end == "cut"
-    behind = _enter_branch(trace, points, H, end)
-    return max(behind, index + 1)
+    return max(_enter_branch(trace, points, H, end), index + 1)
 
 
 def _begun_anew(trace: _Trace, balance: Problem, harmonics: int, speed: float, index: int) -> NewtonResult:

@@ -350,8 +350,7 @@ def truncated_orders(balance: Problem, tones: Array, *, mesh: int, orders: tuple
     axes = [np.rint(np.fft.fftfreq(count, 1 / count)).astype(np.int64) for count in counts]
     axes[-1] = np.arange(counts[-1] // 2 + 1)
     every = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, D)
-    shape = tuple(axis.size for axis in axes)
-    kept = np.zeros(shape, bool)
+    kept = np.zeros(tuple(axis.size for axis in axes), bool)
     for signed in (points, -points):
         half = signed[signed[:, -1] >= 0]
         kept[tuple((half % np.array(counts)).T)] = True

@@ -83,8 +83,7 @@ def torus_points(size: Size) -> Index:
     mesh = kept_points(size.harmonics, size.cross, mirrored=False).points.tolist()
     reach = product(*(range(-order, order + 1) for order in size.orders))
     of_shafts = [orders for orders in reach if order_weight(orders, size.orders) <= 1]
-    every = [(*a, *s) for a in mesh for s in of_shafts]
-    return half_lattice(every)
+    return half_lattice([(*a, *s) for a in mesh for s in of_shafts])
 
 
 def order_weight(point: tuple[int, ...], orders: tuple[int, ...]) -> float:

@@ -610,6 +610,5 @@ def stiffness(train: Train, options: StiffnessOptions) -> xr.Dataset:
 def stiffness_history(mesh: Mesh, phase: NDArray[np.float64]) -> NDArray[np.float64]:
     """Mesh stiffness (T,) [N/m] at times `phase` (T,) [mesh cycles]: Fourier series in sigma = sense (phase + lead)."""
     sigma = mesh.sense * (phase + float(mesh.lead))
-    order = np.arange(1, len(mesh.variation) + 1)
-    rotation = np.exp(2j * np.pi * np.multiply.outer(sigma, order))
+    rotation = np.exp(2j * np.pi * np.multiply.outer(sigma, np.arange(1, len(mesh.variation) + 1)))
     return mesh.stiffness * (1 + (rotation @ mesh.variation).real)

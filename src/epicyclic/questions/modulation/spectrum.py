@@ -328,8 +328,7 @@ def _cut(name: str, values: Array | ComplexArray) -> Window:
     """Window of the leading coefficients `values` (K + 1,), as many as `_REMAINDER` asks, or the most there may be."""
     power = np.abs(values) ** 2 * np.where(np.arange(len(values)) > 0, 2.0, 1.0)
     left = np.append(np.cumsum(power[::-1])[::-1], 0.0)[1:]  # behind each harmonic
-    enough = np.flatnonzero(left <= _REMAINDER * power.sum())
-    last = min(int(enough[0]), _MAX_HARMONICS)
+    last = min(int(np.flatnonzero(left <= _REMAINDER * power.sum())[0]), _MAX_HARMONICS)
     return Window(
         name=name,
         coefficients=np.asarray(values[: last + 1], complex),

@@ -70,8 +70,7 @@ def phase_block(
     J, n, (count, width) = frequency.size, modal.squared.size, take.shape
     lines = min(count, max(1, _MOST_SOLVED // (width * n * n)))
     inverse = _inverses(system, modal, kernel.axes[axis].meshes, centre[:lines], width, frame)
-    order = np.arange(width) - width // 2
-    turn = np.exp(2j * np.pi * np.outer(np.arange(width), order) / width)
+    turn = np.exp(2j * np.pi * np.outer(np.arange(width), np.arange(width) - width // 2) / width)
     kept, at = take[:lines] < J, take[:lines]
     D = modal.squared - frequency[:, None] ** 2 + 1j * frequency[:, None] * modal.damping
     D[:, modal.rigid] = 1.0

@@ -232,8 +232,7 @@ def dynamic_factor(largest: Array, transmitted: Array, groups: Sequence[MeshGrou
 
 def mean(signal: Signal) -> Array:
     """Mean over all time, (rows, P), in the unit of the signal."""
-    constant = signal.line_frequencies.constant
-    return np.asarray(signal.values[..., constant].real.sum(axis=-1))
+    return np.asarray(signal.values[..., signal.line_frequencies.constant].real.sum(axis=-1))
 
 
 def mean_square(signal: Signal, *, derivative: int = 0) -> Array:

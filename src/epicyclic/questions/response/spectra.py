@@ -486,8 +486,7 @@ def torus_waveform(spectrum: Spectrum, counts: Sequence[int], cross: int) -> Val
 def envelopes(spectrum: Spectrum, axis: int, theta: Array) -> Envelopes:
     """All harmonics but the multiples of one tone, modulo that tone, over its phase theta (Nt,) [cycles]."""
     points, D = spectrum.points, spectrum.points.shape[1]
-    lattice = Lattice(points=points, mirrored=spectrum.mirrored, own=())
-    lines = bundle(lattice, axis)
+    lines = bundle(Lattice(points=points, mirrored=spectrum.mirrored, own=()), axis)
     half = lines.take.shape[1] // 2
     padded = np.concatenate([spectrum.amplitude, np.zeros((*spectrum.amplitude.shape[:3], 1))], axis=3)
     picked = padded[..., lines.take]

@@ -162,8 +162,7 @@ def measure(ready: Response, block: Block, *, harmonic: int | None) -> ForceMeas
     rows = seed[face.row]
     shaft = None
     if signal.lines is not None:
-        S = signal.lines.amplitude.shape[2]
-        shaft = rows[:, :, kept:].reshape(len(rows), P * S, -1)
+        shaft = rows[:, :, kept:].reshape(len(rows), P * signal.lines.amplitude.shape[2], -1)
     return ForceMeasure(square=square, mesh=rows[:, :, :kept], shaft=shaft)
 
 
@@ -275,8 +274,7 @@ def adjoint_form(modal: Modal) -> Modal:
 
 def harmonic_weights(kernel: Kernel) -> Array:
     """Weight W of every harmonic kept, (J,): 2 for the mean of a real signal, else 1."""
-    points = kernel.lattice.points
-    return np.where(kernel.lattice.mirrored & ~points.any(axis=1), 2.0, 1.0)
+    return np.where(kernel.lattice.mirrored & ~kernel.lattice.points.any(axis=1), 2.0, 1.0)
 
 
 def truncated_product_adjoint(kernel: Kernel, force: Array) -> Array:

@@ -379,8 +379,7 @@ def whirl_derivatives(
             above = V.conj().T @ (mu**2 * change.M + mu * s * change.G + dK) @ V
             below = V.conj().T @ (2 * mu * system.M + s * system.G) @ V
             # i times `below` is Hermitian and so is `above`: a pair of forms with real eigenvalues
-            roots = scipy.linalg.eigvals(above, -1j * below)
-            row[group] = np.sort(roots.real) / (2 * np.pi)
+            row[group] = np.sort(scipy.linalg.eigvals(above, -1j * below).real) / (2 * np.pi)
     return result
 
 

@@ -506,8 +506,7 @@ class _Problem:
     @property
     def table(self) -> dict[str, Any]:
         """`[tolerance]` of the document, with full paths."""
-        train = next(iter(self.trains.values()))
-        return dict(cast(Mapping[str, Any], train.document["tolerance"]))
+        return dict(cast(Mapping[str, Any], next(iter(self.trains.values())).document["tolerance"]))
 
     @property
     def finest(self) -> Combination:
