@@ -1,14 +1,9 @@
-"""Points of a study, and a verb over them.
-
-Points of a study: axes of labelled changes, what a function gives at each point, and one Dataset of all results.
+"""Points of a study: axes of labelled changes, what a function or verb gives at each point, one Dataset of all results.
 
 An axis is a named list of labelled changes of the model: values of a path, several paths that vary together, variants,
 cases.  Axes are crossed.  A point that fails says why, and the others go on.  Results are joined on their labels, with
-nothing where a point has no such label.
-
-A verb over many points of a model, in one labelled Dataset.
-
-Points are computed in blocks: each one's result, or why it has none, as plain bytes.
+nothing where a point has no such label.  Points of a verb are computed in blocks: each one's result, or why it has
+none, as plain bytes.
 """
 
 from __future__ import annotations

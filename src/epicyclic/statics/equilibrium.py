@@ -394,7 +394,8 @@ def _closed_pull(flexible: Compliance, stiffness: Array, gap: Values, free_gap: 
     """p = k0 w - k (w - e) with w = B'H^+ F + S p, (..., T, m) [N]."""
     soft = flexible.stiffness - stiffness
     matrix = soft[:, :, None] * -flexible.to_mesh
-    matrix[:, *np.diag_indices(len(flexible.stiffness))] += 1
+    diagonal = np.arange(len(flexible.stiffness))
+    matrix[:, diagonal, diagonal] += 1
     return np.linalg.solve(matrix, (soft * free_gap + stiffness * gap)[..., None])[..., 0]
 
 

@@ -1,15 +1,12 @@
-"""Records of a train that turns slowly, and what of it nothing holds.
+"""Records of a train that turns slowly, and loads along motions that nothing holds.
 
-Loads along motions that nothing holds: which member, in which direction, and how much.  Derived here.
+Of these it is told which member moves, in which direction, and how much (derived here).  The motions without stiffness
+are the null space N of the mean stiffness; a load F works on them with w = N'F.  Holding the coordinates D takes the
+reactions with N_D' reactions = w, if there are any.  A turning train is such a motion too, but torques in equilibrium
+do not work on it; a helical gear that can slide along its axis is another, a screw.
 
-The motions without stiffness are the null space N of the mean stiffness; a load F works on them with w = N'F.  Holding
-the coordinates D takes the reactions with N_D' reactions = w, if there are any.  A turning train is such a motion too,
-but torques in equilibrium do not work on it; a helical gear that can slide along its axis is another, a screw.
-
-Records of instants, the excitation at them, and the meshes that carry load in them.
-
-Instants are counted in exact fractions of a mesh cycle, and the excitation lines are evaluated at them.  Where a mesh
-carries no load in the mean, load sharing and dynamic factor are not defined.
+Instants of a record are counted in exact fractions of a mesh cycle, and the excitation lines are evaluated at them.
+Where a mesh carries no load in the mean, load sharing and dynamic factor are not defined.
 """
 
 from __future__ import annotations
@@ -34,6 +31,8 @@ from ..warning_codes import CodedText, code_of, coded
 _WORK_LEFT = 1e-6
 # Load that counts, per the largest: torques written with six digits leave 1e-6 of themselves.
 _SMALL = 1e-5
+# Torques balanced in the input leave rounding on a rigid mode, 1e-13 of the sum of magnitudes; a wrong one far more.
+_LEFT_OVER = 1e-9
 _OF_SEVERAL = (
     "a direction that one of several bearings names, by a key or by parts without a stated radial, is 0 "
     "in those that do not name it, and rigid in the first where none does"
@@ -110,6 +109,28 @@ def unheld_error(coordinates: Sequence[Unheld], system: System) -> ModelError:
 def contradicting_radii(system: System) -> str:
     """What the train says of base radii that miss the teeth, "" where they do not: no torque balances on such radii."""
     return "; ".join(text for text in system.warnings if code_of(text) == "base-radius-far")
+
+
+def require_free_balance(free: Array, load: Array, system: System, *, path: str, cure: str) -> None:
+    """Refuse a load (n,) that works on a rigid mode, a column of `free` (n, r): nothing would hold the train in place.
+
+    Raises
+    ------
+    ModelError : the work on a rigid mode is more than rounding.
+    """
+    work, size = np.abs(free.T @ load), np.abs(free).T @ np.abs(load)
+    if not np.any(work > _LEFT_OVER * size):
+        return
+    if coordinates := unheld(free, load, system.dofs.names):
+        raise unheld_error(coordinates, system)
+    worst = int(np.argmax(work / np.where(size > 0, size, 1.0)))
+    name = system.dofs.names[int(np.argmax(np.abs(free[:, worst] * system.dofs.radius)))]
+    raise ModelError(
+        f"the external torques and forces do not balance on the free motion of {name}: "
+        f"{work[worst] / size[worst]:.3g} of them is left over",
+        path=path,
+        allowed="; ".join(filter(None, (cure, contradicting_radii(system)))),
+    )
 
 
 def standing_load(system: System) -> Array:

@@ -1,10 +1,7 @@
-"""Signals of a motion: transmission errors and sensors.
+"""Signals of a motion: transmission errors of meshes and shafts, and sensors.
 
-Transmission errors of meshes and shafts, rows of the coordinates: ranges and orders as exact sums of lines.
-
-The rows are those of `system.signal_rows`.  Derived here.
-
-Signals of sensors over time, from displacements and forces; the rows are those of `system.signal_rows`.
+The rows are those of `system.signal_rows`.  Ranges and orders of errors are exact sums of lines (derived here); sensors
+over time follow from displacements and forces.
 """
 
 from __future__ import annotations

@@ -1,11 +1,7 @@
-"""Static forces over the record of a train that is held at positions.
+"""Quasi-static equilibrium over the record, meshes carrying pressure only, as a labelled Dataset.
 
-Quasi-static states of a train whose teeth have two flanks, over a record, in consecutive pieces.
-
-Loaded and far flanks are solved together: the energy is convex, and a flank that does not press adds nothing to it.
-Laws with a memory follow their history.
-
-Quasi-static equilibrium over the record, meshes carrying pressure only, as a labelled Dataset.
+A record is taken in consecutive pieces.  Loaded and far flanks are solved together: the energy is convex, and a flank
+that does not press adds nothing to it.  Laws with a memory follow their history.
 """
 
 from __future__ import annotations
@@ -197,8 +193,7 @@ def _near_states(held: HeldTrain, here: RecordExcitation) -> Array | None:
     known = settled(held, few, start=_near_states(held, few)).approach
     low, share = np.divmod(np.arange(count)[:, None] / _APART, 1.0)
     before = low[:, 0].astype(np.int64)
-    near: Array = (1 - share) * known[before] + share * known[np.minimum(before + 1, len(known) - 1)]
-    return near
+    return (1 - share) * known[before] + share * known[np.minimum(before + 1, len(known) - 1)]
 
 
 def _balanced_excitation(held: HeldTrain, record: Record, index: NDArray[np.int64]) -> RecordExcitation:

@@ -33,9 +33,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from .link_laws import STRAIGHT, Array, cubic, cubic_energy, energy_before
-
-Index = NDArray[np.int64]
+from .link_laws import STRAIGHT, Array, Index, cubic, cubic_energy, energy_before
 
 # Least stiffness of a closed flank per its mean: below any support, and the energy stays convex.
 LEAST = 1e-6

@@ -66,19 +66,16 @@ class Contacts:
 
     def approach(self, q: Array) -> Array:
         """How far each contact is pressed (..., E) [m], negative where it is open, at motions q (..., r) [m, rad]."""
-        approach: Array = q @ self.normals.T - self.gap
-        return approach
+        return q @ self.normals.T - self.gap
 
     def energy(self, q: Array) -> Array:
         """(...) [J] at motions q (..., r) [m, rad]."""
         p = self.exponent
-        energy: Array = np.maximum(self.approach(q), 0.0) ** (p + 1) @ self.coefficient / (p + 1)
-        return energy
+        return np.maximum(self.approach(q), 0.0) ** (p + 1) @ self.coefficient / (p + 1)
 
     def force(self, q: Array) -> Array:
         """(..., r) [N, N m] at motions q (..., r) [m, rad], the gradient of the energy."""
-        force: Array = (self.coefficient * np.maximum(self.approach(q), 0.0) ** self.exponent) @ self.normals
-        return force
+        return (self.coefficient * np.maximum(self.approach(q), 0.0) ** self.exponent) @ self.normals
 
     def tangent(self, q: Array) -> Array:
         """Derivative of the force (..., r, r) [N/m, N/rad, N m/rad] at motions q (..., r) [m, rad]."""
@@ -90,8 +87,7 @@ class Contacts:
         """Sum of slopes (..., E) [N/m] times n n' (..., r, r)."""
         r = self.normals.shape[1]
         dyads = (self.normals[:, :, None] * self.normals[:, None, :]).reshape(-1, r * r)
-        total: Array = (slope @ dyads).reshape(*slope.shape[:-1], r, r)
-        return total
+        return (slope @ dyads).reshape(*slope.shape[:-1], r, r)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -352,8 +348,7 @@ class RadialTable:
     @property
     def stiffest(self) -> float:
         """Largest slope or one and a half times the largest secant, which no rising cubic exceeds [N/m]."""
-        secant = np.diff(self.force) / np.diff(self.deflection)
-        return max(*self.slope, 1.5 * float(secant.max()))
+        return max(*self.slope, 1.5 * float((np.diff(self.force) / np.diff(self.deflection)).max()))
 
     @property
     def clearance(self) -> float:

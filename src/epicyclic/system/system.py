@@ -19,7 +19,7 @@ A notebook shows which bodies the meshes and links of a System couple, and its k
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, is_dataclass, replace
 from fractions import Fraction
 from functools import lru_cache
@@ -464,6 +464,15 @@ class System:
         """C plus the dampers of the meshes, (n, n) [N s/m]."""
         B = self.meshes.B
         return self.C + (B * self.meshes.damping) @ B.T
+
+    def with_lines(self, frequencies: Iterable[Fraction]) -> System:
+        """The System with a line, empty where it has none, at each of the given frequencies [Hz]."""
+        n, rows, links, groups = (B.shape[-1] for B in (self.M, self.meshes.B, self.links.B, self.group_rows))
+        gap, link_gap, group_gap, force = (np.zeros(size, complex) for size in (rows, links, groups, (3, n)))
+        empty = Line(frequency=Fraction(0), gap=gap, link_gap=link_gap, force=force, group_gap=group_gap)
+        lines = {frequency: replace(empty, frequency=frequency) for frequency in frequencies}
+        lines |= {line.frequency: line for line in self.lines}
+        return replace(self, lines=tuple(lines[frequency] for frequency in sorted(lines)))
 
     def require_turning(self) -> None:
         """Raise ModelError of a locked train, for a question that asks for speeds."""

@@ -23,8 +23,8 @@ from ..teeth.path_of_contact import averaging_length, line_windows
 from ..teeth.segments import ContactSegments, RowStations, contact_segments, row_response, row_weights
 from ..train.train import Mesh, MeshSlice, Train
 from ..warning_codes import CodedText, placed
-from .flank_laws import ROWS, FaceForce, Index
-from .system import Array, ComplexArray, Line, System
+from .flank_laws import ROWS, FaceForce
+from .system import Array, ComplexArray, Index, Line, System
 
 End = Literal["left", "right"]
 
@@ -178,7 +178,8 @@ def with_contact_tangent(train: Train, system: System, histories: Mapping[str, C
     L = max(len(series) for series in variation)
     padded = np.array([np.pad(series, (0, L - len(series))) for series in variation])
     meshes = replace(system.meshes, stiffness=stiffness, variation=padded, laws=())
-    return replace(system, meshes=meshes, lines=_lines(system, gaps))
+    lines = tuple(_with_gap(line, gaps.get(line.frequency)) for line in system.with_lines(gaps).lines)
+    return replace(system, meshes=meshes, lines=lines)
 
 
 def _series(history: ContactHistory) -> tuple[float, ComplexArray, ComplexArray]:
@@ -197,21 +198,9 @@ def _moved(series: ComplexArray, first: Mesh, mesh: Mesh) -> ComplexArray:
     return series_in_time(over_sigma if first.sense > 0 else over_sigma.conj(), lead=mesh.lead, sense=mesh.sense)
 
 
-def _lines(system: System, gaps: Mapping[Fraction, ComplexArray]) -> tuple[Line, ...]:
-    """Excitation lines with the errors `gaps` (m,) [m] of each frequency [Hz] added, frequencies rising."""
-    lines = {line.frequency: line for line in system.lines}
-    empty = Line(
-        frequency=Fraction(0),
-        gap=np.zeros(len(system.meshes.name), complex),
-        link_gap=np.zeros(len(system.links.name), complex),
-        force=np.zeros((3, len(system.force)), complex),
-        group_gap=np.zeros(sum(group.B.shape[1] for group in system.groups), complex),
-    )
-    for frequency, gap in gaps.items():
-        line = lines.get(frequency, replace(empty, frequency=frequency))
-        causes = tuple(sorted({*line.causes, "contact"}))
-        lines[frequency] = replace(line, gap=line.gap + gap, causes=causes)
-    return tuple(lines[frequency] for frequency in sorted(lines))
+def _with_gap(line: Line, gap: ComplexArray | None) -> Line:
+    """A line with the errors `gap` (m,) [m] of contact added."""
+    return line if gap is None else replace(line, gap=line.gap + gap, causes=tuple(sorted({*line.causes, "contact"})))
 
 
 def with_three_rows(train: Train) -> Train:

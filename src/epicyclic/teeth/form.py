@@ -18,13 +18,11 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..errors import ModelError, in_mm
 from . import geometry
-from .path_of_contact import PlaneOfAction
-
-Array = NDArray[np.float64]
+from .path_of_contact import Array, PlaneOfAction
 
 _ROUNDING = 0.38  # of the standard rack, per module [iso53]
 # An undercut less deep than this [modules] leaves the flank practically whole: 17 teeth of 20 deg count as free of it.

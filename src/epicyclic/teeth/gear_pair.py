@@ -44,7 +44,7 @@ from functools import cache, lru_cache
 from typing import Literal, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..errors import ModelError, in_mm
 from ..warning_codes import CodedText, coded
@@ -52,10 +52,7 @@ from . import geometry
 from .compliance import ToothCompliance, tooth_compliance
 from .form import PLAIN, Flank, check_flanks
 from .mesh_stiffness import DEFAULT_HARMONICS, ComplexArray, ToothPair
-from .path_of_contact import PlaneOfAction, pair_places
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from .path_of_contact import Array, Index, PlaneOfAction, pair_places
 
 # Most Newton steps of `load`; they stop at rounding.  From below they converge for every approach in the range.
 _STEPS = 40
@@ -431,8 +428,7 @@ def cycle_series(
     weight = (half[:, None] * weights).ravel()
     stiffness = stiffness_at(sigma) * weight
     mean = float(stiffness.sum())
-    order = np.arange(1, harmonics + 1)
-    turns = np.exp(-2j * np.pi * np.outer(order, sigma))
+    turns = np.exp(-2j * np.pi * np.outer(np.arange(1, harmonics + 1), sigma))
     return mean, np.asarray(2 / mean * (turns @ stiffness), dtype=np.complex128)
 
 

@@ -35,11 +35,8 @@ from . import gear_pair
 from .contact_solver import ContactSolution, products, solve_hertzian, solve_linear, tangent_stiffness
 from .gear_pair import ContactPair, Torsion
 from .mesh_stiffness import DEFAULT_HARMONICS, ContactTable, error_samples, evaluate_series, table_series
-from .path_of_contact import LineWindows, contact_lines, corner_reach, line_windows, tip_separation
+from .path_of_contact import Array, Index, LineWindows, contact_lines, corner_reach, line_windows, tip_separation
 from .segments import ContactSegments, contact_segments, initial_gap, microgeometry_gaps
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 # Loads of a table rise as squares, (i / _OPERATING)^2 times the operating load, which is one of them.
 _STEPS, _OPERATING = 20, 12
@@ -431,17 +428,9 @@ def microgeometry_contact(
                 whole = np.asarray(part.solved.all(axis=1))
                 heads.append(np.where(whole[:, None, None, None], own, np.nan))
     back = np.argsort(np.concatenate([first, rest]), kind="stable")
-
-    def gathered(values: Sequence[Array]) -> Array:
-        return np.concatenate(values)[back][:, order]
-
-    return MicrogeometryContact(
-        approach=gathered([part.approach for part in parts]),
-        tangent=gathered([part.tangent for part in parts]),
-        largest_load=gathered([part.largest_load for part in parts]),
-        residual=gathered([part.residual for part in parts]),
-        solved=np.concatenate([part.solved for part in parts])[back][:, order],
-    )
+    names = [field.name for field in fields(MicrogeometryContact)]
+    joined = {name: np.concatenate([getattr(part, name) for part in parts])[back][:, order] for name in names}
+    return MicrogeometryContact(**joined)
 
 
 def _spread_out(gaps: Array, count: int) -> Index:
@@ -456,8 +445,7 @@ def _spread_out(gaps: Array, count: int) -> Index:
 
 def _distance(gaps: Array, other: Array) -> Array:
     """Distance (S,) [m] of gaps (S, T, n) from others (T, n), beside a shift that is common to all."""
-    apart = (gaps - other).reshape(len(gaps), -1)
-    return np.asarray(apart.std(axis=1))
+    return np.asarray((gaps - other).reshape(len(gaps), -1).std(axis=1))
 
 
 def _solutions(

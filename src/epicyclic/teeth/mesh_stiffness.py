@@ -27,9 +27,8 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import ModelError
 from ..warning_codes import CodedText, coded
 from .form import PLAIN, Flank, GearForm
-from .path_of_contact import PlaneOfAction
+from .path_of_contact import Array, PlaneOfAction
 
-Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
 # Orders kept by default.  A spur series falls as 1/l only, so no number makes the rest negligible: 12 orders hold 95 %

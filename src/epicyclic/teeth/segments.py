@@ -38,10 +38,7 @@ from .compliance import columns_of_teeth, face_coupling
 from .contact_solver import ContactSolution, products, scaled_solution, solve_hertzian, solve_linear, solved
 from .form import lead_modification, profile_modification
 from .gear_pair import ContactPair, ElasticTooth, check_pair
-from .path_of_contact import ContactLines, PlaneOfAction, contact_lines, corner_reach, tip_separation
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from .path_of_contact import Array, ContactLines, Index, PlaneOfAction, contact_lines, corner_reach, tip_separation
 
 CELLS = 4  # of each slice
 # a shorter part, in cells, is as good as a point: its own length would round

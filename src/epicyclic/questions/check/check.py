@@ -1,9 +1,7 @@
-"""Derived data of a train: speeds, torques, power, geometry, mesh phases, orders, and the origin of every value.
+"""What a train is, and what its model file leaves open.
 
-And the errors that the deviations of a train show in its meshes, one by one.
-
-What a model file leaves open: choices that matter, and what a train still lacks for each verb.
-
+Derived data are speeds, torques, power, geometry, mesh phases, orders, the origin of every value, and the errors that
+the deviations show in the meshes, one by one.  Left open are choices that matter, and what each verb still lacks.
 Choices are what it says, or leaves to a default, of tilt and of loads along the face.  What a verb lacks is told by the
 same checks that the verb makes, made once, without its work.
 """

@@ -331,8 +331,7 @@ def _branch_segment(trace: _Trace, index: int) -> int:
                 return index + 1
     points, end = _followed(trace, balance, H, start.state)
     trace.winding = end == "cut"
-    behind = _enter_branch(trace, points, H, end)
-    return max(behind, index + 1)
+    return max(_enter_branch(trace, points, H, end), index + 1)
 
 
 def _begun_anew(trace: _Trace, balance: Problem, harmonics: int, speed: float, index: int) -> NewtonResult:
@@ -531,8 +530,7 @@ class Measures:
 
 def force_level(system: System, balance: Problem, state: State) -> Array:
     """RMS of the dynamic force of every whole mesh, (w,) [N]."""
-    level: Array = mesh_force(system, flank_force(balance, state)).std(axis=0)
-    return level
+    return np.asarray(mesh_force(system, flank_force(balance, state)).std(axis=0))
 
 
 def periodic_measures(system: System, balance: Problem, state: State) -> Measures:

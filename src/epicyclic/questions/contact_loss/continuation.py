@@ -272,8 +272,7 @@ def _coupling(balance: Problem, points: Index, tangent: Array, rate: Array) -> A
 
     def at(orders: Index) -> ComplexArray:
         """Amplitudes (k, k, w) of the tangent at orders (k, k, D), aliased as the samples alias them."""
-        amplitudes: ComplexArray = waves[tuple(np.moveaxis(orders % np.array(counts), -1, 0))]
-        return amplitudes
+        return np.asarray(waves[tuple(np.moveaxis(orders % np.array(counts), -1, 0))])
 
     less, more = at(order[:, None] - order), at(order[:, None] + order)
     result = np.empty((2, len(points), 2, len(points), tangent.shape[1]))
@@ -300,8 +299,7 @@ def _factored(matrix: Array, receptance: ComplexArray) -> Operator:
     def force(gap: Array) -> Array:
         """Forces (2, k, w) of gaps (2, k, w)."""
         pressed = np.matmul(tangent, gap.reshape(2 * k, c).T[:, :, None])[:, :, 0].T
-        solved: Array = dgetrs(factors, pivots, pressed.ravel())[0].reshape(2, k, c)
-        return solved
+        return np.asarray(dgetrs(factors, pivots, pressed.ravel())[0].reshape(2, k, c))
 
     return force
 
@@ -352,8 +350,7 @@ def truncated_orders(balance: Problem, tones: Array, *, mesh: int, orders: tuple
     axes = [np.rint(np.fft.fftfreq(count, 1 / count)).astype(np.int64) for count in counts]
     axes[-1] = np.arange(counts[-1] // 2 + 1)
     every = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, D)
-    shape = tuple(axis.size for axis in axes)
-    kept = np.zeros(shape, bool)
+    kept = np.zeros(tuple(axis.size for axis in axes), bool)
     for signed in (points, -points):
         half = signed[signed[:, -1] >= 0]
         kept[tuple((half % np.array(counts)).T)] = True

@@ -164,8 +164,7 @@ def mesh_problem(
     harmonics : of every tone, or of each (D,).  samples : of the mesh cycle of each tone; None takes 8 per harmonic.
     cycles : mesh cycles of a period; more than one for motions that repeat after as many, with fractional orders.
     """
-    tones = len(ready.lines.tones)
-    kept = (harmonics,) * tones if isinstance(harmonics, int) else harmonics
+    kept = (harmonics,) * len(ready.lines.tones) if isinstance(harmonics, int) else harmonics
     points = kept_points(tuple(cycles * each for each in kept), cross, mirrored=True).points
     counts = tuple(cycles * (samples or _SAMPLES * each) for each in kept)
     lines = [(tuple(cycles * order for order in point), False, line) for point, line in ready.lines.mesh]
@@ -550,8 +549,7 @@ def _pull(balance: Problem, rows: Array) -> Array:
 
 def _force(balance: Problem, speed: float) -> Array:
     """External modal forces (2, J, n) at a relative speed."""
-    force: Array = balance.force[0] + speed * (balance.force[1] + speed * balance.force[2])
-    return force
+    return np.asarray(balance.force[0] + speed * (balance.force[1] + speed * balance.force[2]))
 
 
 def _couple(balance: Problem, y: Array, speed: float) -> Array:

@@ -1,10 +1,9 @@
-"""Rows of the harmonic balance with contact loss, and their transforms.
+"""Rows of gaps of the harmonic balance with contact loss, in modal coordinates, and their laws over a grid of phases.
 
-Transforms of the alternating frequency/time method: amplitudes at lattice points, values on a grid of phases.
-
-A real signal of D phases is x(theta) = Re sum_a X_a exp(2 pi i a . theta) over lattice points a [cameron1989;
-krack2019].  Amplitudes stand as real rows (2 J, c): real parts of J points, then imaginary parts, the mean first.
-Values stand as (N, c) over the samples of the grid, the last phase fastest.
+The alternating frequency/time method goes between amplitudes at lattice points and values on the grid.  A real signal
+of D phases is x(theta) = Re sum_a X_a exp(2 pi i a . theta) over lattice points a [cameron1989; krack2019].  Amplitudes
+stand as real rows (2 J, c): real parts of J points, then imaginary parts, the mean first.  Values stand as (N, c) over
+the samples of the grid, the last phase fastest.
 
 Edges of contact are samples of a cycle about an instant at which a flank meets or leaves its mate.  Between the samples
 before and after, the gap changes by d- and d+.  About a sample it runs through a width w around its value delta above
@@ -19,8 +18,6 @@ samples sum to k w^2 / 24 more than the integral of a force of tangent k at firs
 parts B, the quadratic B-spline, over the three samples nearest to first touch.  Away from edges the force is that of
 the sample (derived here).
 
-Rows of gaps in modal coordinates, and their laws over a grid of phases.
-
 Rows of a balance are the F flanks (`system.gaps`), then the rows of link groups with a law, then one diagonal row a
 pair of rows of a group.  A tangent of a group, a symmetric block, is a sum over its rows and diagonals, of two rows
 with d = x + y
@@ -29,8 +26,8 @@ with d = x + y
 
 and of more with d = h_i x_i + h_j x_j for every pair, k_ij / (h_i h_j) in place of kxy.  So tangents of all rows are
 numbers (derived here); h, the root of the nominal stiffness of a row per that of the first one, gives moments the size
-of forces.  The mean system holds the stiffness `linear` of every row.
-Friction with a memory sticks in small vibration and stays in the mean system.
+of forces.  The mean system holds the stiffness `linear` of every row.  Friction with a memory sticks in small vibration
+and stays in the mean system.
 """
 
 from __future__ import annotations
@@ -86,8 +83,7 @@ def torus_points(size: Size) -> Index:
     mesh = kept_points(size.harmonics, size.cross, mirrored=False).points.tolist()
     reach = product(*(range(-order, order + 1) for order in size.orders))
     of_shafts = [orders for orders in reach if order_weight(orders, size.orders) <= 1]
-    every = [(*a, *s) for a in mesh for s in of_shafts]
-    return half_lattice(every)
+    return half_lattice([(*a, *s) for a in mesh for s in of_shafts])
 
 
 def order_weight(point: tuple[int, ...], orders: tuple[int, ...]) -> float:
@@ -189,8 +185,7 @@ def grid(points: Index, counts: tuple[int, ...]) -> Grid:
 
 def phases_of(counts: tuple[int, ...]) -> Array:
     """Phases (N, D) of the samples of a grid [cycles], the last one fastest."""
-    phases: Array = np.indices(counts).reshape(len(counts), math.prod(counts)).T / np.array(counts)
-    return phases
+    return np.asarray(np.indices(counts).reshape(len(counts), math.prod(counts)).T / np.array(counts))
 
 
 def contiguous(chosen: NDArray[Any] | np.bool_) -> slice | Index:
@@ -216,8 +211,7 @@ class WidthTangents:
 
     def forces(self, gap: Array) -> Array:
         """Changes of the forces at the edges (E,) [N] with gaps (N, R) [m]."""
-        change: Array = (self.tangent * gap[self.samples, self.at[1]]).sum(axis=0)
-        return change
+        return np.asarray((self.tangent * gap[self.samples, self.at[1]]).sum(axis=0))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -26,7 +26,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...statics.signals import peaks_to_peaks
-from ...system.system import Array, ComplexArray, Index
+from ...system.system import Array, ComplexArray, Index, faces
 from ..response.measures import Range, held_pairs, link_statistics, mean_square
 from ..response.response import Block, Response, respond, unstable_speeds
 from ..response.spectra import (
@@ -34,6 +34,8 @@ from ..response.spectra import (
     alias_free_samples,
     force_signal,
     lateral_pairs,
+    link_spectrum,
+    motion_spectrum,
     peak,
     placed,
     strained,
@@ -354,7 +356,7 @@ def linear_motion(torus: Torus, speed: float) -> LinearMotion | None:
             residual=max(float(block.mesh.residual[0]), state.norm / size),
             truncation=block.mesh.truncation_residual[0],
         ),
-        rms=np.sqrt(mean_square(whole_mesh_signal(force_signal(ready, block), torus.face))[:, 0]),
+        rms=np.sqrt(mean_square(whole_mesh_signal(force_signal(ready, block), faces(ready.system.meshes)))[:, 0]),
         unchanging=state.unchanging and bool(np.all(state.touching == (balance.rows.flanks.sense > 0))),
     )
 
@@ -402,32 +404,25 @@ def _samples(ready: Response, block: Block) -> int | None:
 
 def _line(ready: Response, linear: LinearMotion, place: int, shaft: Shaft) -> SuperposedLine:
     """Response to one group of shaft lines over the grid of mesh phases, of flanks that keep their contact."""
-    solved, point = linear.block.shaft, linear.point
+    block, solved, point = linear.block, linear.block.shaft, linear.point
     assert solved is not None
-    balance, rows, links = point.problem, point.problem.rows, ready.system.links
-    F, orders = rows.count, ready.kernel(linear.block.truncation, shifted=True).lattice.points
-    y: ComplexArray = solved.y[place, 0] + 1j * solved.y[place, 1]
-    stretch = y @ rows.gaps[:F].T
-    link_stretch = y @ strained(ready, links.B).T
-    turning = (
-        ready.frame_factor(np.array([point.state.speed]))[0] * link_stretch @ links.skew.T if links.skew.size else 0
-    )
+    rows, counts = point.problem.rows, point.problem.grid.counts
+    F, orders = rows.count, ready.kernel(block.truncation, shifted=True).lattice.points
+    stretch = (solved.y[place, 0] + 1j * solved.y[place, 1]) @ rows.gaps[:F].T
     lines = ready.lines.solved_together(shifted=True)[place : place + 1]
     stretch -= placed(orders, lines, (F,), lambda line: line_gaps(ready, rows, line)[:F])[0]
-    link_stretch -= placed(orders, lines, (len(links.name),), lambda line: line.link_gap)[0]
-    frequency = solved.frequency[place][:, None]
-    counts = balance.grid.counts
     delta = _over_phases(stretch, orders, counts)
     force = point.state.tangent[:, :F] * delta
     if rows.damping.any():
-        rate = _over_phases(1j * frequency * stretch, orders, counts)
+        rate = _over_phases(1j * solved.frequency[place][:, None] * stretch, orders, counts)
         force += np.where(point.state.touching, rows.damping, 0.0) * rate
+    motion, links = (spectrum(ready, block, shifted=True).amplitude for spectrum in (motion_spectrum, link_spectrum))
     return SuperposedLine(
         shaft=shaft,
         stretch=delta,
         force=force,
-        motion=_over_phases(y @ ready.modal.shapes.T, orders, counts),
-        links=_over_phases((links.stiffness + 1j * frequency * links.damping) * link_stretch + turning, orders, counts),
+        motion=_over_phases(motion[:, 0, place].T, orders, counts),
+        links=_over_phases(links[:, 0, place].T, orders, counts),
         error=0.0,
     )
 
@@ -514,7 +509,8 @@ def torus_outputs(torus: Torus, point: TorusPoint, lines: Sequence[SuperposedLin
     Lines superposed add their mean square to the RMS and their amplitude to the extremes.  A mesh whose far flank stays
     away has no force below those at the samples and 0, whatever they add: teeth do not pull.
     """
-    system, rows, face, balance = torus.ready.system, len(torus.face.row), torus.face, point.problem
+    system, face, balance = torus.ready.system, faces(torus.ready.system.meshes), point.problem
+    rows = len(face.row)
     flank = flank_force(balance, point.state)
     of_rows = row_force(system, flank)
     force = face.total(of_rows, axis=1)
@@ -527,13 +523,16 @@ def torus_outputs(torus: Torus, point: TorusPoint, lines: Sequence[SuperposedLin
     least = np.where(far_share == 0, np.minimum(force.min(axis=0), 0.0), -np.inf)
     tones = (*torus.ready.lines.tones, *torus.shaft_tones.tones)
     link_force, error, links = link_outputs(torus.ready, balance, point.state, tones, lines)
+    lowest, highest = _ends(force, mesh_lines, counts)
+    motion = balance.grid.values(point.state.y.reshape(-1, system.force.size) @ balance.modal.shapes.T)
+    low, most = _ends(motion, [line.motion for line in lines], counts)
     return TorusOutputs(
         measures=Measures(
             rms=np.sqrt(_variance(torus, point, force, lines, mesh_lines)),
-            highest=_with_lines(force, mesh_lines, counts),
-            lowest=np.maximum(-_with_lines(-force, mesh_lines, counts), least),
+            highest=highest,
+            lowest=np.maximum(lowest, least),
             open=1.0 - touching_meshes(system, touching).mean(axis=0),
-            amplitude=torus_amplitudes(torus, point, lines),
+            amplitude=system.dofs.radius * (most - low) / 2,
             flank=_with_lines(flank, [line.force for line in lines], counts),
             links=links,
         ),
@@ -575,11 +574,8 @@ def link_outputs(
         )
         for angle in (_TOWARDS if reach else ())
     ]
-    span = Range(
-        low=-_with_lines(-force, every, counts),
-        high=_with_lines(force, every, counts),
-        length=grid_maximum(np.array(parts)) if parts else _with_lines(np.abs(lateral), (), counts),
-    )
+    length = grid_maximum(np.array(parts)) if parts else _with_lines(np.abs(lateral), (), counts)
+    span = Range(*_ends(force, every, counts), length)
     square = sum(((np.abs(amplitude) ** 2).mean(axis=0) / 2 for amplitude in every), force.var(axis=0))
     held = held_pairs(pairs, system.links.turn)
     standing = [
@@ -587,8 +583,8 @@ def link_outputs(
     ]
     errors = ready.system.errors
     wave = balance.grid.values(at.y.reshape(-1, at.y.shape[2]) @ strained(ready, ready.system.error_rows).T)
-    moved = [line.motion @ ready.system.error_rows for line in lines]
-    ranges = peaks_to_peaks(errors, _with_lines(wave, moved, counts) + _with_lines(-wave, moved, counts))
+    least, most = _ends(wave, [line.motion @ ready.system.error_rows for line in lines], counts)
+    ranges = peaks_to_peaks(errors, most - least)
     measures = link_statistics(span, force.mean(axis=0), square, pairs, held, np.array(standing))
     return force, wave, measures | {name: values for name, (_, values) in ranges.items()}
 
@@ -623,6 +619,11 @@ def _with_lines(values: Array, amplitudes: Sequence[ComplexArray], counts: tuple
     return grid_maximum(values.reshape(*counts, values.shape[1]))
 
 
+def _ends(values: Array, amplitudes: Sequence[ComplexArray], counts: tuple[int, ...]) -> tuple[Array, Array]:
+    """Smallest and largest value (c,), as of `_with_lines`."""
+    return -_with_lines(-values, amplitudes, counts), _with_lines(values, amplitudes, counts)
+
+
 def _reach(amplitudes: Sequence[ComplexArray], samples: int) -> Array:
     """Sum of the magnitudes of lines (Nm, c) over all samples of the torus, (N, c)."""
     reach: Array = np.sum([np.abs(amplitude) for amplitude in amplitudes], axis=0)
@@ -653,12 +654,3 @@ def _variance(
         along = wave @ (np.fft.fft(amplitude, axis=0) / count)
         total += (along * np.exp(2j * np.pi * phase)[:, None]).real
     return np.asarray(total.var(axis=0))
-
-
-def torus_amplitudes(torus: Torus, point: TorusPoint, lines: Sequence[SuperposedLine] = ()) -> Array:
-    """Half the distance between extremes of every coordinate over all phases, (n,) [m; rz as radius times angle]."""
-    balance, modal = point.problem, torus.ready.modal
-    q = balance.grid.values(point.state.y.reshape(-1, modal.squared.size) @ modal.shapes.T)
-    motions = [line.motion for line in lines]
-    high, low = (_with_lines(values, motions, balance.grid.counts) for values in (q, -q))
-    return torus.ready.system.dofs.radius * (high + low) / 2

@@ -1,9 +1,11 @@
-"""Solutions with contact loss: the harmonics they take, and whether they are stable.
+"""Solutions with contact loss: the harmonics they take, whether they are stable, how an unstable one is left.
 
-Stability of a motion with contact loss, and how an unstable one is left [seydel2010].
+A balance takes as many harmonics, samples and cycles as its motion needs: it is refined until the residual seen with
+twice the harmonics and samples is small [krack2019].  Each problem is made once; what has been found of the Floquet
+stability of a solution stands with it.
 
-The variational equation has the tangents of the contact along the motion.  Of a periodic motion it has the Floquet
-multipliers of `questions.stability.floquet`.
+Stability is that of the variational equation, which has the tangents of the contact along the motion [seydel2010].  Of
+a periodic motion it has the Floquet multipliers of `questions.stability.floquet`.
 
 With two mesh tones the tangents of the laws are quasi-periodic, so no period has multipliers: disturbances grow along
 the path through both phases (derived here).  The kicks are taken from the laws at the phases of both tones.  A block of
@@ -12,18 +14,13 @@ began, mostly within 1/50 of a cycle.  Each window is then nearly a period, the 
 multipliers, and their mean over windows is the growth along the path.  Where the tones have a short common period, a
 window holds it a whole number of times, and the Ritz values are Floquet multipliers.
 
-Shapes: R rows, T samples, S steps, N states, k disturbances.
-
-Refinement of a balance: as many harmonics, samples and cycles as a motion needs, each problem made once.
-
-A solution is refined until the residual seen with twice the harmonics and samples is small [krack2019].  What has been
-found of its Floquet stability stands with it.
-
 A motion has the symmetry of its train where, turned by one branch and shifted in time, it is itself (derived here).  A
-stage whose branches are alike, their mesh phases whole parts of a cycle apart, is itself when turned by one branch
-and shifted by such a part.  Each of its motions then has an image that is a motion too, and a motion with less symmetry
-is another one than its image.  Which shift is the train's is decided by the balance: at the wrong one the image is no
+stage whose branches are alike, their mesh phases whole parts of a cycle apart, is itself when turned by one branch and
+shifted by such a part.  Each of its motions then has an image that is a motion too, and a motion with less symmetry is
+another one than its image.  Which shift is the train's is decided by the balance: at the wrong one the image is no
 motion, and neither is any where the branches differ.
+
+Shapes: R rows, T samples, S steps, N states, k disturbances.
 """
 
 from __future__ import annotations
@@ -151,13 +148,13 @@ def floquet_stability(refinement: Refinement, at: Solution) -> Stability:
     numpy.linalg.LinAlgError : numbers that are not finite.
     """
     steps, unchanging = _steps(at.balance, at.state), at.state.unchanging
-    largest = _largest(_floquet(refinement, at, steps))
+    largest = _floquet(refinement, at, steps).largest
     error = _NEAR_CLOSED if unchanging else _NEAR
     for _ in range(_FINER):
         if abs(abs(largest) - 1) > error:
             break
         coarse, steps = largest, _TIMES * steps
-        largest = _largest(_floquet(refinement, at, steps))
+        largest = _floquet(refinement, at, steps).largest
         error = abs(abs(largest) - abs(coarse)) + (CIRCLE if unchanging else at.residual)
     kind = multiplier_kind(largest, real=_REAL)
     if kind == DIVERGENCE:
@@ -236,8 +233,7 @@ def _step_means(
 
 def _means(values: Array, steps: int) -> Array:
     """Means (R, S) over the samples of each step, of values (T, R)."""
-    average: Array = values.reshape(steps, len(values) // steps, -1).mean(axis=1).T
-    return average
+    return np.asarray(values.reshape(steps, len(values) // steps, -1).mean(axis=1).T)
 
 
 def _unchanged(balance: Problem, state: State, steps: int) -> Tangents:
@@ -293,12 +289,6 @@ def _steps(balance: Problem, state: State) -> int:
 def _least_steps(modal: Modal, cycle: float, variation: ComplexArray) -> int:
     """Steps of a mesh cycle [s] of the linear system; variation : (r, H) of the stiffness."""
     return steps_needed(modal, period=cycle, cycle=cycle, harmonics=variation.shape[1])
-
-
-def _largest(solved: Floquet) -> complex:
-    """The largest multiplier, free motions apart; 0 where there is none."""
-    bound = solved.multipliers[~solved.free]
-    return complex(bound[0]) if bound.size else 0j
 
 
 # --- two mesh tones ---------------------------------------------------------------------------------------------------

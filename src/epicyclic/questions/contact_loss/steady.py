@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ...errors import ConvergenceError, ModelError
 from ...statics.signals import error_waves
 from ...system.gaps import groups_past_the_end, past_the_end
-from ...system.system import Array, System
+from ...system.system import Array, System, faces
 from ...warning_codes import CodedText, coded
 from ..response import SteadyOptions
 from ..response.response import require_stable_mean, response
@@ -177,7 +177,8 @@ def _labelled(
     """
     from ...results.dataset import dataset
 
-    ready, system, face = torus.ready, torus.ready.system, torus.face
+    ready, system = torus.ready, torus.ready.system
+    face = faces(system.meshes)
     force, reach, counts = outputs.force, outputs.reach, point.problem.grid.counts
     axis = ready.lines.axis[face.first]
     opens = face.any(outputs.row_open > 0)
@@ -290,7 +291,8 @@ def _along_the_face(
     torus: Torus, outputs: TorusOutputs, counts: tuple[int, ...]
 ) -> tuple[dict[str, Any], dict[Hashable, Any]]:
     """Forces of slices over the mesh phase, largest, open shares and face-load factors; nothing uncut."""
-    face, meshes = torus.face, torus.ready.system.meshes
+    meshes = torus.ready.system.meshes
+    face = faces(meshes)
     if not face.cut.any():
         return {}, {}
     mean = outputs.row_force.mean(axis=0)

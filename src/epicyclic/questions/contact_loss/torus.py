@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...system.system import Array, Faces, Index, faces
+from ...system.system import Array, Index
 from ..response.lattice import Point
 from ..response.response import Response
 from ..response.spectra import LineExcitation, PlacedLine, Shaft
@@ -208,14 +208,13 @@ class Torus:
     """A System ready to be solved with contact loss and shaft orders at any speed.
 
     shaft_tones : the shaft lines on tones of their own.  shaft_lines : all groups of them that count.
-    face : whole meshes.  problems : those made so far, by size.
+    problems : those made so far, by size.
     fine : whether shaft orders grow until links that follow laws are right to 1e-4.
     """
 
     ready: Response
     shaft_tones: ShaftTones
     shaft_lines: tuple[Shaft, ...]
-    face: Faces
     fine: bool = False
     problems: dict[Size, Prepared] = field(default_factory=dict)
 
@@ -239,8 +238,7 @@ class Torus:
         """Truncation residual of a point by each kind, per what may be left (kinds,)."""
         allowed = np.full(point.truncation.size, TRUNCATION_TOLERANCE)
         allowed[self.mesh_tones + 1 :] = _OF_LINKS if self.fine else TRUNCATION_TOLERANCE
-        excess: Array = point.truncation / allowed
-        return excess
+        return np.asarray(point.truncation / allowed)
 
     @property
     def tones(self) -> Array:
@@ -310,7 +308,6 @@ def torus_of(ready: Response, *, shaft_orders: bool = True, most: int | None = N
         ready=ready,
         shaft_tones=shaft_tones(ready, every, most=room),
         shaft_lines=every,
-        face=faces(ready.system.meshes),
         fine=fine and gap_rows_of(ready).links is not None,
     )
 
@@ -321,20 +318,13 @@ def memory(torus: Torus, speed: float) -> tuple[float, bool]:
     return 8.0 * _HELD * values, values > _VALUES
 
 
-def respond_torus(
-    torus: Torus,
-    speed: float,
-    *,
-    start: tuple[Index, Array] | None = None,
-    tolerance: float = TOLERANCE,
-) -> TorusPoint:
+def respond_torus(torus: Torus, speed: float, *, start: tuple[Index, Array] | None = None) -> TorusPoint:
     """The steady motion at one relative speed, all phases of mesh and shaft tones at once.
 
     Parameters
     ----------
     start : lattice points (J, D) and a motion (2, J, n) to start from, of mesh orders alone or of a whole torus: which
         branch is found where there are several.  None: the solution of the mesh orders next to the linear one.
-    tolerance : relative residual of the rows kept.
 
     Raises
     ------
@@ -342,28 +332,27 @@ def respond_torus(
     """
     size = _first_size(torus, speed)
     with np.errstate(all="ignore"):  # a motion that overflows ends as not finite
-        points, y = _mesh_orders(torus, size, speed, tolerance) if start is None else start
-        rough = max(tolerance, _ROUGH)
-        point = _solve_size(torus, size, speed, points, y, rough)
+        points, y = _mesh_orders(torus, size, speed, TOLERANCE) if start is None else start
+        point = _solve_size(torus, size, speed, points, y)
         if start is None and not point.converged:
-            point = _continued_in_speed(torus, point, speed, rough)
+            point = _continued_in_speed(torus, point, speed)
         while point.converged and float(np.linalg.norm(torus.excess(point))) > 1:
             larger = _larger_size(torus, point)
             if larger == point.size or _values(torus, larger) > _VALUES:
                 break
-            finer = _solve_size(torus, larger, speed, point.problem.grid.points, point.state.y, rough)
+            finer = _solve_size(torus, larger, speed, point.problem.grid.points, point.state.y)
             if not finer.converged:
                 break  # the coarser solution stands, and says what it dropped
             point = finer
-        return _corrected_on_fine_grid(torus, point, tolerance) if point.converged else point
+        return _corrected_on_fine_grid(torus, point) if point.converged else point
 
 
-def _continued_in_speed(torus: Torus, lost: TorusPoint, speed: float, tolerance: float) -> TorusPoint:
+def _continued_in_speed(torus: Torus, lost: TorusPoint, speed: float) -> TorusPoint:
     """The motion continued from a speed nearby, from above and then from below; the lost point where neither is."""
     for side in (1.0, -1.0):
-        points, y = _mesh_orders(torus, lost.size, speed * (1 + side * _NEARBY[0]), tolerance)
+        points, y = _mesh_orders(torus, lost.size, speed * (1 + side * _NEARBY[0]), _ROUGH)
         for part in _NEARBY:
-            point = _solve_size(torus, lost.size, speed * (1 + side * part), points, y, tolerance, rescue=False)
+            point = _solve_size(torus, lost.size, speed * (1 + side * part), points, y, rescue=False)
             if not point.converged:
                 break
             points, y = point.problem.grid.points, point.state.y
@@ -392,15 +381,13 @@ def _mesh_orders(torus: Torus, size: Size, speed: float, tolerance: float) -> tu
     return mesh.grid.points, (solved if solved.converged else first).state.y
 
 
-def _solve_size(
-    torus: Torus, size: Size, speed: float, points: Index, y: Array, tolerance: float, *, rescue: bool = True
-) -> TorusPoint:
+def _solve_size(torus: Torus, size: Size, speed: float, points: Index, y: Array, *, rescue: bool = True) -> TorusPoint:
     """One size from a motion (2, J, n) at points (J, D), else by continuation in the shaft lines."""
     prepared = torus.prepared(size)
     start = embedded(points, y, prepared.coarse)
     if points.shape[1] == torus.mesh_tones and size.orders:
         start = _with_shaft_response(torus, prepared.coarse, start, speed)
-    solved = solve(prepared.coarse, start, speed, tolerance=tolerance, steps=_STEPS, step=newton_step())
+    solved = solve(prepared.coarse, start, speed, tolerance=_ROUGH, steps=_STEPS, step=newton_step())
     if not solved.converged and size.orders and rescue:
         # with a part of the shaft lines, then more and more of them
         of_shafts = prepared.coarse.grid.points[:, torus.mesh_tones :].any(axis=1)
@@ -408,7 +395,7 @@ def _solve_size(
         for factor in _RISING:
             final = factor == _RISING[-1]
             scaled = prepared.coarse if final else _with_scaled_shaft_lines(torus, prepared.coarse, factor)
-            wanted = tolerance if final else _ON_THE_WAY
+            wanted = _ROUGH if final else _ON_THE_WAY
             solved = solve(scaled, y, speed, tolerance=wanted, steps=_STEPS, work=WORK - used, step=newton_step())
             y, used = solved.state.y, used + solved.calls
             if not solved.converged:
@@ -432,7 +419,7 @@ def _accepted(torus: Torus, solved: NewtonResult) -> bool:
     return solved.converged or (jumps and solved.state.norm <= _JUMP * dynamic_size(solved.state.y))
 
 
-def _corrected_on_fine_grid(torus: Torus, point: TorusPoint, tolerance: float) -> TorusPoint:
+def _corrected_on_fine_grid(torus: Torus, point: TorusPoint) -> TorusPoint:
     """The residual of many samples corrected with the Jacobian of few, or where that fails with its own."""
     prepared, y, speed = torus.prepared(point.size), point.state.y, point.state.speed
     exact = newton_step()
@@ -441,7 +428,7 @@ def _corrected_on_fine_grid(torus: Torus, point: TorusPoint, tolerance: float) -
         """A Newton step (2, J, n) with the Jacobian of few samples."""
         return exact(prepared.coarse, evaluate(prepared.coarse, at.y, speed), right, target)
 
-    attempt = partial(solve, prepared.fine, y, speed, tolerance=tolerance, steps=_CORRECTIONS, work=_CORRECTION_WORK)
+    attempt = partial(solve, prepared.fine, y, speed, steps=_CORRECTIONS, work=_CORRECTION_WORK)
     for step in (cheap, exact) if prepared.fine is not prepared.coarse else (exact,):
         solved = attempt(step=step)
         if solved.converged:

@@ -1,19 +1,16 @@
-"""What loaded contact of a pair and of a train have alike: loads, resolution, results.
+"""What loaded contact of a pair and of a train have alike: errors of the teeth, loads, resolution, results.
 
-What a loaded tooth contact is solved with: errors of the teeth in the worst mesh cycle, then phases and slices.
-
-A pitch error is of teeth that turn: which of them are in mesh is a matter of the mesh cycle that is looked at.  The gap
-of a pair of teeth is that of both its flanks, from measured pitch deviations of the file, or one step between a pair
-and the one before it.  Errors of a mesh over its phase, of its profile or turning with a member, open all pairs of
-teeth in mesh alike: they add to the transmission error and leave the loads as they are.
+Errors of the teeth are those of the worst mesh cycle.  A pitch error is of teeth that turn: which of them are in mesh
+is a matter of the mesh cycle that is looked at.  The gap of a pair of teeth is that of both its flanks, from measured
+pitch deviations of the file, or one step between a pair and the one before it.  Errors of a mesh over its phase, of its
+profile or turning with a member, open all pairs of teeth in mesh alike: they add to the transmission error and leave
+the loads as they are.
 
 Phases and slices are doubled until the printed numbers hold within a tolerance.
 
-Loaded tooth contact, of one pair of gears alone or of all meshes of a train: what both have alike.
-
-Loads on the faces of the meshes at several levels of load, and the Dataset of what follows from them: load
-along the faces, face factors, stress in the tooth roots.  Beside it the mesh stiffness that a train has without tooth
-contact, of every mesh over one mesh cycle.
+Loads on the faces of the meshes at several levels of load, and the Dataset of what follows from them: load along the
+faces, face factors, stress in the tooth roots.  Beside it the mesh stiffness that a train has without tooth contact, of
+every mesh over one mesh cycle.
 """
 
 from __future__ import annotations
@@ -35,14 +32,11 @@ from ...system.assembly import train_provenance
 from ...system.tooth_pairs import FaceLoad
 from ...teeth.gear_pair import ContactPair, MeshWave, uniform_along_face
 from ...teeth.loaded_contact import all_loaded, all_segments, loaded_contact
-from ...teeth.path_of_contact import averaging_length, corner_phases, graded_phases, largest_part_mean
+from ...teeth.path_of_contact import Array, Index, averaging_length, corner_phases, graded_phases, largest_part_mean
 from ...teeth.root_stress import RootStress, pair_influences, root_stress
 from ...train.train import Mesh, Train
 from ...warning_codes import CodedText, coded
 from . import ContactOptions, StiffnessOptions
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 # The search for the worst cycle: places of its beginning in a mesh cycle, slices of a face that is not even, phases of
 # a profile error.  The peak to peak over a cycle changes by a thousandth where its beginning does by one place.
@@ -616,6 +610,5 @@ def stiffness(train: Train, options: StiffnessOptions) -> xr.Dataset:
 def stiffness_history(mesh: Mesh, phase: NDArray[np.float64]) -> NDArray[np.float64]:
     """Mesh stiffness (T,) [N/m] at times `phase` (T,) [mesh cycles]: Fourier series in sigma = sense (phase + lead)."""
     sigma = mesh.sense * (phase + float(mesh.lead))
-    order = np.arange(1, len(mesh.variation) + 1)
-    rotation = np.exp(2j * np.pi * np.multiply.outer(sigma, order))
+    rotation = np.exp(2j * np.pi * np.multiply.outer(sigma, np.arange(1, len(mesh.variation) + 1)))
     return mesh.stiffness * (1 + (rotation @ mesh.variation).real)

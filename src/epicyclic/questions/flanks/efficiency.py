@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from ...errors import ConvergenceError, ModelError
 from ...results.dataset import dataset
@@ -16,6 +15,7 @@ from ...system.assembly import train_provenance
 from ...system.tooth_pairs import mean_force
 from ...teeth import geometry
 from ...teeth.path_of_contact import (
+    Array,
     PlaneOfAction,
     Rolling,
     cycle_mean,
@@ -31,8 +31,6 @@ from ...warning_codes import CodedText, coded, placed
 from . import ContactOptions, EfficiencyOptions
 from .contact_resolution import flank_map
 from .pair_contact import solved_pair, unresolved
-
-Array = NDArray[np.float64]
 
 FRICTION = 0.05
 """Coefficient of friction by default: that of [yue2014, section 3.2], in the usual range of lubricated steel teeth."""

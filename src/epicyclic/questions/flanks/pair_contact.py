@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from ...engine.plan import require_memory
 from ...errors import ModelError
@@ -17,7 +16,7 @@ from ...results.dataset import dataset
 from ...system.assembly import train_provenance
 from ...system.tooth_pairs import face_loads, first_mesh, mean_force, pair_of, tooth_warnings
 from ...teeth.loaded_contact import LoadedContact, all_loaded, all_segments, first_images, harmonics
-from ...teeth.path_of_contact import cycle_harmonics, cycle_mean
+from ...teeth.path_of_contact import Array, cycle_harmonics, cycle_mean
 from ...teeth.root_stress import RootStress
 from ...train.deviations import check_contact_errors
 from ...train.train import Mesh, Train
@@ -39,7 +38,6 @@ from .contact_resolution import (
     sigma_at,
 )
 
-Array = NDArray[np.float64]
 Columns = dict[str, tuple[Any, Array]]
 Gears = tuple[RootStress, RootStress]
 

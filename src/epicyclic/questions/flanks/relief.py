@@ -143,8 +143,7 @@ def relief(drive: Drive, options: ReliefOptions, *, progress: Callable[[float], 
     solved = verified(problem, result, pick=options.pick, drawn=drawn)
     if not result.stopped:
         told(_VERIFIED)
-    best = solved.settings
-    changes = overrides_of(best, flanks)
+    changes = overrides_of(solved.settings, flanks)
     if isinstance(drive.source, Train):
         after = load(dict(train.document), changes)
     else:

@@ -237,8 +237,7 @@ def modified_flank(flank: Flank, settings: FlankSettings) -> Flank:
     for table in _TABLES:
         new = {key.split(".")[1]: value for key, value in settings.items() if key.startswith(f"{table}.")}
         if new:
-            old = getattr(flank, table) or Relief(amount=0.0, length=0.0)
-            changes[table] = replace(old, **new)
+            changes[table] = replace(getattr(flank, table) or Relief(amount=0.0, length=0.0), **new)
     return replace(flank, **changes)  # type: ignore[arg-type]
 
 

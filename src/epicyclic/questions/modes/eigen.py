@@ -487,8 +487,7 @@ def canonical_basis(vectors: Shapes, M: Array) -> Shapes:
         direction = left[pivot].conj() / np.linalg.norm(left[pivot])
         directions.append(direction)
         left = left - np.outer(left @ direction, direction.conj())
-    basis: Shapes = vectors @ np.array(directions).T
-    return basis
+    return np.asarray(vectors @ np.array(directions).T)
 
 
 def normalisation(vectors: Shapes, radius: Array) -> Shapes:
@@ -503,8 +502,7 @@ def normalisation(vectors: Shapes, radius: Array) -> Shapes:
     shapes = vectors * radius[:, None]
     size = np.abs(shapes)
     first = np.argmax(size >= (1 - _TIE) * size.max(axis=0), axis=0)
-    factor: Shapes = 1.0 / shapes[first, np.arange(shapes.shape[1])]
-    return factor
+    return np.asarray(1.0 / shapes[first, np.arange(shapes.shape[1])])
 
 
 def _kind_projectors(symmetries: Sequence[Symmetry], n: int) -> list[Array]:

@@ -73,8 +73,7 @@ def modal(system: System, *, relative_speed: float = 0.0, damped: bool = False) 
             ratios = np.where(size > 0, -growth / np.where(size > 0, size, 1.0), np.nan)
     options = {"relative_speed": float(relative_speed), "damped": bool(damped)}
     kinds = classify_modes(system, values, vectors)
-    free = modes.vectors[:, modes.omega_squared == 0]
-    warnings = unheld_warnings(system, free)
+    warnings = unheld_warnings(system, modes.vectors[:, modes.omega_squared == 0])
     worst = float(np.max(growth, initial=0.0))
     # 1e-6 of the largest frequency is rounding of a defective root
     if worst > 1e-6 * float(np.max(angular, initial=0.0)):

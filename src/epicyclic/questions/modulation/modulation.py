@@ -498,8 +498,7 @@ def _passages(position: SensorPosition, speed: float) -> Array:
         return np.full(len(position.branches), np.nan)
     turn = speed * float(position.turn)
     ahead = (position.angle - position.spacing) / (2 * np.pi) * np.sign(turn) % 1.0
-    result: Array = ahead / abs(turn)
-    return result
+    return np.asarray(ahead / abs(turn))
 
 
 def _warnings(ready: Response, block: Block, sensor: _Sensor, at_sensor: _SensorSignal) -> list[CodedText]:

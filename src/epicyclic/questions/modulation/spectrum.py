@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...errors import ModelError
-from ...system.system import Array, ComplexArray, System, faces
+from ...system.system import Array, ComplexArray, Index, System, faces
 from ..response.response import Block, Response
 from ..response.spectra import Spectrum, force_spectrum, motion_spectrum
 
@@ -227,8 +227,7 @@ class Window:
         phi = np.asarray(angle, dtype=float)[..., None]
         orders = np.arange(1, len(self.coefficients))
         wave = (self.coefficients[1:] * np.exp(1j * orders * phi)).real.sum(axis=-1)
-        gain: Array = self.coefficients[0].real + 2 * wave
-        return gain
+        return np.asarray(self.coefficients[0].real + 2 * wave)
 
 
 def named_window(word: str, *, planets: int, width: float | None = None) -> Window:
@@ -329,8 +328,7 @@ def _cut(name: str, values: Array | ComplexArray) -> Window:
     """Window of the leading coefficients `values` (K + 1,), as many as `_REMAINDER` asks, or the most there may be."""
     power = np.abs(values) ** 2 * np.where(np.arange(len(values)) > 0, 2.0, 1.0)
     left = np.append(np.cumsum(power[::-1])[::-1], 0.0)[1:]  # behind each harmonic
-    enough = np.flatnonzero(left <= _REMAINDER * power.sum())
-    last = min(int(enough[0]), _MAX_HARMONICS)
+    last = min(int(np.flatnonzero(left <= _REMAINDER * power.sum())[0]), _MAX_HARMONICS)
     return Window(
         name=name,
         coefficients=np.asarray(values[: last + 1], complex),
@@ -357,8 +355,7 @@ class Transfer:
     def at(self, frequency: Array) -> ComplexArray:
         """Complex gain at frequencies [Hz], of their shape; gain and phase linear in the table, 0 outside."""
         size = np.interp(frequency, self.frequency, self.gain, left=0.0, right=0.0)
-        value: ComplexArray = size * np.exp(1j * np.interp(frequency, self.frequency, self.phase))
-        return value
+        return np.asarray(size * np.exp(1j * np.interp(frequency, self.frequency, self.phase)))
 
     def covers(self, frequency: Array) -> NDArray[np.bool_]:
         """Whether each frequency [Hz] lies within the table, of their shape."""
@@ -390,7 +387,6 @@ def tabulated_transfer(frequency: ArrayLike, gain: ArrayLike, phase: ArrayLike =
     return Transfer(frequency=f, gain=size, phase=np.unwrap(angle), unit=unit)
 
 
-Index = NDArray[np.int64]
 # A contribution below this share of the largest of its line is not reported among its origins.
 _REPORTED = 1e-2
 # Lines summed at once when a signal is synthesised.

@@ -1,23 +1,18 @@
-"""Output: the gearbox seen from one shaft.
+"""A gearbox at one of its shafts: stiffness over torque, hysteresis, lost motion, kinematic error, reflected inertia.
 
-The shaft that a gearbox is seen from; the train with its other shafts locked, by another operation of the model.
-
-Torque over angle of a locked train through both flanks: one cycle of the torque at several places of the mesh cycle.
-
-The torque goes 0, +T, -T, +T in steps at each of which the train is in equilibrium, with far flanks, play and laws.
-Where a law has a memory the steps follow each other, else each stands by itself and both branches are one.  What a
-cycle dissipates is the work of the sliders, F_m |ds| summed: the area of the loop without the error of its steps.
+The other shafts are locked, by another operation of the model.  Torque over angle is taken through both flanks, one
+cycle of the torque at several places of the mesh cycle.  The torque goes 0, +T, -T, +T in steps at each of which the
+train is in equilibrium, with far flanks, play and laws.  Where a law has a memory the steps follow each other, else
+each stands by itself and both branches are one.  What a cycle dissipates is the work of the sliders, F_m |ds| summed:
+the area of the loop without the error of its steps.
 
 Zero torque is left out: with play the angle is not unique there.  Angles count from mid-backlash.
 
-Kinematic error of a shaft: its rotation less that which the ratio makes of the driving shaft, over its turns.
-
+The kinematic error of a shaft is its rotation less that which the ratio makes of the driving shaft, over its turns.
 The train turns slowly under a share of the rated torque, all torques of the operation in that proportion: flanks open
 and close where the deviations are larger than what yields.  The record is the common period of all lines, as far as it
 goes; amplitudes at the exact orders of the shaft are those of least squares.  The row of rotations is that of
 `system.signal_rows`, whose lag is positive; the error is its negative.
-
-A gearbox at one of its shafts, the others locked: stiffness over torque, hysteresis, lost motion, reflected inertia.
 
 Stiffnesses and lost motion are read from the middle line of the loop of `hysteresis`: the tangent dT/dphi at every
 torque; between 50 and 100 % of the rated torque the secant, and the slope of least squares.  Lost motion is the angle
@@ -362,20 +357,22 @@ def kinematic_error(train: Train, shaft: OutputShaft, share: float) -> tuple[Col
     if record.count < record.period and np.ptp(error) > rounding:
         text = f"kinematic error over {record.count} {record.name}, the {record.period_name} has {record.period}"
         said.append(coded("short-record", f"{text}: phases that are not met may add to its range"))
-    return _columns(system, shaft.name, record, error, rounding), said
-
-
-def error_range(train: Train, shaft: OutputShaft, share: float, most: int) -> float:
-    """Largest range within a turn of the kinematic error [rad]; as of `kinematic_error`, without its orders.
-
-    most : instants of the record, unless a turn has more.
-    """
-    system, record, error, _ = _turned(train, shaft, share, most)
-    return _range(system, shaft.name, record, error)
+    frequency, amplitude = _lines(system, record, error, rounding)
+    return {
+        "kinematic_error": ("shaft_turn", error),
+        "kinematic_error_peak_to_peak": ((), _range(system, shaft.name, record, error)),
+        "kinematic_error_order": ("shaft_order", amplitude),
+        "shaft_turn": ("shaft_turn", np.arange(error.size) / record.samples),
+        "shaft_order": ("shaft_order", np.array([float(one / record.unit) for one in frequency])),
+        "shaft_order_cause": ("shaft_order", np.array([line_label(system, one) for one in frequency], dtype=object)),
+    }, said
 
 
 def _turned(train: Train, shaft: OutputShaft, share: float, most: int) -> tuple[System, Record, Array, float]:
-    """The train as it turns slowly, the record, the error over it (T,) [rad] and amplitude that is rounding."""
+    """The train as it turns slowly, the record, the error over it (T,) [rad] and amplitude that is rounding.
+
+    most : instants of the record, unless a turn has more.
+    """
     kinematics = train.kinematics
     torque = (kinematics.torque or {}).get(shaft.name, 0.0)
     if not (torque and (kinematics.speed or {}).get(shaft.name)):
@@ -401,19 +398,6 @@ def _record(system: System, body: str, most: int) -> Record:
         raise ModelError("members turn as one, and no deviation turns against another")
     samples = math.ceil(_SAMPLES * fastest / turn)  # whole mesh cycles: what is too fast for them stays a mesh order
     return record_of(system, cycles=None, turns=None, of=body, samples=samples, most=max(most, samples))
-
-
-def _columns(system: System, shaft: str, record: Record, error: Array, rounding: float) -> Columns:
-    """Error (T,) [rad] over a record, its range and orders; rounding : amplitude that is none."""
-    frequency, amplitude = _lines(system, record, error, rounding)
-    return {
-        "kinematic_error": ("shaft_turn", error),
-        "kinematic_error_peak_to_peak": ((), _range(system, shaft, record, error)),
-        "kinematic_error_order": ("shaft_order", amplitude),
-        "shaft_turn": ("shaft_turn", np.arange(error.size) / record.samples),
-        "shaft_order": ("shaft_order", np.array([float(one / record.unit) for one in frequency])),
-        "shaft_order_cause": ("shaft_order", np.array([line_label(system, one) for one in frequency], dtype=object)),
-    }
 
 
 def _range(system: System, shaft: str, record: Record, error: Array) -> float:
@@ -622,9 +606,8 @@ def sampled_kinematic_error(train: Train, shaft: OutputShaft, share: float, seed
 
 def _error_of_one(train: Train, shaft: OutputShaft, share: float, overrides: dict[str, object]) -> float:
     """Range of the kinematic error of the train that overrides make [rad]."""
-    made = load(dict(train.document), overrides=overrides)
-    found = attempt(lambda one: error_range(one, shaft, share, _INSTANTS), made)
-    return np.nan if found.value is None else found.value
+    found = attempt(lambda one: _turned(one, shaft, share, _INSTANTS), load(dict(train.document), overrides=overrides))
+    return np.nan if found.value is None else _range(found.value[0], shaft.name, *found.value[1:3])
 
 
 # --- shafts of a train that turns -------------------------------------------------------------------------------------

@@ -27,7 +27,6 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from ...document.document import read
 from ...errors import ModelError
@@ -46,10 +45,7 @@ from ..response import SteadyOptions
 from ..response.steady import steady
 from ..sharing.definitions import known_mean_loads
 from . import PITTING, LoadFactorOptions
-from .load_spectrum import equivalent
-
-Array = NDArray[np.float64]
-Columns = dict[str, tuple[Any, Any]]
+from .load_spectrum import Columns, equivalent
 
 FLANKS = (1, -1)
 # Deviations by which the pairs of teeth of a mesh in contact differ.

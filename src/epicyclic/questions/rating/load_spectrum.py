@@ -1,11 +1,8 @@
-"""A history of torque and speed as load cases.
+"""A history of torque and speed as load cases: a CSV file, an Excel table or columns, as a person has them.
 
-A load history as a person has it, a CSV file, an Excel table or columns, to torque, speed and time of every row.
-
-Load spectrum: time, revolutions and equivalent torque in bins of signed torque and speed; rainflow of the torque.
-
-Damage is by Miner's rule with one exponent of the torque: n cycles of T count as n |T|^p.  The equivalent torque of a
-bin does with its cycles the damage of all its rows,
+The load spectrum is time, revolutions and equivalent torque in bins of signed torque and speed, and rainflow of the
+torque.  Damage is by Miner's rule with one exponent of the torque: n cycles of T count as n |T|^p.  The equivalent
+torque of a bin does with its cycles the damage of all its rows,
 
     T_eq = (sum n_i |T_i|^p / sum n_i)^(1/p)
 
@@ -137,8 +134,7 @@ def _sampled(table: CsvTable, column: int, gap: float | None) -> Array:
     if late.any():
         at, allowed = int(late.argmax()), f"at most {most:g} s between two rows, or a longer gap"
         raise table.error(table.lines[at + 2], "a gap in time", given=f"{steps[at]:g} s", allowed=allowed)
-    whole: Array = (np.append(steps, 0.0) + np.append(0.0, steps)) / 2
-    return whole
+    return np.asarray((np.append(steps, 0.0) + np.append(0.0, steps)) / 2)
 
 
 def _weighed(table: CsvTable, column: int, options: SpectrumOptions) -> Array:
@@ -232,8 +228,7 @@ def bin_edges(values: Array, bins: Bins, path: str) -> Array:
     power = 10.0 ** np.floor(np.log10(least))
     step = power * min(one for one in (1, 2, 5, 10) if one * power >= least * (1 - _ROUNDING))
     first = np.floor(low / step + _ROUNDING)
-    whole: Array = step * np.arange(first, max(np.ceil(high / step - _ROUNDING), first + 1) + 1)
-    return whole
+    return np.asarray(step * np.arange(first, max(np.ceil(high / step - _ROUNDING), first + 1) + 1))
 
 
 def _near(edges: Array) -> float:

@@ -70,8 +70,7 @@ def phase_block(
     J, n, (count, width) = frequency.size, modal.squared.size, take.shape
     lines = min(count, max(1, _MOST_SOLVED // (width * n * n)))
     inverse = _inverses(system, modal, kernel.axes[axis].meshes, centre[:lines], width, frame)
-    order = np.arange(width) - width // 2
-    turn = np.exp(2j * np.pi * np.outer(np.arange(width), order) / width)
+    turn = np.exp(2j * np.pi * np.outer(np.arange(width), np.arange(width) - width // 2) / width)
     kept, at = take[:lines] < J, take[:lines]
     D = modal.squared - frequency[:, None] ** 2 + 1j * frequency[:, None] * modal.damping
     D[:, modal.rigid] = 1.0
@@ -231,8 +230,7 @@ def _cycle(
 
 def _norm(x: Array) -> Array:
     """Euclidean norm of every row, (P, N) to (P,)."""
-    norm: Array = np.sqrt(np.einsum("pn,pn->p", x, x))
-    return norm
+    return np.asarray(np.sqrt(np.einsum("pn,pn->p", x, x)))
 
 
 def near_sharp_resonance(modal: Modal, frequency: Array) -> NDArray[np.bool_]:
@@ -244,8 +242,7 @@ def near_sharp_resonance(modal: Modal, frequency: Array) -> NDArray[np.bool_]:
     if not np.any(light):
         return np.zeros(len(frequency), dtype=bool)
     squared = modal.squared[light]
-    near: NDArray[np.bool_] = np.any(np.abs(squared - frequency[:, :, None] ** 2) < _NEAR * squared, axis=(1, 2))
-    return near
+    return np.asarray(np.any(np.abs(squared - frequency[:, :, None] ** 2) < _NEAR * squared, axis=(1, 2)))
 
 
 def sharpened(
@@ -310,8 +307,7 @@ def _amplification(modal: Modal, rows: Callable[[Array], Array], frequency: Arra
 
 def _lightly_damped(modal: Modal) -> NDArray[np.bool_]:
     """Elastic modes (n,) whose damping ratio is so small that their resonance is asked."""
-    light: NDArray[np.bool_] = (modal.damping**2 < 4 * _LIGHT**2 * modal.squared) & ~modal.rigid
-    return light
+    return (modal.damping**2 < 4 * _LIGHT**2 * modal.squared) & ~modal.rigid
 
 
 # Products with D^-1 alone, where tones are several, before the block takes over.
@@ -409,8 +405,7 @@ class _Balance(NamedTuple):
         def apply(x: Array, *, less: bool = False) -> Array:
             """P^-1 (D + coupling) x, (P, 2 J n); less : x less that, without the rounding of their difference."""
             coupled = diagonal_product(inverse, couple(x.reshape(shape))).reshape(x.shape)
-            result: Array = (1.0 - share) * x - coupled if less else share * x + coupled
-            return result
+            return (1.0 - share) * x - coupled if less else share * x + coupled
 
         return diagonal_product(inverse, self.right).reshape(shape[0], -1), apply
 
@@ -614,8 +609,7 @@ def _right(system: System, modal: Modal, kernel: Kernel, batch: Batch, error: Ar
         rate = meshes.damping[:, None, None] * batch.frequency
         pulled[:, :, :J] -= rate * error[:, :, J:]
         pulled[:, :, J:] += rate * error[:, :, :J]
-    result: Array = force + _pull(modal.pulls[: len(error)], pulled)
-    return result
+    return force + _pull(modal.pulls[: len(error)], pulled)
 
 
 def _scale(first: Array, start: Array, *, mean: bool) -> Array:
@@ -645,8 +639,7 @@ def _truncation_residual(pulls: Array, modal: Modal, kernel: Kernel, batch: Batc
     held[held == 0] = np.inf
     squares = ((pulled[:, 0] ** 2 + pulled[:, 1] ** 2) / held).sum(axis=2)
     kinds = np.arange(kernel.lattice.tones + 1)
-    size: Array = np.sqrt(squares @ (kernel.truncated_kind[:, None] == kinds))
-    return size
+    return np.asarray(np.sqrt(squares @ (kernel.truncated_kind[:, None] == kinds)))
 
 
 def resonant_block(system: System, modal: Modal, kernel: Kernel, frequency: Array) -> Callable[[Array], Array] | None:
@@ -698,8 +691,7 @@ def _waves(rows: VaryingRows, modal: Modal, meshes: Index) -> ComplexArray:
     L = rows.wave.shape[1]
     series = stiffness_series(rows, meshes, L, reach=L)
     pulls, gaps = modal.pulls[meshes], modal.gaps[meshes]
-    waves: ComplexArray = np.array([(pulls.T * wave) @ gaps for wave in series.T])
-    return waves
+    return np.array([(pulls.T * wave) @ gaps for wave in series.T])
 
 
 def _couplings(waves: list[ComplexArray], points: Index, mode: Index, *, sign: int) -> ComplexArray:

@@ -89,8 +89,7 @@ def kept_points(harmonics: tuple[int, ...], cross: int, *, mirrored: bool) -> La
 
 def on_axis(points: Index, axis: int) -> NDArray[np.bool_]:
     """Which lattice points (K, D) are multiples of the tone of one axis alone, the origin included, (K,)."""
-    alone: NDArray[np.bool_] = np.count_nonzero(np.delete(points, axis, axis=1), axis=1) == 0
-    return alone
+    return np.asarray(np.count_nonzero(np.delete(points, axis, axis=1), axis=1) == 0)
 
 
 def _along(rest: Sequence[int], axis: int, order: int) -> Point:
@@ -155,8 +154,7 @@ class LineFrequencies:
     @property
     def constant(self) -> NDArray[np.bool_]:
         """Harmonics of frequency 0 (R,), which make up the mean."""
-        constant: NDArray[np.bool_] = (self.distinct == 0).astype(bool)[self.line]
-        return constant
+        return np.asarray((self.distinct == 0).astype(bool)[self.line])
 
     def index_of(self, frequencies: Sequence[Fraction]) -> Index:
         """Index in `distinct` of each frequency [Hz] (L,), -1 where no harmonic has it."""
@@ -178,8 +176,7 @@ class LineFrequencies:
         """`merged` of the lines that several harmonics share alone, (..., R) to (..., G)."""
         shared = values[..., self.shared]
         shared.imag *= np.where(self.negative[self.shared], -1.0, 1.0)
-        lines: ComplexArray = np.add.reduceat(shared, self.starts, axis=-1)
-        return lines
+        return np.add.reduceat(shared, self.starts, axis=-1)
 
     def power(self, values: ComplexArray, weight: Array) -> Array:
         """Sum of |A_f|^2 weight_f over the lines, weight (F,), amplitudes (..., R) of equal frequency added: (...)."""
@@ -215,8 +212,7 @@ def integer_frequencies(points: Index, tones: Sequence[Fraction], shifts: Sequen
     tones, shifts : (D,) and (S,) [Hz]; one shift of 0 for mesh orders.
     """
     at = points.astype(object) @ np.array([int(tone * unit) for tone in tones], dtype=object)
-    steps: Integers = np.add.outer(np.array([int(f * unit) for f in shifts], dtype=object), at)
-    return steps
+    return np.asarray(np.add.outer(np.array([int(f * unit) for f in shifts], dtype=object), at))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -483,8 +479,7 @@ def truncated_product(kernel: Kernel, gap: Array, *, joined: bool = False) -> Ar
 def _product(parts: Sequence[tuple[Index, Convolution]], gap: Array, out: Array) -> Array:
     """Convolutions of the meshes of every tone, gap (m, P, 2 J) [m] to [N], entered in out where tones are several."""
     if len(parts) == 1:
-        only: Array = np.matmul(gap, parts[0][1].own_matrix)
-        return only
+        return np.asarray(np.matmul(gap, parts[0][1].own_matrix))
     for meshes, through in parts:
         if meshes.size and meshes[-1] < len(gap):
             out[meshes] = _convolved(gap[meshes], through)
@@ -499,8 +494,7 @@ def to_real(values: ComplexArray) -> Array:
 def to_complex(parts: Array) -> ComplexArray:
     """Inverse of `to_real`: (..., 2 J) to (..., J) complex."""
     half = parts.shape[-1] // 2
-    value: ComplexArray = parts[..., :half] + 1j * parts[..., half:]
-    return value
+    return parts[..., :half] + 1j * parts[..., half:]
 
 
 def _convolved(rows: Array, through: Convolution) -> Array:

@@ -1,8 +1,7 @@
 """Measures of a response at many speeds: pure functions of signals, whichever method solved for them.
 
 A linear sweep, one with contact loss, or samples of an integration give `Signal`s (complex amplitudes and exact
-frequencies; `spectra.signal_of_samples` makes one of samples); `sweep_measures` makes the variables of `table` of
-them.
+frequencies; `spectra.signal_of_samples` makes one of samples); `sweep_measures` makes the variables of `table` of them.
 
 With F(t) the force of a mesh and F_m its mean over time, the transmitted force,
 
@@ -11,9 +10,9 @@ With F(t) the force of a mesh and F_m its mean over time, the transmitted force,
 K_v is (F_m + dynamic increment) / F_m as in [iso6336, 6], for each mesh of a train; where the meshes of a pair carry
 nothing together it is not defined.
 
-Steady response at one speed over the cycle of a mesh frequency: mesh orders, and an envelope for each other line.
+Of one speed also the forces over the cycle of a mesh frequency: mesh orders, and an envelope for each other line.
 
-For comparison with it plain harmonic superposition: every frequency alone on the mean system.  With dbar the mean gap,
+For comparison plain harmonic superposition: every frequency alone on the mean system.  With dbar the mean gap,
 K xbar = F, and dk the varying part of a mesh stiffness,
 
     Z(w) X = sum of (k0 + i w c) e B - dk dbar B,    force = k0 (dbar + dX) + dk dbar + c dX'
@@ -233,9 +232,7 @@ def dynamic_factor(largest: Array, transmitted: Array, groups: Sequence[MeshGrou
 
 def mean(signal: Signal) -> Array:
     """Mean over all time, (rows, P), in the unit of the signal."""
-    constant = signal.line_frequencies.constant
-    total: Array = signal.values[..., constant].real.sum(axis=-1)
-    return total
+    return np.asarray(signal.values[..., signal.line_frequencies.constant].real.sum(axis=-1))
 
 
 def mean_square(signal: Signal, *, derivative: int = 0) -> Array:
@@ -266,8 +263,7 @@ def _translation_square(motion: Signal, translation: Array) -> Array:
     moved = (translation.reshape(-1, n)[used] @ values.reshape(n, -1)).reshape(used.size, *values.shape[1:])
     square = np.zeros((3 * nb, values.shape[1]))
     square[used] = motion.line_frequencies.power(moved, _line_omega(motion.line_frequencies) ** 4) / 2
-    total: Array = square.reshape(nb, 3, -1).sum(axis=1)
-    return total
+    return np.asarray(square.reshape(nb, 3, -1).sum(axis=1))
 
 
 def order_harmonics(signal: Signal, axis: Index, orders: int) -> ComplexArray:

@@ -355,8 +355,7 @@ def _solve(
 
 def truncation_norm(truncation_residual: Array) -> Array:
     """Truncation residual over all kinds, (P, D + 1) -> (P,)."""
-    size: Array = np.sqrt((truncation_residual**2).sum(axis=1))
-    return size
+    return np.asarray(np.sqrt((truncation_residual**2).sum(axis=1)))
 
 
 def _select(block: Block, keep: NDArray[np.bool_]) -> Block:

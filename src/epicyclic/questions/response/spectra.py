@@ -1,8 +1,7 @@
 """What excites a System, and the spectra and waveforms of what answers.
 
-Excitation of the steady response: the exact lines of a System, sorted into mesh orders and shaft orders.
-
-Spectra of mesh forces, link forces and displacements of a solved block, and their waveforms over the tone phases.
+The exact lines of a System are sorted into mesh orders and shaft orders.  Mesh forces, link forces and displacements of
+a solved block have spectra, and waveforms over the tone phases.
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ModelError
-from ...statics.record import contradicting_radii, unheld, unheld_error
+from ...statics.record import require_free_balance
 from ...system.system import Array, ComplexArray, Faces, Index, Line, System, faces
 from ..modes.eigen import Modal
 from .lattice import (
@@ -36,9 +35,6 @@ from .lattice import (
 if TYPE_CHECKING:
     from .balance import HarmonicSolution
     from .response import Block, Response
-
-# Torques balanced in the input leave rounding on a rigid mode, 1e-13 of the sum of magnitudes; a wrong one far more.
-_BALANCE = 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -129,7 +125,9 @@ def excitation(system: System, modal: Modal) -> LineExcitation:
     first = len(tones)
     tones += () if passing is None else passing.tones
     points = [(_multiple(tones, line.frequency), line) for line in system.lines]
-    _require_balance(system, modal)
+    mean = system.force + sum((line.force[0].real for line in system.lines if line.frequency == 0), np.zeros(1))
+    free = modal.shapes[:, modal.rigid]
+    require_free_balance(free, mean, system, path="operation.torque", cure="loads in equilibrium")
     return LineExcitation(
         tones=tones,
         axis=np.array([tones.index(system.tones[i]) for i in system.meshes.tone], dtype=np.int64),
@@ -191,29 +189,6 @@ def _grouped(tones: tuple[Fraction, ...], lines: list[Line]) -> tuple[Shaft, ...
         else:
             groups[line.frequency] = [((0,) * len(tones), False, line)]
     return tuple(Shaft(frequency=base, members=tuple(members)) for base, members in groups.items())
-
-
-def _require_balance(system: System, modal: Modal) -> None:
-    """Refuse mean forces that work on a rigid mode: nothing would hold the train in place.
-
-    Raises
-    ------
-    ModelError : the work on a rigid mode is more than rounding.
-    """
-    mean = system.force + sum((line.force[0].real for line in system.lines if line.frequency == 0), np.zeros(1))
-    shapes = modal.shapes[:, modal.rigid]
-    work, size = np.abs(shapes.T @ mean), np.abs(shapes.T) @ np.abs(mean)
-    if np.any(work > _BALANCE * size):
-        if coordinates := unheld(shapes, mean, system.dofs.names):
-            raise unheld_error(coordinates, system)
-        worst = int(np.argmax(work / np.where(size > 0, size, 1.0)))
-        name = system.dofs.names[int(np.argmax(np.abs(shapes[:, worst] * system.dofs.radius)))]
-        raise ModelError(
-            f"the external torques and forces do not balance on the free motion of {name}: "
-            f"{work[worst] / size[worst]:.3g} of them is left over",
-            path="operation.torque",
-            allowed="; ".join(filter(None, ("loads in equilibrium", contradicting_radii(system)))),
-        )
 
 
 PlacedLine = tuple[Point, bool, Line]
@@ -294,8 +269,7 @@ class Signal:
         """Amplitudes (rows, P, R) in the order of the line frequencies."""
         rows, P = self.orders.amplitude.shape[:2]
         parts = [self.orders] if self.lines is None else [self.orders, self.lines]
-        joined: ComplexArray = np.concatenate([part.amplitude.reshape(rows, P, -1) for part in parts], axis=2)
-        return joined
+        return np.concatenate([part.amplitude.reshape(rows, P, -1) for part in parts], axis=2)
 
 
 class Envelopes(NamedTuple):
@@ -353,7 +327,7 @@ def strained(ready: Response, rows: Array) -> Array:
     return modal
 
 
-def _link_spectrum(ready: Response, block: Block, *, shifted: bool) -> Spectrum:
+def link_spectrum(ready: Response, block: Block, *, shifted: bool) -> Spectrum:
     """Force of every link row [N, N m], amplitude (p, P, S, J); shifted : of the shaft orders."""
     links, solved = ready.system.links, _solution(block, shifted=shifted)
     stretch = _row_spectrum(ready, block, rows=strained(ready, links.B), shifted=shifted).amplitude
@@ -385,7 +359,8 @@ def _solution(block: Block, *, shifted: bool) -> HarmonicSolution:
 
 def _per_speed(values: ComplexArray, block: Block) -> ComplexArray:
     """Amplitudes (rows, P S, K) as (rows, P, S, K)."""
-    return values.reshape(values.shape[0], block.speed.size, -1, values.shape[-1])
+    rows, count, K = values.shape
+    return values.reshape(rows, block.speed.size, count // block.speed.size, K)
 
 
 def force_signal(ready: Response, block: Block) -> Signal:
@@ -415,7 +390,7 @@ def link_signal(ready: Response, block: Block) -> Signal:
     Dampers to the housing in a turning frame act on the absolute velocity (docs/conventions.md, inertia in a turning
     frame): their part s skew B^T q is included.
     """
-    return _signal(ready, block, _link_spectrum)
+    return _signal(ready, block, link_spectrum)
 
 
 def _signal(ready: Response, block: Block, spectrum: Callable[..., Spectrum], *, truncated: bool = False) -> Signal:
@@ -455,8 +430,7 @@ def whole_mesh_signal(rows: Signal, face: Faces) -> Signal:
 
 def mesh_axis(ready: Response) -> Index:
     """Tone of each whole mesh, (w,)."""
-    axis: Index = ready.lines.axis[faces(ready.system.meshes).first]
-    return axis
+    return ready.lines.axis[faces(ready.system.meshes).first]
 
 
 def tone_waveform(spectrum: Spectrum, axis: int, theta: Array, *, mean: bool = True) -> Values:
@@ -478,13 +452,11 @@ def _wave(amplitude: ComplexArray, orders: Index, theta: Array, *, real: bool) -
     """
     angle = 2 * np.pi * np.outer(orders, theta)
     if not real:
-        whole: Values = amplitude @ np.exp(1j * angle)
-        return whole
+        return np.asarray(amplitude @ np.exp(1j * angle))
     turns = np.stack([np.cos(angle), -np.sin(angle)], axis=1).reshape(-1, theta.size)
     # real and imaginary parts side by side as they lie in memory: one product of many rows
     both = np.ascontiguousarray(amplitude).view(float).reshape(-1, len(turns))
-    real_part: Values = (both @ turns).reshape(*amplitude.shape[:-1], theta.size)
-    return real_part
+    return np.asarray((both @ turns).reshape(*amplitude.shape[:-1], theta.size))
 
 
 def torus_waveform(spectrum: Spectrum, counts: Sequence[int], cross: int) -> Values:
@@ -514,8 +486,7 @@ def torus_waveform(spectrum: Spectrum, counts: Sequence[int], cross: int) -> Val
 def envelopes(spectrum: Spectrum, axis: int, theta: Array) -> Envelopes:
     """All harmonics but the multiples of one tone, modulo that tone, over its phase theta (Nt,) [cycles]."""
     points, D = spectrum.points, spectrum.points.shape[1]
-    lattice = Lattice(points=points, mirrored=spectrum.mirrored, own=())
-    lines = bundle(lattice, axis)
+    lines = bundle(Lattice(points=points, mirrored=spectrum.mirrored, own=()), axis)
     half = lines.take.shape[1] // 2
     padded = np.concatenate([spectrum.amplitude, np.zeros((*spectrum.amplitude.shape[:3], 1))], axis=3)
     picked = padded[..., lines.take]
@@ -569,8 +540,7 @@ def _vertex(values: Array, sample: Index) -> Array:
     bend = 2 * top - before - after
     with np.errstate(all="ignore"):
         rise = np.where(bend != 0, (after - before) ** 2 / (8 * bend), 0.0)
-    result: Array = top + rise
-    return result
+    return np.asarray(top + rise)
 
 
 def lateral_pairs(system: System) -> Index:

@@ -1,9 +1,8 @@
-"""Sensors of a steady response: their lines at exact frequencies, also of material that turns against its frame.
+"""Steady response at one speed and over a range of speeds as labelled Datasets: linear contact, shaft orders, sensors.
 
-A row that turns, Re(C exp(i k phi)) . q, makes of the line f of q the lines f + k nu and f - k nu, nu the speed of the
-material against its frame, with half of C and of its conjugate.  Derived here.
-
-Steady response at one speed and over a range of speeds as labelled Datasets: linear contact, shaft orders too.
+Lines of a sensor stand at exact frequencies, also of material that turns against its frame.  A row that turns,
+Re(C exp(i k phi)) . q, makes of the line f of q the lines f + k nu and f - k nu, nu the speed of the material against
+its frame, with half of C and of its conjugate.  Derived here.
 """
 
 from __future__ import annotations

@@ -48,7 +48,6 @@ from ...statics.record import (
     MeshGroup,
     Record,
     force_at_rest,
-    group_shares,
     idle_warnings,
     line_excitation,
     loaded_meshes,
@@ -96,9 +95,7 @@ def extremes(force: Array, members: Sequence[MeshGroup]) -> Extremes:
     """Extremes of a piece of record; force (cycles, m, samples) [N], members : groups of the m meshes."""
     peaks = force.max(axis=2)
     ratio = shares(peaks, members)
-    together = np.empty(force.shape[1])
-    for group in members:
-        together[group] = group_shares(force[:, group], axis=1).max(axis=(0, 2))
+    together = shares(force.swapaxes(1, 2), members).max(axis=(0, 1))
     return Extremes(ratio.max(axis=0), ratio.min(axis=0), together, peaks.max(axis=0), force.min(axis=(0, 2)))
 
 
@@ -335,11 +332,10 @@ class Waves:
 def periodic_waves(solution: Periodic) -> Waves:
     """Waves of the periodic response, forces (m, Nt) [N]; lines off the mesh orders keep their exact frequency."""
     ratios = tuple(line.frequency / solution.tone for line in solution.lines)
-    m, Nt = solution.force.shape
-    amplitude = np.zeros((len(ratios), m, Nt), dtype=complex)
-    for s, (ratio, line) in enumerate(zip(ratios, solution.lines, strict=True)):
-        amplitude[s] = line.force * np.exp(2j * np.pi * float(ratio) * solution.theta)
-    return Waves(mean=np.asarray(solution.force), ratios=ratios, amplitude=amplitude)
+    turns = (np.exp(2j * np.pi * float(ratio) * solution.theta) for ratio in ratios)
+    amplitude = [line.force * turn for line, turn in zip(solution.lines, turns, strict=True)]
+    shape = (len(ratios), *solution.force.shape)
+    return Waves(mean=solution.force, ratios=ratios, amplitude=np.array(amplitude, complex).reshape(shape))
 
 
 def static_waves(system: System, flexible: Compliance, tone: Fraction, samples: int) -> Waves:
@@ -426,8 +422,7 @@ def force_bound(waves: Waves) -> Array:
 
     Phases are discrete and may be tied by common factors of tooth numbers, so it need not be reached.
     """
-    largest: Array = np.max(waves.mean + np.sum(np.abs(waves.amplitude), axis=0), axis=1)
-    return largest
+    return np.asarray(np.max(waves.mean + np.sum(np.abs(waves.amplitude), axis=0), axis=1))
 
 
 # --- worst case over the hunting period ------------------------------------------------------------------------------

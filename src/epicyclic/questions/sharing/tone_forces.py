@@ -43,7 +43,7 @@ from ...statics.static import (
     settled,
 )
 from ...system.gaps import flanks, groups_past_the_end, past_the_end
-from ...system.system import Array, Faces, System, faces
+from ...system.system import Array, Faces, Index, System, faces
 from ...warning_codes import CodedText
 from ..response.measures import periodic_by_tone, superposed
 from .definitions import (
@@ -62,7 +62,6 @@ from .definitions import (
 )
 
 Method = Literal["steady", "superposition", "static"]
-Index = NDArray[np.int64]
 
 # Numbers worked on at once (8 bytes each): about 2 MB.
 _PIECE = 250_000
@@ -265,8 +264,7 @@ def mean_force(system: System, held: HeldTrain | None = None) -> Array:
     excited, k = standing_excitation(system)[None], held.loaded.stiffness[None]
     gap, load = excited[:, : k.size], excited[:, -len(system.force) :]
     balanced(held, load)
-    force: Array = closed_state(held.loaded, k, gap, load)[1][0]
-    return force
+    return np.asarray(closed_state(held.loaded, k, gap, load)[1][0])
 
 
 def _static_by_instants(system: System, held: HeldTrain, tone: Fraction, samples: int) -> ToneForces:

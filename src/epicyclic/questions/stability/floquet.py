@@ -32,10 +32,8 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
-from ...system.system import Array, ComplexArray
+from ...system.system import Array, ComplexArray, Index
 from ..modes.eigen import Modal, modal_weights, neutral_basis
-
-Index = NDArray[np.int64]
 
 # Kinds of loss of stability, by where the largest multiplier leaves the unit circle; one vocabulary for all analyses.
 # At +1 a linear system has one word, divergence.  With teeth that part the branch of the motion tells two of its forms
@@ -78,6 +76,12 @@ class Floquet:
     free: NDArray[np.bool_]
     position: ComplexArray | None = None
     rate: ComplexArray | None = None
+
+    @property
+    def largest(self) -> complex:
+        """The largest multiplier, free motions apart; 0 where there is none."""
+        bound = self.multipliers[~self.free]
+        return complex(bound[0]) if bound.size else 0j
 
 
 def steps_needed(modal: Modal, *, period: float, cycle: float, harmonics: int = 0) -> int:
@@ -390,8 +394,7 @@ def _largest_coupling(change: Array, rows: Array) -> Array:
     # of all the steps only the triangle of their QR counts, in which small differences of rows are not squared
     triangle = np.linalg.qr(change.T, mode="r") / np.sqrt(change.shape[1])
     pairs = triangle @ (rows[:, :, None] * rows[:, None, :]).reshape(m, -1)
-    result: Array = np.linalg.norm(pairs, axis=0).reshape(n, n)
-    return result
+    return np.asarray(np.linalg.norm(pairs, axis=0).reshape(n, n))
 
 
 def kick_maps(stiffness: Array, damping: Array | None, mass: Array, step: float) -> Array:
@@ -521,5 +524,4 @@ def _group_product(group: _Group, maps: Array) -> Array:
         if count % 2:
             there[pairs] = here[count - 1]
         here, there, count = there, here, pairs + count % 2
-    result: Array = here[0]
-    return result
+    return np.asarray(here[0])

@@ -35,7 +35,7 @@ from ...engine.workers import each, import_results
 from ...errors import ModelError
 from ...results.dataset import largest
 from ...statics.tangent import linear
-from ...system.system import Array, ComplexArray, System
+from ...system.system import Array, ComplexArray, Index, System
 from ...warning_codes import CodedText, coded
 from ..modes.eigen import Modal, modal_form, modal_weights, repeated_roots
 from ..response.response import FrameSpeed
@@ -43,23 +43,10 @@ from ..response.spectra import mesh_tones
 from ..response.sweep_table import of_one_tone
 from .floquet import STABLE, Floquet, floquet, multiplier_kind, steps_needed
 
-Index = NDArray[np.int64]
 # Modes closer than this part of their frequency are taken together: the width of the widest boundaries.
 _CLOSE_FREQUENCY = 0.01
 # Combinations looked into, the fastest first; points of a grid of mesh frequencies about one, at least.
 _MOST, _GRID = 200, 61
-
-
-def growth(strength: float, *, detuning: float = 0.0, first: float, second: float) -> float:
-    """Growth rate of the sum type of two modes [1/s], negative where it decays [hsu1963].
-
-    Parameters
-    ----------
-    strength : b = |D_pq| / (4 sqrt(w_p w_q)) [1/s].  detuning : d = l w - w_p - w_q [rad/s].
-    first, second : decay rates s_p, s_q = zeta w of the modes [1/s].
-    """
-    split = complex((first - second) / 2, detuning / 2)
-    return float((np.sqrt(split**2 + strength**2)).real - (first + second) / 2)
 
 
 def half_width(strength: float, *, first: float, second: float) -> float:
@@ -69,7 +56,7 @@ def half_width(strength: float, *, first: float, second: float) -> float:
 
     Parameters
     ----------
-    strength, first, second : as of `growth`.
+    strength : b = |D_pq| / (4 sqrt(w_p w_q)) [1/s].  first, second : decay s_p, s_q of both modes [1/s].
     """
     if strength**2 <= first * second:
         return 0.0
@@ -263,8 +250,7 @@ class _Averaged:
 
     def growth(self, mesh: Array) -> Array:
         """Largest growth rate at mesh frequencies (F,) [rad/s], (F,) [1/s]."""
-        rates: Array = np.linalg.eigvals(self.matrix(mesh)).real.max(axis=1)
-        return rates
+        return np.asarray(np.linalg.eigvals(self.matrix(mesh)).real.max(axis=1))
 
     def growth_at(self, mesh: float) -> float:
         """Largest growth rate at one mesh frequency [rad/s], [1/s]."""
@@ -380,6 +366,8 @@ _NEAR = 0.01
 _MOST_STEPS = 20_000
 # Mesh frequencies where none are given.
 _POINTS = 200
+# Types of the fields of `FloquetScan`.
+_KINDS = (complex, float, float, object, np.int64, object, bool)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -478,15 +466,9 @@ def floquet_scan(
 
     work = partial(_point_or_reason, ready)
     points = each(work, mesh_frequency.tolist(), arrived=arrived, kept=kept, meanwhile=import_results)
-    return FloquetScan(
-        multipliers=np.array([point.multipliers for point in points], complex).reshape(P, 2 * n),
-        largest=np.array([point.largest for point in points], float),
-        growth=np.array([point.growth for point in points], float),
-        kind=np.array([point.kind for point in points], object),
-        steps=np.array([point.steps for point in points], np.int64),
-        status=np.array([point.status for point in points], object),
-        alone=np.array([point.alone for point in points], bool),
-    )
+    kinds: dict[str, Any] = dict(zip(FloquetScan._fields, _KINDS, strict=True))
+    columns = {name: np.array([getattr(point, name) for point in points], kind) for name, kind in kinds.items()}
+    return FloquetScan(**columns | {"multipliers": columns["multipliers"].reshape(P, 2 * n)})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -528,10 +510,10 @@ def _point(ready: ParametricSystem, frequency: float) -> _Point:
             return replace(points[largest([point.growth for point in points])], alone=True)
         raise ModelError("a mesh cycle has too many steps of the highest mode: the speed is too low")
     solved = _floquet_at(ready, frequency, steps)
-    if abs(_largest(solved) - 1) < _NEAR and 2 * steps <= _MOST_STEPS:
+    if abs(abs(solved.largest) - 1) < _NEAR and 2 * steps <= _MOST_STEPS:
         steps *= 2
         solved = _floquet_at(ready, frequency, steps)
-    size = _largest(solved)
+    size = abs(solved.largest)
     return _Point(
         multipliers=solved.multipliers,
         largest=size,
@@ -582,11 +564,6 @@ def _stiffness_change(ready: ParametricSystem, steps: int) -> Array:
         varying = rows.wave[followers, : ready.harmonics]
         change[followers] = np.hstack([varying.real, varying.imag]) @ waves[:, : varying.shape[1]].reshape(-1, steps)
     return change
-
-
-def _largest(solved: Floquet) -> float:
-    """Largest magnitude of a multiplier that is no free motion's, 0 where there is none."""
-    return float(np.abs(solved.multipliers[~solved.free]).max(initial=0.0))
 
 
 def instability_kind(multipliers: ComplexArray) -> str:

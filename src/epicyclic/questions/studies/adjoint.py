@@ -15,13 +15,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
 
 from ...errors import ConvergenceError, ModelError
-from ...system.system import Array, ComplexArray, Index, Line, System, faces
+from ...system.system import Array, ComplexArray, Index, System, faces
 from ..modes.eigen import Modal, modal_weights
 from ..response.balance import Batch, HarmonicSolution, solve
 from ..response.lattice import Gather, Kernel, product, to_complex, to_real
@@ -132,23 +131,6 @@ def mean_stiffness_change(system: System, change: SystemNumbers) -> Array:
     return change.K + mixed + mixed.T + (B * change.stiffness) @ B.T
 
 
-def with_lines(system: System, frequencies: Sequence[Fraction]) -> System:
-    """The System with a line, empty where it has none, at each of the given frequencies [Hz]."""
-    known = {line.frequency for line in system.lines}
-    n, m = system.meshes.B.shape
-    empty = Line(
-        frequency=Fraction(0),
-        gap=np.zeros(m, complex),
-        link_gap=np.zeros(len(system.links.name), complex),
-        force=np.zeros((3, n), complex),
-        group_gap=np.zeros(system.group_rows.shape[1], complex),
-    )
-    added = [replace(empty, frequency=frequency) for frequency in frequencies if frequency not in known]
-    if not added:
-        return system
-    return replace(system, lines=tuple(sorted((*system.lines, *added), key=lambda line: line.frequency)))
-
-
 def measure(ready: Response, block: Block, *, harmonic: int | None) -> ForceMeasure:
     """Q of every whole mesh and its derivative with respect to every amplitude.
 
@@ -180,8 +162,7 @@ def measure(ready: Response, block: Block, *, harmonic: int | None) -> ForceMeas
     rows = seed[face.row]
     shaft = None
     if signal.lines is not None:
-        S = signal.lines.amplitude.shape[2]
-        shaft = rows[:, :, kept:].reshape(len(rows), P * S, -1)
+        shaft = rows[:, :, kept:].reshape(len(rows), P * signal.lines.amplitude.shape[2], -1)
     return ForceMeasure(square=square, mesh=rows[:, :, :kept], shaft=shaft)
 
 
@@ -293,15 +274,13 @@ def adjoint_form(modal: Modal) -> Modal:
 
 def harmonic_weights(kernel: Kernel) -> Array:
     """Weight W of every harmonic kept, (J,): 2 for the mean of a real signal, else 1."""
-    points = kernel.lattice.points
-    return np.where(kernel.lattice.mirrored & ~points.any(axis=1), 2.0, 1.0)
+    return np.where(kernel.lattice.mirrored & ~kernel.lattice.points.any(axis=1), 2.0, 1.0)
 
 
 def truncated_product_adjoint(kernel: Kernel, force: Array) -> Array:
     """Transpose of `truncated_product`, unweighted: truncated harmonics (m, P, 2 T) to harmonics kept (m, P, 2 J)."""
     if len(kernel.axes) == 1:
-        only: Array = np.matmul(force, kernel.axes[0].truncated.own_matrix.transpose(0, 2, 1))
-        return only
+        return np.asarray(np.matmul(force, kernel.axes[0].truncated.own_matrix.transpose(0, 2, 1)))
     out = np.zeros((*force.shape[:2], 2 * len(kernel.lattice.points)))
     for meshes, _, to in kernel.axes:
         m, P, wide, size = len(meshes), force.shape[1], to.line_matrix.shape[2], out.shape[2]

@@ -198,8 +198,7 @@ def _of_part(ready: Response, basis: Basis, block: Block, part: AdjointPart) -> 
 
 def _sum_over_shafts(values: NDArray[Number], P: int) -> NDArray[Number]:
     """Sums over the shaft lines of each speed, (U, P S, ..) -> (U, P, ..)."""
-    summed: NDArray[Number] = values.reshape(values.shape[0], P, -1, *values.shape[2:]).sum(axis=2)
-    return summed
+    return np.asarray(values.reshape(values.shape[0], P, -1, *values.shape[2:]).sum(axis=2))
 
 
 def _frequencies(
@@ -380,8 +379,7 @@ def whirl_derivatives(
             above = V.conj().T @ (mu**2 * change.M + mu * s * change.G + dK) @ V
             below = V.conj().T @ (2 * mu * system.M + s * system.G) @ V
             # i times `below` is Hermitian and so is `above`: a pair of forms with real eigenvalues
-            roots = scipy.linalg.eigvals(above, -1j * below)
-            row[group] = np.sort(roots.real) / (2 * np.pi)
+            row[group] = np.sort(scipy.linalg.eigvals(above, -1j * below).real) / (2 * np.pi)
     return result
 
 

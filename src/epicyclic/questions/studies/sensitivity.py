@@ -1,17 +1,12 @@
-"""Sensitivity: parameters, derivatives of a System along them, and of frequencies and forces.
-
-Parameters of a model file, every number that may be differentiated, and derivatives of a System along them.
+"""Sensitivity of natural frequencies and mesh forces to the numbers of a model file: derivatives by any path, ranked.
 
 Written numbers and derived ones (masses, inertias, mean mesh stiffnesses) are parameters; counts and texts are not.
+The assembly is differenced along each parameter (`system_derivatives`); derivatives of frequencies follow in closed
+form and those of mesh forces by one adjoint solution (`adjoint`).
 
 The map from the file to the matrices is smooth and exact to rounding.  Richardson extrapolation of central differences
 with steps h and h/2, h = 1e-3 of the value, therefore gives its derivative to about 1e-10.  Where a value may not go to
 both sides, one-sided differences of third order take their place.
-
-Sensitivity of natural frequencies and mesh forces to the numbers of a model file: derivatives by any path, ranked.
-
-The assembly is differenced along each parameter (`system_derivatives`); derivatives of frequencies follow in closed
-form and those of mesh forces by one adjoint solution (`adjoint`).
 """
 
 from __future__ import annotations
@@ -45,7 +40,7 @@ from ...train.train import Train
 from ..modes.eigen import classify_modes, eigen, repeated_roots, whirl
 from ..response.response import response
 from . import SensitivityOptions
-from .adjoint import SystemNumbers, combined, numbers, with_lines
+from .adjoint import SystemNumbers, combined, numbers
 from .gradient import force_derivatives, frequency_derivatives, whirl_derivatives
 
 _COUNTS = ("teeth", "planets", "slices", "count", "order", "seed", "modes")
@@ -310,7 +305,7 @@ def system_derivatives(
     systems = [system for stencil in stencils if stencil.value is not None for system in stencil.value.systems]
     # that some parameter excites
     frequencies = dict.fromkeys(line.frequency for s in systems if s.tones == base.tones for line in s.lines)
-    whole = with_lines(base, tuple(frequencies))
+    whole = base.with_lines(frequencies)
     return whole, [stencil.then(partial(_derivative, base, whole)) for stencil in stencils]
 
 
@@ -423,12 +418,12 @@ def _aligned(system: System, base: System, whole: System) -> SystemNumbers:
     ModelError : the speeds differ and so does the number of lines.
     """
     if system.tones == base.tones:
-        return numbers(with_lines(system, [line.frequency for line in whole.lines]))
+        return numbers(system.with_lines([line.frequency for line in whole.lines]))
     if len(system.lines) != len(base.lines) or len(system.tones) != len(base.tones):
         raise ModelError("frequencies meet or part beside this speed: no derivative")
     known = {line.frequency for line in base.lines}
     share = system.tones[0] / base.tones[0] if base.tones[0] else Fraction(1)
-    empty = numbers(with_lines(replace(system, lines=()), [line.frequency * share for line in whole.lines]))
+    empty = numbers(replace(system, lines=()).with_lines([line.frequency * share for line in whole.lines]))
     values = numbers(system)
     rows = [row for row, line in enumerate(whole.lines) if line.frequency in known]
     arrays = {name: getattr(empty, name).copy() for name in ("line_frequency", "line_gap", "line_force")}

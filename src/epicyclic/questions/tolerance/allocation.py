@@ -35,11 +35,10 @@ from ...train.resolution import costs_of, load
 from ...train.train import Train
 from ...warning_codes import CodedText, coded
 from . import AllocateOptions
-from .statistics import CONFIDENCE, Band, weighted_tally
-from .tolerance import pair_limits, piece_of_samples, sampled
+from .statistics import CONFIDENCE, Array, Band, weighted_tally
+from .tolerance import Columns, pair_limits, piece_of_samples, sampled
 from .tolerance_map import ToleranceMap, tolerance_map
 
-Array = NDArray[np.float64]
 Combination = tuple[int, ...]
 Proof = Literal["samples", "monotone", "open"]
 
@@ -457,8 +456,6 @@ def _best_first(
     return None, below, True, tried
 
 
-Columns = dict[str, tuple[Any, Any]]
-
 # parts of combinations that a search by sums tries at most: some ten seconds
 _MOST_SUMS = 20_000
 # combinations that a search by evaluation tries at most: each takes a tenth of a second at the samples of the default
@@ -509,8 +506,7 @@ class _Problem:
     @property
     def table(self) -> dict[str, Any]:
         """`[tolerance]` of the document, with full paths."""
-        train = next(iter(self.trains.values()))
-        return dict(cast(Mapping[str, Any], train.document["tolerance"]))
+        return dict(cast(Mapping[str, Any], next(iter(self.trains.values())).document["tolerance"]))
 
     @property
     def finest(self) -> Combination:

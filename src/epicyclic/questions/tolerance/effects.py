@@ -30,10 +30,8 @@ from ...statics.sample_loads import ContactMethod
 from ...train.resolution import load
 from ...train.train import Train
 from ...warning_codes import CodedText, coded
-from .statistics import CONFIDENCE, Band, with_system
+from .statistics import CONFIDENCE, Array, Band, with_system
 from .tolerance_map import ToleranceMap, tolerance_map
-
-Array = NDArray[np.float64]
 
 SCALES = (0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0)
 """Factors on the spread of a tolerance."""

@@ -138,8 +138,7 @@ def display_histogram(counts: Counts, edges: Array, shown: Array) -> Counts:
     beyond."""
     place = np.searchsorted(edges, shown[1:-1])
     cumulated = np.concatenate([[0], np.cumsum(counts)])
-    inner = cumulated[place]
-    return np.diff(np.concatenate([[0], inner, cumulated[-1:]]))
+    return np.diff(np.concatenate([[0], cumulated[place], cumulated[-1:]]))
 
 
 CONFIDENCE = 0.95

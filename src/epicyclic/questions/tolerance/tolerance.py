@@ -32,10 +32,9 @@ from ...train.train import Train
 from ...warning_codes import CodedText, coded
 from . import ToleranceOptions
 from .effects import effects_of, places, without_effect
-from .statistics import CONFIDENCE, WIDTH, Band, SampleTally, piece_statistics, probabilities_of
+from .statistics import CONFIDENCE, WIDTH, Array, Band, SampleTally, piece_statistics, probabilities_of
 from .tolerance_map import ToleranceMap, tolerance_map
 
-Array = NDArray[np.float64]
 Effects = Literal["none", "shares", "all"]
 Columns = dict[str, tuple[Any, Any]]
 

@@ -229,8 +229,7 @@ class DrawnTable:
             return self._value(drawn, "gap").astype(complex)
         form = drawn.keys() & {"x", "y", "amplitude", "phase"} or self.nominal.keys()
         if self.kind == "error" or form & {"amplitude", "phase"}:  # of one table either these or x and y
-            polar: NDArray[np.complex128] = self._value(drawn, "amplitude") * np.exp(1j * self._value(drawn, "phase"))
-            return polar
+            return np.asarray(self._value(drawn, "amplitude") * np.exp(1j * self._value(drawn, "phase")))
         return np.asarray(self._value(drawn, "x") + 1j * self._value(drawn, "y"))
 
     def add(self, factors: Array, drawn: Drawn) -> None:

@@ -11,13 +11,10 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...machine_code import machine_code
-from ...system.system import Array
+from ...system.system import Array, Index
 from .equation import FlankNumbers, LawNumbers, Numbers, Steps
-
-Index = NDArray[np.int64]
 
 _jit = machine_code
 # What every stage or step calls: a call copies the descriptors of all arrays of `Numbers`, a fifth of a step in all.

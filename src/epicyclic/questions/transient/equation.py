@@ -25,16 +25,15 @@ import scipy.linalg
 from numpy.typing import ArrayLike, NDArray
 
 from ...errors import ModelError
-from ...statics.record import contradicting_radii, group_gap, unheld, unheld_error
+from ...statics.record import group_gap, require_free_balance
 from ...statics.tangent import linear, mean_stretch, small_motion_tangent
 from ...system.flank_laws import LEAST, LinearLaw, TabulatedLaw, phase_cubics
 from ...system.gaps import Flanks, flanks
 from ...system.link_laws import ContactSetLaw, Laws
-from ...system.system import Array, ComplexArray, System, faces
+from ...system.system import Array, ComplexArray, Index, System, faces
 from ...warning_codes import CodedText, coded
 from ..modes.eigen import mean_modes
 
-Index = NDArray[np.int64]
 T = TypeVar("T", np.float64, np.complex128)
 # Products a BLAS leaves to one thread: OpenBLAS shares out matrix products from 2.6e5 multiplications on.
 _ONE_THREAD = 100_000
@@ -49,14 +48,12 @@ def per_instant(values: NDArray[T], matrix: NDArray[T]) -> NDArray[T]:
     NumPy asks BLAS for each of the small products; large ones do without it.
     """
     large = values.shape[-2] * matrix.size > _ONE_THREAD
-    result: NDArray[T] = np.einsum("...kn,nc->...kc", values, matrix) if large else values @ matrix
-    return result
+    return np.einsum("...kn,nc->...kc", values, matrix) if large else values @ matrix
 
 
 def times(vector: Array, matrix: Array) -> Array:
     """Product (c,) of a vector (n,) and a matrix (n, c), without BLAS: it shares out vector products from 1e4 on."""
-    result: Array = np.einsum("n,nc->c", vector, matrix)
-    return result
+    return np.asarray(np.einsum("n,nc->c", vector, matrix))
 
 
 # --- laws as numbers -------------------------------------------------------------------------------------------------
@@ -261,8 +258,6 @@ def phase_at(prescribed: Program, time: Array) -> Array:
 
 Contact = Literal["unilateral", "linear"]
 
-# Torques balanced in the input leave rounding on a rigid mode, 1e-13 of the sum of magnitudes; a wrong one far more.
-_BALANCE = 1e-9
 # An operator below this part of the largest eigenvalue is the rounding of its projection.
 _ROUNDING = 1e-15
 # Squared frequencies apart by this part are one mode of alike bodies; a body moves in it that has this part of the
@@ -319,7 +314,7 @@ class Numbers(NamedTuple):
 class Motion:
     """A System ready to be integrated under a program.
 
-    system : with laws, or linear.  shapes : (n, n) Phi.  forces : (n, n) Phi^T.  momenta : (n, n) Phi^T M.
+    system : with laws, or linear.  shapes : (n, n) Phi.  momenta : (n, n) Phi^T M.
     rigid : (n,) which modes are rigid.  rows : (n, M) of all flanks and groups.
     flanks : of all rows that press, without far ones where linear.  laws : of the groups.
     numbers : the equation.  compiled : whether these hold all laws; else it is integrated with NumPy.
@@ -328,7 +323,6 @@ class Motion:
 
     system: System
     shapes: Array
-    forces: Array
     momenta: Array
     rigid: NDArray[np.bool_]
     rows: Array
@@ -396,7 +390,6 @@ def motion(
     return Motion(
         system=lawful,
         shapes=shapes,
-        forces=np.ascontiguousarray(shapes.T),
         momenta=shapes.T @ system.M,
         rigid=rigid,
         rows=rows,
@@ -440,7 +433,6 @@ def in_modes_of_its_speed(moving: Motion) -> Motion:
     return replace(
         moving,
         shapes=moving.shapes @ turn,
-        forces=np.ascontiguousarray((moving.shapes @ turn).T),
         momenta=turn.T @ moving.momenta,
         numbers=numbers,
     )
@@ -481,23 +473,9 @@ def _balanced_modal_force(force: Array, shapes: Array, rigid: NDArray[np.bool_],
     ------
     ModelError : more than rounding acts on a rigid mode.
     """
-    modal: Array = shapes.T @ force
-    size = np.abs(shapes.T) @ np.abs(force)
-    wrong = rigid & (np.abs(modal) > _BALANCE * size)
-    if wrong.any():
-        if loose := unheld(shapes[:, rigid], force, system.dofs.names):
-            raise unheld_error(loose, system)
-        worst = int(np.argmax(np.where(wrong, np.abs(modal), 0.0)))
-        name = system.dofs.names[int(np.argmax(np.abs(shapes[:, worst] * system.dofs.radius)))]
-        radii = contradicting_radii(system)
-        cure = "loads in equilibrium, or one member left to take the balance"
-        raise ModelError(
-            f"the loads do not balance on the free motion of {name}",
-            path="torque",
-            given=float(modal[worst] / size[worst]),
-            allowed=f"{cure}; {radii}" if radii else cure,
-        )
-    return np.where(rigid, 0.0, modal)
+    cure = "loads in equilibrium, or one member left to take the balance"
+    require_free_balance(shapes[:, rigid], force, system, path="torque", cure=cure)
+    return np.where(rigid, 0.0, shapes.T @ force)
 
 
 def _numbers(
@@ -659,5 +637,4 @@ def _stiffest(moving: Motion) -> Array:
     extra = np.concatenate([moving.flanks.stiffest - N.linear, N.link.stiffest])
     stiff = np.diag(N.squared) + (N.gaps * np.maximum(extra, 0.0)) @ N.pulls
     stiff += np.eye(len(stiff)) * sum(np.linalg.norm(wave, 2) for wave in N.wave[0] + 1j * N.wave[1])
-    symmetric: Array = (stiff + stiff.T) / 2
-    return symmetric
+    return np.asarray((stiff + stiff.T) / 2)

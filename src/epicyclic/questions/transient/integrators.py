@@ -239,8 +239,7 @@ def _first_guess(moving: Motion, at: InstantTerms, slider: Array) -> Array:
         )
     except ModelError:  # without what depends on the speed the load may part bodies that it holds together
         return np.zeros(N.squared.size)
-    state: Array = to_modal(moving, balance.displacement[:1])[0]
-    return state
+    return np.asarray(to_modal(moving, balance.displacement[:1])[0])
 
 
 def _newton_step(moving: Motion, at: InstantTerms, y: Array, left: Array, slider: Array) -> Array:

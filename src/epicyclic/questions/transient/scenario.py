@@ -21,12 +21,10 @@ from numpy.typing import NDArray
 from ...engine.run_folder import KeptPart, run_folder
 from ...errors import ModelError
 from ...statics.tangent import linear
-from ...system.system import Array, System
+from ...system.system import Array, Index, System
 from ..modes.eigen import mean_modes
 from .equation import Contact, Motion, Steps, motion, program
 from .integrators import Tally, adaptive_states, empty_tally, rk4_states
-
-Index = NDArray[np.int64]
 
 # Work that is rounding, per the sum of the sizes of its terms.
 _ROUNDING = 1e-9
@@ -63,8 +61,7 @@ def driving_ports(ports: Ports) -> Index:
     turn = dict(zip(system.dofs.bodies, system.body_turns, strict=True))
     speed = np.array([float(turn.get(body, 0)) for body in system.dofs.body])
     power = (system.force * speed)[ports.places]
-    places: Index = ports.places[power > 0]
-    return places
+    return np.asarray(ports.places[power > 0])
 
 
 def balancing_torque(ports: Ports, load: Array, places: Index) -> Array | None:

@@ -111,7 +111,7 @@ def _at_size(given: Torus, speed: float, size: Size) -> TorusPoint:
     start = respond_torus(given.mesh_orders_only, speed)
     from epicyclic.questions.contact_loss.torus import _solve_size
 
-    point = _solve_size(given, size, speed, start.problem.grid.points, start.state.y, 1e-8)
+    point = _solve_size(given, size, speed, start.problem.grid.points, start.state.y)
     assert point.converged
     assert point.problem is made.coarse
     assert made.truncated_orders.kinds == len(point.truncation)

@@ -16,7 +16,6 @@ from epicyclic.questions.stability.stability import (
     Combination,
     combinations,
     floquet_scan,
-    growth,
     half_width,
     parametric_system,
     resonances,
@@ -39,6 +38,12 @@ def rate(system: System, frequency: float) -> float:
 def at_sum(system: System) -> Combination:
     (found,) = (one for one in predicted(system, 0.5, 6.0) if (one.first, one.second, one.order) == (1, 2, 1))
     return found
+
+
+def growth(strength: float, *, detuning: float = 0.0, first: float, second: float) -> float:
+    """Growth rate of two modes coupled by a mesh order, from their decay and how far the order is from their sum."""
+    split = complex((first - second) / 2, detuning / 2)
+    return float((np.sqrt(split**2 + strength**2)).real - (first + second) / 2)
 
 
 def test_closed_forms() -> None:
