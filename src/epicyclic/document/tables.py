@@ -524,18 +524,30 @@ def _normalised_operation(table: PlainTable, names: Names, path: str = "operatio
     return result
 
 
-def _by_member(table: PlainTable, names: Names, path: str, *, sides: bool | None) -> PlainTable:
-    """Return {full path: value} of nested stage, member and side tables; sides None: the values are tables."""
-    flat: PlainTable = {}
+def _flat(
+    table: PlainTable, names: Names, path: str, *, beside: tuple[str, ...] = ()
+) -> Iterator[tuple[str, str, Any, str]]:
+    """Stage ("" of a body), full path, value and place of every member of a table by stage and member.
+
+    beside : keys of a stage that are no members.  Raises ModelError for a name that is not known.
+    """
+    allowed = ", and ".join(("a table of members", *beside))
     for first, value in table.items():
         where = f"{path}.{first}"
         if first in names.stages:
-            for member, entry in _table(value, where, "a table of members").items():
-                _known(member, names.stages[first], f"{where}.{member}", entry)
-                flat |= _sides(f"{first}.{member}", entry, f"{where}.{member}", sides)
+            for name, entry in _table(value, where, allowed).items():
+                _known(name, (*names.stages[first], *beside), f"{where}.{name}", entry)
+                yield first, f"{first}.{name}", entry, f"{where}.{name}"
         else:
             _known(first, (*names.bodies, *names.stages), where, value)
-            flat[first] = value
+            yield "", first, value, where
+
+
+def _by_member(table: PlainTable, names: Names, path: str, *, sides: bool | None) -> PlainTable:
+    """Return {full path: value} of nested stage, member and side tables; sides None: the values are tables."""
+    flat: PlainTable = {}
+    for stage, member, value, where in _flat(table, names, path):
+        flat |= _sides(member, value, where, sides) if stage else {member: value}
     return flat
 
 
@@ -553,21 +565,13 @@ def _normalised_deviations(table: PlainTable, names: Names) -> PlainTable:
     """Flatten deviations to full member and mesh paths."""
     members: PlainTable = {}
     meshes: PlainTable = {}
-    keys = MemberDeviationsTable.model_fields
-    for first, value in table.items():
-        where = f"deviations.{first}"
-        if first in names.stages:
-            for name, entry in _table(value, where, "a table of members, and meshes").items():
-                if name == "meshes":
-                    for mesh, errors in _table(entry, f"{where}.meshes", "a table of meshes").items():
-                        mesh_name(mesh, first, names, path=f"{where}.meshes.{mesh}")
-                        meshes |= _by_side(f"{first}.meshes.{mesh}", errors, MeshDeviationsTable.model_fields)
-                else:
-                    _known(name, (*names.stages[first], "meshes"), f"{where}.{name}", entry)
-                    members |= _by_side(f"{first}.{name}", entry, keys)
+    for stage, path, value, where in _flat(table, names, "deviations", beside=("meshes",)):
+        if stage and path == f"{stage}.meshes":
+            for mesh, errors in _table(value, where, "a table of meshes").items():
+                mesh_name(mesh, stage, names, path=f"{where}.{mesh}")
+                meshes |= _by_side(f"{path}.{mesh}", errors, MeshDeviationsTable.model_fields)
         else:
-            _known(first, (*names.bodies, *names.stages), where, value)
-            members |= _by_side(first, value, keys, sides=False)
+            members |= _by_side(path, value, MemberDeviationsTable.model_fields, sides=bool(stage))
     return {"members": members, "meshes": meshes}
 
 

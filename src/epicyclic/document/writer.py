@@ -319,7 +319,9 @@ def _as_written(root: Schema, defs: Schema) -> None:
     _operation(defs["Case"])
     variation = defs["Variation"]
     del variation["properties"]["form"], variation["required"]
-    defs["Variation"] = _either({"enum": list(VARIATIONS)}, variation)
+    words: Schema = {"enum": [*VARIATIONS]}
+    for name, form in (("Variation", words), ("Elastic", {"const": True}), ("Reduced", {"type": "string"})):
+        defs[name] = _either(form, defs[name])
     for name in ("stages", "bodies"):
         root["properties"][name]["propertyNames"] = {"pattern": _NAME}
     for name in ("couplings", "loads", "cases", "sensors"):

@@ -20,6 +20,7 @@ from .gears import (
     teeth_of_stage,
     width_of,
 )
+from .kinematics import spread
 from .stages import GearPair, Plan
 from .train import NAN, GearData, ResolutionLog, Teeth, same, turns_of
 
@@ -287,16 +288,21 @@ def _ahead(plan: Plan, pin: Mapping[str, float], distance: Mapping[str, float]) 
     """Polar angle of every planet gear from the branch line [rad]: 0 for the first one and what shares its axis."""
     if not pin:
         return {}
-    angle = {plan.axis[next(iter(pin))]: 0.0}
-    joints = [p for p in plan.pairs if p.a in pin and p.b in pin]
-    for _ in joints:
-        for p in joints:
-            for known, new in ((p.a, p.b), (p.b, p.a)):
-                if plan.axis[known] in angle and plan.axis[new] not in angle:
-                    turn = _turn(plan, p, pin[known], pin[new], distance[p.name])
-                    sign = -1.0 if plan.gears[new].ahead is False else 1.0
-                    angle[plan.axis[new]] = angle[plan.axis[known]] + sign * turn
+
+    def beyond(angle: float, mesh: tuple[GearPair, str, str]) -> float:
+        p, known, new = mesh
+        turn = _turn(plan, p, pin[known], pin[new], distance[p.name])
+        return angle + (-turn if plan.gears[new].ahead is False else turn)
+
+    joints = [joint for joint in _axes_joined(plan) if joint[2][1] in pin and joint[2][2] in pin]
+    angle = spread({plan.axis[next(iter(pin))]: 0.0}, joints, beyond)
     return {name: angle.get(plan.axis[name], 0.0) for name in pin}
+
+
+def _axes_joined(plan: Plan) -> list[tuple[str, str, tuple[GearPair, str, str]]]:
+    """Axes of both gears of every pair, either way, with the pair and the gears there."""
+    meshes = [(p, *ends) for p in plan.pairs for ends in ((p.a, p.b), (p.b, p.a))]
+    return [(plan.axis[a], plan.axis[b], (p, a, b)) for p, a, b in meshes]
 
 
 def _turn(plan: Plan, p: GearPair, known: float, new: float, between: float) -> float:
@@ -319,25 +325,16 @@ def _centres(plan: Plan, distance: Mapping[str, float]) -> dict[str, Place]:
     place = {plan.axis[name]: (0.0, 0.0) for name in plan.gears if plan.central(name) and name not in fixed}
     if fixed and not place and len(fixed) == len(plan.gears):
         place[plan.axis[fixed[0]]] = (0.0, 0.0)
-    for _ in plan.gears:
-        for name in fixed:
-            if plan.axis[name] not in place:
-                _place_beside(plan, name, place, distance)
+
+    def beside(at: Place, mesh: tuple[GearPair, str, str]) -> Place:
+        angle, between = plan.gears[mesh[2]].direction or 0.0, distance[mesh[0].name]
+        return at[0] + between * math.cos(angle), at[1] + between * math.sin(angle)
+
+    place = spread(place, [joint for joint in _axes_joined(plan) if joint[2][2] in fixed], beside)
     for name in fixed:
         if plan.axis[name] not in place:
             raise ModelError("cannot be placed: it meshes with no central gear", path=plan.member_path(name))
     return {name: place[plan.axis[name]] for name in plan.gears if plan.central(name)}
-
-
-def _place_beside(plan: Plan, name: str, place: dict[str, Place], distance: Mapping[str, float]) -> None:
-    """Put the axis of one gear [m] at its distance from the first partner whose axis has a place."""
-    for p in plan.pairs:
-        partner = p.b if p.a == name else p.a if p.b == name else None
-        if partner is not None and plan.axis[partner] in place:
-            angle = plan.gears[name].direction or 0.0
-            x, y = place[plan.axis[partner]]
-            place[plan.axis[name]] = (x + distance[p.name] * math.cos(angle), y + distance[p.name] * math.sin(angle))
-            return
 
 
 def _directions(

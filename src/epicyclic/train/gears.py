@@ -8,11 +8,13 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import asdict, replace
+from operator import mul
 from typing import NamedTuple
 
 from ..document.writer import quantity_text
 from ..errors import ModelError, in_mm
 from ..teeth import geometry
+from .kinematics import spread
 from .stages import GearPair, Plan, origin_of, sides_of, stated, stated_value
 from .train import GearData, ResolutionLog, Teeth, same
 
@@ -173,14 +175,8 @@ def _module(plan: Plan, chain: tuple[str, ...], angles: tuple[float, float], log
 
 def _hands(plan: Plan, chain: tuple[str, ...], helix: float, log: ResolutionLog) -> dict[str, int]:
     """Hand of every gear of a chain, +1 right, -1 left, 0 spur: one is stated, the others follow, default right."""
-    relative = {chain[0]: 1}
     pairs = [(p, 1 if p.internal else -1) for p in plan.pairs if p.a in chain]
-    for _ in pairs:
-        for p, sign in pairs:
-            if p.a in relative:
-                relative.setdefault(p.b, sign * relative[p.a])
-            elif p.b in relative:
-                relative[p.a] = sign * relative[p.b]
+    relative = spread({chain[0]: 1}, [(*ends, sign) for p, sign in pairs for ends in ((p.a, p.b), (p.b, p.a))], mul)
     for p, sign in pairs:
         if helix and relative[p.b] != relative[p.a] * sign:
             raise ModelError("these hands cannot mesh all the way round", path=p.path, given=f"{p.a}, {p.b}")

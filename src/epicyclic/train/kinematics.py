@@ -9,7 +9,7 @@ Exact linear algebra on small systems of fractions.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import lru_cache
@@ -18,6 +18,7 @@ from typing import Any, TypeVar
 from ..errors import ModelError
 
 Row = list[Fraction]
+Known = TypeVar("Known")
 Label = TypeVar("Label", int, str)
 Exact = TypeVar("Exact", int, Fraction)
 
@@ -29,6 +30,21 @@ def merged(labels: Mapping[str, Label], pairs: Iterable[tuple[str, str]]) -> dic
         low, high = sorted((result[a], result[b]))
         result = {name: low if label == high else label for name, label in result.items()}
     return result
+
+
+def spread(
+    known: Mapping[str, Known], joints: Sequence[tuple[str, str, Any]], step: Callable[[Known, Any], Known]
+) -> dict[str, Known]:
+    """Values of names: known ones, and those that joints (from, to, what) lead to by step(value, what).
+
+    The nearest to a known one come first, each by the first joint that leads there.
+    """
+    found, reached = dict(known), list(known)
+    for name in reached:
+        for _, end, what in (joint for joint in joints if joint[0] == name and joint[1] not in found):
+            found[end] = step(found[name], what)
+            reached.append(end)
+    return found
 
 
 def null_space(rows: Sequence[Sequence[Fraction]], order: Sequence[int]) -> dict[int, Row]:

@@ -23,13 +23,14 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from operator import mul
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
 from ..teeth.geometry import Angle, Phase, driver_tooth, mate_tooth, shift_term
-from .kinematics import merged, whole_solution
+from .kinematics import merged, spread, whole_solution
 
 Number = Fraction | float
 ASSEMBLY_TOLERANCE = 1e-3  # [pitches] angles given with a few decimals count as buildable: far below any backlash
@@ -407,9 +408,7 @@ def _speeds(table: Mapping[str, ToothedGear], pairs: Sequence[tuple[str, str]]) 
     joints = [(a, b, Fraction(table[a].teeth, table[b].teeth) * (1 if table[b].internal else -1)) for a, b in pairs]
     joints += [(gear.on, gear.name, Fraction(1)) for gear in table.values() if gear.on is not None]
     joints += [(b, a, 1 / ratio) for a, b, ratio in joints]
-    speeds = {pairs[0][0]: Fraction(1)}
-    while new := next((j for j in joints if j[0] in speeds and j[1] not in speeds), None):
-        speeds[new[1]] = speeds[new[0]] * new[2]
+    speeds = spread({pairs[0][0]: Fraction(1)}, joints, mul)
     lost = sorted({name for pair in pairs for name in pair} - speeds.keys())
     if lost:
         raise ModelError(

@@ -11,6 +11,7 @@ import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
+from operator import add
 from typing import Any
 
 import numpy as np
@@ -24,7 +25,7 @@ from ..teeth.mesh_stiffness import ToothPair, face_average
 from .centres import StageShape
 from .elastic_bodies import ring_of
 from .gears import half_station
-from .kinematics import Kinematics, merged, tones
+from .kinematics import Kinematics, merged, spread, tones
 from .mesh_laws import MeshLaw, MeshSide, mesh_law, tooth_pair
 from .phasing import StagePhases, ToothedGear, ToothMesh, chain_signs, flank_of_torque, shift_of, stage_leads, staggered
 from .stages import GearPair, Plan, density_of, gear_below, member_material, sides_of, stated, stated_value
@@ -302,13 +303,12 @@ def coaxial(bodies: Sequence[Body], model: ModelFile) -> list[Body]:
     """
     group = {body.name: body.frame if "." in body.member else body.name for body in bodies}
     fixed = [name for name, stage in model.stages.items() if any(m.kind == "carrier" for m in stage.members.values())]
-    offset: dict[str, complex] = dict.fromkeys([*fixed, next(iter(model.stages))], 0j)
-    joints = [[bodies_named(end, bodies)[0] for end in table.between] for table in model.couplings.values()]
-    joints += [[b, a] for a, b in joints]
-    for _ in joints:
-        for a, b in joints:
-            if group[a.name] in offset and group[b.name] not in offset:
-                offset[group[b.name]] = offset[group[a.name]] + complex(*a.centre) - complex(*b.centre)
+    joined = [[bodies_named(end, bodies)[0] for end in table.between] for table in model.couplings.values()]
+    joints = [
+        (group[a.name], group[b.name], complex(*a.centre) - complex(*b.centre))
+        for a, b in (*joined, *(ends[::-1] for ends in joined))
+    ]
+    offset = spread(dict.fromkeys([*fixed, next(iter(model.stages))], 0j), joints, add)
     by = {name: offset.get(start, 0j) for name, start in group.items()}
     return [
         replace(body, centre=(body.centre[0] + by[body.name].real, body.centre[1] + by[body.name].imag))

@@ -15,12 +15,13 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from operator import add
 from typing import Any, Literal, NamedTuple
 
 from ..document.schema import SIDES, MemberTable, MeshTable, ModelFile, StageTable, implied_pairs
 from ..errors import ModelError
 from ..teeth.mesh_stiffness import STEEL_MODULUS
-from .kinematics import merged
+from .kinematics import merged, spread
 from .train import Number, ResolutionLog, turns_of
 
 LevelName = Literal["side", "member", "mesh", "stage", "file"]
@@ -324,11 +325,8 @@ def _ordered(
 
 def _distances(roots: Iterable[str], joints: Sequence[tuple[str, str]]) -> dict[str, int]:
     """Number of joints from the nearest root, by gear."""
-    far = dict.fromkeys(roots, 0)
     both = [*joints, *((b, a) for a, b in joints)]
-    while new := [(b, far[a] + 1) for a, b in both if a in far and b not in far]:
-        far.update(new)
-    return far
+    return spread(dict.fromkeys(roots, 0), [(a, b, 1) for a, b in both], add)
 
 
 def _chains(pairs: Sequence[GearPair], gears: Mapping[str, MemberTable], path: str) -> dict[str, int]:
