@@ -25,8 +25,9 @@ Ends = Callable[[Mapping[str, Any]], bool]
 MAX_DEPTH = 24
 # points of one dotted key: tomllib takes time as the square of their number, and there are 24 levels at most
 _MAX_POINTS = 300
-# segment of a key, a text (to the end of the line where it does not end there), a point, or what ends a key
-_TOKEN = re.compile(r"""(?P<segment>[\w-]+|"(?:[^"\\]|\\.)*(?:"|\\?$)|'[^']*(?:'|$))|(?P<point>\.)|(?P<end>[^ \t])""")
+# a text, to the end of the line where it does not end there; a dotted key of too many points
+_QUOTED = re.compile(r"""\"(?:[^"\\]|\\.)*(?:"|\\?$)|'[^']*(?:'|$)""")
+_DOTTED = re.compile(rf"(?<![\w-])(?:[\w-]+[ \t]*\.[ \t]*){{{_MAX_POINTS + 1}}}")
 # no line of text needs them, and a terminal takes them as orders
 _CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\ud800-\udfff]")
 # numbers above are no input; in a message or a file Python takes long over their digits, or refuses
@@ -89,23 +90,9 @@ def _clean_text(text: str, path: str) -> str:
 def dotted_line(text: str) -> int | None:
     """Return the number of the first line of a TOML text with a dotted key of more points than a parser can bear."""
     for number, line in enumerate(text.splitlines(), start=1):
-        if line.count(".") > _MAX_POINTS and _most_points(line) > _MAX_POINTS:
+        if line.count(".") > _MAX_POINTS and _DOTTED.search(_QUOTED.sub("x", line)):
             return number
     return None
-
-
-def _most_points(line: str) -> int:
-    """Points of the longest dotted key of a line."""
-    most = points = 0
-    before = "end"
-    for token in _TOKEN.finditer(line):
-        kind = str(token.lastgroup)
-        if kind == "end" or kind == before == "segment":
-            points = 0
-        elif kind == "point":
-            points += 1
-        most, before = max(most, points), kind
-    return most
 
 
 def split_path(text: str, *, path: str = "") -> tuple[str, ...]:
