@@ -123,6 +123,8 @@ def _ratings(bearing: RollingBearing) -> Iterator[Problem]:
         yield not 1 / _OFF <= off <= _OFF, key, "rating of the wrong size", f"near {own:.3g} N of the geometry"
 
 
+# clearance in operation -----------------------------------------------------------------------------------------------
+
 GROUPS = ("C2", "CN", "C3", "C4")
 _EXPANSION = 12e-6  # of steel [1/K]
 

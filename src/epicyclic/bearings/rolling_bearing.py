@@ -1,19 +1,15 @@
 """Rolling bearings by their parts: the drawing, loads of the elements, ratings and life.
 
-A rolling bearing as its drawing has it, what follows from its geometry alone, and its checks.
-
-Two families: *point* contact (balls in grooves) and *line* contact (rollers).  gamma = D_w cos alpha / D_pw and the
-curvatures of the contacts [harris2001, ch. 2]:
+The drawing.  Two families: *point* contact (balls in grooves) and *line* contact (rollers).  gamma = D_w cos alpha /
+D_pw and the curvatures of the contacts [harris2001, ch. 2]:
 
     point   sum = (4 - 1/f +- 2 gamma/(1 -+ gamma))/D_w        line   sum = 2/(D_w (1 -+ gamma))
 
 with the upper sign at the inner race and f = r/D_w its groove.
 
-Loads of the elements of a bearing: the law of one contact, of all together, their equilibrium.
-
-The five rows q = (x, y, z, rx, ry) are the motion of the inner race against the outer, about the centre of the bearing.
-Contact j is stretched by s_j(q), and the force on the inner race that holds it in place is the gradient of one convex
-energy,
+Loads of the elements: the law of one contact, of all together, their equilibrium.  The five rows q = (x, y, z, rx, ry)
+are the motion of the inner race against the outer, about the centre of the bearing. Contact j is stretched by s_j(q),
+and the force on the inner race that holds it in place is the gradient of one convex energy,
 
     V(q) = sum w_j C <s_j - g_j>^(n+1) / (n+1),    F = dV/dq = sum w_j C <s_j - g_j>^n ds_j/dq
 
@@ -33,9 +29,8 @@ A point contact follows Hertz with complete elliptic integrals, Q = K d^(3/2) wi
 both contacts, spread over laminae; another modulus scales it.  Half the clearance, and twice the profile of a lamina,
 open a contact.  Law, profile and their constants are from memory of the standard.
 
-Load ratings of a bearing from its geometry, and the life of it under a distribution of loads.
-
-Basic dynamic rating [iso281], N and mm, with the factor f_c by its formula [harris2001, ch. 18], not by the table:
+Ratings and life.  Basic dynamic rating [iso281], N and mm, with the factor f_c by its formula [harris2001, ch. 18], not
+by the table:
 
     ball     C = b f_c (i cos a)^0.7 Z^(2/3) D^1.8        beyond 25.4 mm  3.647 D^1.4 in place of D^1.8
     roller   C = b f_c (i L cos a)^(7/9) Z^(3/4) D^(29/27)
@@ -547,6 +542,8 @@ def largest_pressure(bearing: RollingBearing, lamina_load: Array) -> float:
     line_load = highest * len(lamina_load) / bearing.element_length
     return math.sqrt(line_load * bearing.curvature("inner")[0] * bearing.reduced_modulus / (2 * math.pi))
 
+
+# ratings --------------------------------------------------------------------------------------------------------------
 
 Race = Literal["inner", "outer"]
 

@@ -180,6 +180,9 @@ def bare_keys(table: Deviations) -> dict[str, str]:
     return {name: form.bare_key for name, form in forms.items() if form is not None}
 
 
+# distributions --------------------------------------------------------------------------------------------------------
+
+
 class Form(NamedTuple):
     """A distribution: names of its values in their order, what it is in words, an example, moments and inverse.
 

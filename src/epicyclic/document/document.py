@@ -384,6 +384,8 @@ def _check_units_stated(
         raise ModelError(f"{first.problem}{more}", path=path, given=first.given, allowed=first.allowed)
 
 
+# reading --------------------------------------------------------------------------------------------------------------
+
 Source = str | Path | Mapping[str, object]
 Origin = Literal["given", "set"]
 

@@ -233,6 +233,8 @@ def _given(table: object) -> set[str]:
     return {path for path, value in leaves(table) if value is not REMOVE} if isinstance(table, dict) else set()
 
 
+# what follows the teeth -----------------------------------------------------------------------------------------------
+
 # key -> kinds of quantity, and the power of the number of teeth for a gear and for a ring; None: it goes, and follows
 _POWERS: dict[str, tuple[tuple[str, ...], int | None, int | None]] = {
     "base_radius": (("length",), 1, 1),

@@ -1,9 +1,8 @@
 """The normalised document: every table of a model file as a frozen pydantic model, in SI, references as full paths.
 
 A value that is None was not given. Per-planet values are one number or a tuple. Where a key takes two kinds of
-quantity its value is a `Quantity` whose `unit` gives the kind.
-
-Names of stages, members and bodies, and references to them.
+quantity its value is a `Quantity` whose `unit` gives the kind.  Names of stages, members and bodies are checked here,
+and references to them written out.
 """
 
 from __future__ import annotations
@@ -498,6 +497,8 @@ def case_states(name: str, stated: Iterable[str]) -> bool:
     """Whether a case of these keys states a key of the operation; a torque or power stands in place of both."""
     return not {name, *(LOADING if name in LOADING else ())}.isdisjoint(stated)
 
+
+# names ----------------------------------------------------------------------------------------------------------------
 
 SIDES = ("left", "right")
 LOADING = ("torque", "power")

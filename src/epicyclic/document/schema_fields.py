@@ -1,15 +1,14 @@
 """Building blocks of the schema: tables, keys, and numbers with units, read into SI and described for JSON Schema.
 
-Force over deflection as a table: where a stiffness may stand, columns of a test rig or an FE run may stand.
+Fields of links (supports, bearings, necks, shafts, couplings), bodies that bend, and ripple of torque or motion at a
+shaft stand here too; SI, as read, and None where nothing is named.
+
+Where a stiffness may stand, columns of force over deflection of a test rig or an FE run may stand.
 
     { deflection = "[0, 5, 10] um", force = "[0, 1.2, 3.4] kN" }    or    { file = "columns.csv" }
 
 Of a mesh, either may be a list of lists, one for each of S phases sigma = 0, 1/S, ... of the mesh cycle.  A file is
 read into these two keys, so that the document, and every result, holds the numbers.
-
-The tables of links: supports, bearings, necks, shafts, couplings. SI, as read; what is not named is None.
-
-Ripple of torque or motion at a shaft: components of exact order or frequency, or a torque table over whole turns.
 """
 
 from __future__ import annotations
@@ -190,6 +189,8 @@ def _nested_metadata(annotation: Any) -> tuple[Any, ...]:
     return (*own, *(entry for part in get_args(annotation) for entry in _nested_metadata(part)))
 
 
+# force over deflection ------------------------------------------------------------------------------------------------
+
 # Time and memory of every analysis grow with the points; a thousand are finer than any measurement.
 _MAX_POINTS, _MAX_PHASES = 1000, 360
 
@@ -363,6 +364,8 @@ class MeshForceTable(ForceTableOf):
         None, "force at which linear analyses take the tangent; default the mean force of the operation"
     )
 
+
+# links ----------------------------------------------------------------------------------------------------------------
 
 Stiffness = Annotated[
     PerPlanet | DisplacementForceTable,
@@ -612,6 +615,9 @@ class SectionTable(SchemaTable):
             raise ModelError("bore not below diameter", path="bore", given=self.bore, allowed="bore < diameter")
 
 
+# bodies that bend -----------------------------------------------------------------------------------------------------
+
+
 class FoundationTable(SchemaTable):
     """A uniform foundation in the housing all round a ring, per length of its centre line."""
 
@@ -701,6 +707,8 @@ class CouplingTable(SolidTable):
 
 LINK_KEYS = frozenset({**CouplingTable.model_fields, **SupportTable.model_fields}) | {"radial", "tilt"}
 
+
+# ripple ---------------------------------------------------------------------------------------------------------------
 
 _MOST_ORDER, _MOST_DENOMINATOR, MOST_POINTS, _LONGEST = 1000, 1000, 1000, 40
 _PATTERN = r"^\s*[0-9.]+(\s*/\s*[0-9]+)?\s*$"

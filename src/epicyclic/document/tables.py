@@ -182,6 +182,8 @@ def keyed(
             yield (*above, key), value
 
 
+# written as TOML ------------------------------------------------------------------------------------------------------
+
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 
 
@@ -209,6 +211,8 @@ def _text(text: str) -> str:
     """Return a basic TOML string; JSON's escapes are TOML's, but for DEL, which TOML wants escaped too."""
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007F")
 
+
+# shorthands -----------------------------------------------------------------------------------------------------------
 
 TOLERANCE_TABLES = ("cost", "correlation")
 """Tables of `[tolerance]` that are no tolerances."""
@@ -480,6 +484,8 @@ def one_path(text: str, names: Names, path: str) -> str:
     table, last = found[0].rpartition(".")[0], split_path(text, path=path)[-1]
     return table if table.endswith(f".{last}") else f"{table}.{last}"
 
+
+# normalised for the schema --------------------------------------------------------------------------------------------
 
 STANDARD_GRAVITY = 9.81  # m/s^2
 

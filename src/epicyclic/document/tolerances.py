@@ -380,6 +380,8 @@ def _numbers_of(entry: Tolerance, names: Names) -> list[str]:
     return found
 
 
+# correlations ---------------------------------------------------------------------------------------------------------
+
 # smallest eigenvalue that counts as positive: rounding of a matrix of ones is 1e-15, and a direction with a thousandth
 # of a deviation (1e-6 of a variance) is a dependence, to be stated by one entry instead of two
 _LEAST_EIGENVALUE = 1e-6

@@ -95,6 +95,8 @@ def finite_float(text: str) -> float:
     return number
 
 
+# values ---------------------------------------------------------------------------------------------------------------
+
 PerPlanet = float | tuple[float, ...]  # one value, or one per planet
 
 
@@ -400,6 +402,8 @@ def kind_words(kinds: tuple[str, ...]) -> str:
     return " or ".join(f"{kind.name} ({kind.spellings})" if kind.unit else kind.name for kind in named)
 
 
+# numbers as written ---------------------------------------------------------------------------------------------------
+
 _ONE = re.compile(rf"\s*({NUMBER})\s*([^\d\s\[,].*?)?\s*")
 _MANY = re.compile(rf"\s*\[\s*({NUMBER}(?:\s*,\s*{NUMBER})*)\s*\]\s*([^\d\s\[,].*?)?\s*")
 
@@ -443,6 +447,8 @@ def written(value: object) -> Written | None:
         return Written(values=tuple(float(part) for part in many[1].split(",")), unit=many[2] or "", many=True)
     return None
 
+
+# numbers without a unit -----------------------------------------------------------------------------------------------
 
 _PLAIN = re.compile(rf"\s*{NUMBER}\s*")
 

@@ -171,6 +171,8 @@ def _is_model(annotation: Any) -> bool:
     return isinstance(annotation, type) and issubclass(annotation, BaseModel)
 
 
+# contradictions between tables ----------------------------------------------------------------------------------------
+
 _COMMON = set("kind mass inertia tilt_inertia split neck left right station material reduced".split())
 _GEAR = (
     set(MemberTable.model_fields)
@@ -361,6 +363,9 @@ def _values(table: object, path: str, skip: tuple[str, ...] = ()) -> Iterator[tu
             yield from _values(value, where)
         else:
             yield where, value.value if isinstance(value, Quantity) else value
+
+
+# the whole model ------------------------------------------------------------------------------------------------------
 
 
 def validate(data: PlainTable, names: Names) -> tuple[ModelFile, bool]:

@@ -94,6 +94,8 @@ def _reads(text: str, unit: str, kind: str, value: float) -> bool:
     return read_quantity(f"{text} {unit}", (kind,), Bounds(inf=True)) == value
 
 
+# the file -------------------------------------------------------------------------------------------------------------
+
 _ORDER = (
     *("format", "title", "doi", "notes", "case", "material", "damping", "stages", "bodies", "couplings"),
     *("operation", "loads", "cases", "sensors", "deviations", "limits", "tolerance", "assumed"),
@@ -272,6 +274,8 @@ def _comment_lines(text: str) -> list[str]:
 def _join(path: str, name: str) -> str:
     return f"{path}.{name}" if path else name
 
+
+# the schema -----------------------------------------------------------------------------------------------------------
 
 Schema = dict[str, Any]
 _NAME = "^[A-Za-z0-9_]{1,60}$"

@@ -1,15 +1,14 @@
-"""A REXS file as plain data: components with attributes, the relations between them, load cases.  No meaning yet.
+"""A REXS file as plain data, and what of it has a place in a model.
 
-Its names are asked of every model, before any module that reads XML is imported.  The values are the same from XML and
-from JSON: texts, arrays and matrices in Base64.  Numbers come in SI and in the spelling of a model file, from units of
-any version and spelling.
+The data are components with attributes, the relations between them, load cases.  File names are asked of every model,
+before any module that reads XML is imported.  The values are the same from XML and from JSON: texts, arrays and
+matrices in Base64.  Numbers come in SI and in the spelling of a model file, from units of any version and spelling.
 
-What of REXS has a place in a model, said once for both ways: attributes of components, relations, words, units.
-
-The import finds the kind of quantity of an attribute here, its key in the table that the component becomes, and how it
-is spelled there.  The export walks the rows of a type, takes each value of the part of the train that is written, and
-finds its unit here.  An attribute that is more than one number of a part (places, the hand of a gear, profile shifts
-that follow, what a joint holds) has its row too; what becomes of it is code of the one way or the other.
+What has a place in a model is said once for both ways: attributes of components, relations, words, units.  The import
+finds the kind of quantity of an attribute here, its key in the table that the component becomes, and how it is spelled
+there.  The export walks the rows of a type, takes each value of the part of the train that is written, and finds its
+unit here.  An attribute that is more than one number of a part (places, the hand of a gear, profile shifts that follow,
+what a joint holds) has its row too; what becomes of it is code of the one way or the other.
 """
 
 from __future__ import annotations
@@ -128,6 +127,8 @@ class RexsFile:
     encoding: str = "xml"
     notes: tuple[str, ...] = ()
 
+
+# values ---------------------------------------------------------------------------------------------------------------
 
 # what XML and JSON may hold and a model file may not: control characters, and halves of surrogate pairs
 _UNSAFE = re.compile("[\x00-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff\ufffe\uffff]+")
@@ -390,6 +391,9 @@ def shown(value: float) -> str:
     if abs(number) >= 1e6:
         return str(Decimal(repr(number)).normalize()).replace("E+", "e")
     return repr(number).removesuffix(".0")
+
+
+# what has a place in a model ------------------------------------------------------------------------------------------
 
 
 class RexsRow(NamedTuple):

@@ -404,6 +404,8 @@ MESH_KINDS: dict[str, Callable[[DeviationScope, Mesh, str, Any], None]] = {
 }
 
 
+# sizes beside the module ----------------------------------------------------------------------------------------------
+
 # A gear displaced by its module has left its mates (working depth: two modules).  A tenth of a module is about ten
 # times the run-out that grade 8 of ISO 1328 allows: such gears exist, but it is more often a slip in the unit.
 _LARGEST, _DOUBTFUL = 1.0, 0.1

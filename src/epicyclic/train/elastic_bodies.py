@@ -1,12 +1,11 @@
 """Bodies of a train that bend: rings, and bodies by the matrices of a finite-element program.
 
-Rings that bend: their section from the drawing, what their orders leave out, and bolts that turn about them.
-
 Of a rectangular rim of height h, width b and mean radius R, E I is E int y^2/(1 + y/R) dA = E b R^2 (R ln(r_o/r_i) - h)
 (Winkler), the shear stiffness 5/6 G A.  Beside plane elasticity (plane stress) the free ring has its natural
-frequencies to 1.1 % up to h/R = 0.3 and n = 8.
+frequencies to 1.1 % up to h/R = 0.3 and n = 8.  What the orders of a ring leave out is told; bolts that turn about it
+pass at evenly spaced places.
 
-Bodies by the matrices of a finite-element program: read, reduced, and joined to what stands at their interfaces.
+Matrices are read, reduced, and joined to what stands at their interfaces.
 """
 
 from __future__ import annotations
@@ -306,6 +305,8 @@ def _varying_share(body: ElasticBody, waves: int, bolts: Sequence[Link], z: floa
     size = np.linalg.norm(np.fft.fft(total, axis=0), axis=(1, 2))
     return float(size[1:].max() / size[0]) if size[0] else 0.0
 
+
+# bodies by matrices ---------------------------------------------------------------------------------------------------
 
 _MASS = 1e-3  # of a stated mass or inertia from that of the matrices
 

@@ -1,7 +1,4 @@
-"""The teeth of a stage: what a chain shares, hands, widths, shifts, radii.
-
-Centre distances that are given, and the profile shifts that follow from them.
-"""
+"""The teeth of a stage: what a chain shares, hands, widths, radii; given distances, and the shifts that follow."""
 
 from __future__ import annotations
 
@@ -282,6 +279,8 @@ def _gear_data(plan: Plan, name: str, teeth: Teeth, shift: float, side: str | No
         dedendum=dedendum,
     )
 
+
+# distances and shifts -------------------------------------------------------------------------------------------------
 
 LARGEST_SHIFT = 5.0  # as in the file format; far beyond any tooth
 

@@ -1,9 +1,7 @@
-"""Speeds, ratios, orders, torques and power of a train, exact, from one linear solve.
+"""Speeds, ratios, orders, torques and power of a train, exact, from one linear solve of small systems of fractions.
 
 Speeds and torques of members are dual: the admissible speeds are the null space of the mesh and coupling equations, and
 external torques are in equilibrium when their virtual power is zero in every admissible motion.  Derived here.
-
-Exact linear algebra on small systems of fractions.
 """
 
 from __future__ import annotations
@@ -139,6 +137,8 @@ def _less(row: list[Exact], other: list[Exact], times: Exact) -> list[Exact]:
 def _dot(a: Row, b: Row) -> Fraction:
     return sum((x * y for x, y in zip(a, b, strict=True) if x and y), Fraction(0))
 
+
+# speeds and torques ---------------------------------------------------------------------------------------------------
 
 Motion = Mapping[str, Fraction]  # speed of every member in one admissible motion
 UNBALANCED = Fraction(1, 10**6)  # torques written with six digits still balance; what is left is spread over them

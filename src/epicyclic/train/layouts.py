@@ -1,21 +1,17 @@
-"""Kinds of stages, and the preselection of a new train.
+"""Kinds of stages, and the preselection of a new train: tooth counts, module and face width, what stands beside them.
 
-Kinds of stages: which gears each one has, which of them mesh, and what follows from their teeth alone.
+One table describes every kind: which gears it has, which of them mesh, and what follows from their teeth alone.  Teeth
+are a mapping of gears to their numbers, positive, of a ring too; lengths are per module, all gears of a stage having
+one.  Tooth counts of a ratio are those of a simple planetary set or of a pair, and each stage has its part of an
+overall ratio.
 
-One table describes every kind.  Teeth are a mapping of gears to their numbers, positive, of a ring too; lengths are per
-module, all gears of a stage having one.
-
-Preselection of a new train: tooth counts, module and face width, and what stands beside them.
-
-Tooth counts of a ratio: of a simple planetary set, of a pair, and the part of every stage in an overall ratio.
-
-Module and face width from the torque: a size to begin with, no rating of strength.  The load figure
+Module and face width from the torque are a size to begin with, no rating of strength.  The load figure
 K = F_t/b (1/d_a +- 1/d_b), of sun and planet F_t/(b d_s) (u + 1)/u, stays at or below 4 N/mm^2, about what
 case-hardened planetary gears carry, with the face width b = 0.8 d of the pinion and F_t = 1.15 T/(N d/2), 15 % for
 unequal sharing.
 
-What a running model needs beside teeth and load: bodies, supports, damping, deviations, tolerances, each by a rule.
-Nothing here is known of the train that is to be built, so every number goes under `[assumed]` with its rule.
+Bodies, supports, damping, deviations and tolerances of a running model come each by a rule.  Nothing here is known of
+the train that is to be built, so every number goes under `[assumed]` with its rule.
 """
 
 from __future__ import annotations
@@ -233,6 +229,8 @@ def nearest_teeth(
         told += found
 
 
+# tooth counts of a ratio ----------------------------------------------------------------------------------------------
+
 FEWEST = 17  # teeth without profile shift and without undercut, 2/sin^2(20 deg) = 17.1
 RATIO_BAND = 0.005  # ratio errors within one band count as equal: half a per cent of speed decides nothing
 RATIO_LIMIT = 0.02  # largest ratio error: beyond, another ratio is answered than asked for
@@ -352,6 +350,8 @@ def _ratio_range(planets: int, held: str, helix_angle: float, module: float | No
     return f"about {min(ratios):.3g} to {max(ratios):.3g} with {planets} planets; else fewer planets or two stages"
 
 
+# module and face width ------------------------------------------------------------------------------------------------
+
 PairTorques = Mapping[tuple[str, str], float]
 LOAD_FIGURE = 4e6  # [Pa] K of the preselection
 _WIDTH_RATIO = 0.8  # face width per sun diameter: wider, and the twist of the sun spoils the load along the face
@@ -360,6 +360,50 @@ _SHARING = 1.15  # unequal sharing, as for floating suns
 _SERIES = tuple(m * 1e-3 for m in (1, 1.25, 1.5, 2, 2.5, 3, 4, 5, 6, 8, 10, 12, 16, 20, 25, 32, 40, 50))
 _WIDTH_STEPS = (1e-3, 5e-3)  # [m] face widths below and above 50 mm are multiples of these
 _TOOL = 1e-9  # a quotient this much above a whole number is that number
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Blank:
+    """The gears of a stage as far as they are decided.
+
+    module, face_width : normal module and face width [m], 0 until they are chosen.  Angles [rad].
+    centre_distance : given one [m], 0 where it follows.  shifts : given ones, gear -> profile shift [1].
+    texts : keyword -> the value as it was given, with its unit.
+    """
+
+    name: str = "main"
+    kind: str = "planetary"
+    teeth: Teeth
+    planets: int
+    module: float
+    face_width: float
+    helix_angle: float
+    pressure_angle: float
+    held: str | None
+    centre_distance: float = 0.0
+    shifts: Mapping[str, float] = field(default_factory=dict)
+    texts: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def layout(self) -> StageLayout:
+        """Its gears and their meshes."""
+        return LAYOUTS[self.kind]
+
+    @property
+    def pinion(self) -> str:
+        """The smallest external gear on an axis that stands still: in a simple set the sun."""
+        return min((n for n, g in self.layout.gears.items() if g.kind in ("sun", "gear")), key=self.teeth.__getitem__)
+
+    def diameter(self, teeth: int) -> float:
+        """Reference diameter of a gear [m]."""
+        return 2 * geometry.reference_radius(teeth, self.module, self.helix_angle)
+
+    def pressure(self, pair: tuple[str, str], torque: float, pinion: int, diameter: float) -> float:
+        """F_t (1/d_a +- 1/d_b) [N/m] of one branch where a gear of `pinion` teeth has a diameter [m]."""
+        z_a, z_b = (self.teeth[name] for name in pair)
+        curvature = (1 / z_a + (-1 if self.layout.gears[pair[1]].kind == "ring" else 1) / z_b) / z_a
+        branches = self.planets if self.layout.planets else 1
+        return 2 * (_SHARING if branches > 1 else 1.0) * torque * curvature * (pinion / diameter) ** 2 / branches
 
 
 def size_of(blank: Blank, torques: PairTorques) -> Blank:
@@ -408,6 +452,8 @@ def load_figure(blank: Blank, torques: PairTorques) -> float:
     return most / blank.face_width
 
 
+# what stands beside them ----------------------------------------------------------------------------------------------
+
 _STEEL = 7850.0  # [kg/m^3] as in the model file
 _RIM = 4  # modules of ring beyond its roots: from 3.5 on it carries nearly like a solid body
 _PLANET_RIM = 3  # modules of planet under its roots, beside the bore
@@ -424,50 +470,6 @@ _MESH = 20e9
 _BEARING = 0.5  # per mesh: bearings of planets, carriers and rings that turn
 _FLOATING = 0.01  # per mesh: a sun that floats on a toothed coupling
 _BOLTED = 2.5  # per mesh: what is held by the housing
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Blank:
-    """The gears of a stage as far as they are decided.
-
-    module, face_width : normal module and face width [m], 0 until they are chosen.  Angles [rad].
-    centre_distance : given one [m], 0 where it follows.  shifts : given ones, gear -> profile shift [1].
-    texts : keyword -> the value as it was given, with its unit.
-    """
-
-    name: str = "main"
-    kind: str = "planetary"
-    teeth: Teeth
-    planets: int
-    module: float
-    face_width: float
-    helix_angle: float
-    pressure_angle: float
-    held: str | None
-    centre_distance: float = 0.0
-    shifts: Mapping[str, float] = field(default_factory=dict)
-    texts: Mapping[str, str] = field(default_factory=dict)
-
-    @property
-    def layout(self) -> StageLayout:
-        """Its gears and their meshes."""
-        return LAYOUTS[self.kind]
-
-    @property
-    def pinion(self) -> str:
-        """The smallest external gear on an axis that stands still: in a simple set the sun."""
-        return min((n for n, g in self.layout.gears.items() if g.kind in ("sun", "gear")), key=self.teeth.__getitem__)
-
-    def diameter(self, teeth: int) -> float:
-        """Reference diameter of a gear [m]."""
-        return 2 * geometry.reference_radius(teeth, self.module, self.helix_angle)
-
-    def pressure(self, pair: tuple[str, str], torque: float, pinion: int, diameter: float) -> float:
-        """F_t (1/d_a +- 1/d_b) [N/m] of one branch where a gear of `pinion` teeth has a diameter [m]."""
-        z_a, z_b = (self.teeth[name] for name in pair)
-        curvature = (1 / z_a + (-1 if self.layout.gears[pair[1]].kind == "ring" else 1) / z_b) / z_a
-        branches = self.planets if self.layout.planets else 1
-        return 2 * (_SHARING if branches > 1 else 1.0) * torque * curvature * (pinion / diameter) ** 2 / branches
 
 
 def beside(blank: Blank) -> tuple[dict[str, Any], dict[str, str], dict[str, str]]:

@@ -1,8 +1,7 @@
-"""Links of a stage and between stages: supports, bearings, necks, shafts, couplings.
+"""Links of a stage and between stages: supports, bearings, necks, shafts, couplings, bolts.
 
-Stiffness of a cylindrical shaft or neck, as springs at its middle.
-
-One link of a model file at its site, and bolts on a pitch circle, each of which is a link of its own.
+A shaft or neck has the stiffness of a cylinder, as springs at its middle.  A table of the file becomes one link at its
+site; bolts stand on a pitch circle, each a link of its own.
 """
 
 from __future__ import annotations
@@ -108,6 +107,8 @@ def solid_stiffness(table: SolidTable, length: float, material: tuple[float, flo
         stiffness["rz"] = table.torsional_rigidity / length
     return stiffness
 
+
+# links at their sites -------------------------------------------------------------------------------------------------
 
 STIFF = math.inf
 # Places of a row and laminae of a roller of the law of five rows.

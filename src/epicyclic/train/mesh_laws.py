@@ -308,6 +308,8 @@ def _profile(table: ProfileTable, path: str) -> tuple[tuple[float, float], ...]:
     return tuple(zip(table.below_tip, table.missing, strict=True))
 
 
+# stiffness and its variation ------------------------------------------------------------------------------------------
+
 STEEL_GRADES = 0.1  # steels differ by less in Young's modulus
 NORMAL_RANGE = (10e9, 30e9)  # stiffness per face width of steel teeth, transverse [N/m^2]
 # Methods that give mean and variation from the shape of the teeth.

@@ -1,8 +1,7 @@
 """A new train: from teeth or ratio, load and speed to a whole document, with what follows from it as comments.
 
-What a person says of it is read into SI, checked for contradictions, and kept as it was typed.
-
-`epicyclic.planetary`, `star` and `differential`: a train in Python from the words of a drawing.
+What a person says of it is read into SI, checked for contradictions, and kept as it was typed.  `epicyclic.planetary`,
+`star` and `differential` say it in Python, in the words of a drawing.
 """
 
 from __future__ import annotations
@@ -438,6 +437,9 @@ def _by_member(value: object, path: str, count: int) -> dict[str, str]:
     return texts
 
 
+# a new train in Python ------------------------------------------------------------------------------------------------
+
+
 @checked
 def planetary(
     *,
@@ -523,6 +525,8 @@ def differential(
     """
     return dict(new_train(kind="differential", **locals()).document)
 
+
+# the train and its checks ---------------------------------------------------------------------------------------------
 
 _NORMAL_ANGLE = math.radians(20)  # the file format's default
 _UNDERCUT = 12  # fewer teeth no profile shift saves from undercut or a pointed tip

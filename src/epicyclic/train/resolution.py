@@ -1,12 +1,9 @@
 """From a model file to the resolved Train: reading, and everything that follows from the document; and back.
 
-What a stage cannot be, and what is doubtful about it: room for the planets, one centre distance for all meshes.
-
-What turns and what loads the train: kinematics, torques on bodies, loads, gravity.
-
-Tolerances of a train: grades with the sizes that they apply to, and checks that only the resolved train allows.
-
-Written back, every value stands in the file; resolving that gives the same train.
+Checked is what a stage cannot be, and what is doubtful about it: room for the planets, one centre distance for all
+meshes.  What turns and loads the train follows: kinematics, torques on bodies, loads, gravity.  Tolerances get the
+sizes that their grades apply to, and the checks that only the resolved train allows.  Written back, every value stands
+in the file; resolving that gives the same train.
 """
 
 from __future__ import annotations
@@ -191,6 +188,9 @@ def _check_distances(shape: StageShape, log: ResolutionLog) -> None:
         )
 
 
+# what turns and loads the train ---------------------------------------------------------------------------------------
+
+
 def member_of(reference: str) -> str:
     """Member of a reference without its side."""
     return ".".join(reference.split(".")[:2])
@@ -330,6 +330,9 @@ def external_loads(model: ModelFile, bodies: Sequence[Body]) -> Iterator[Load]:
                 station=member_centre(body, model) + table.at,
                 turns=table.frame == "member",
             )
+
+
+# tolerances -----------------------------------------------------------------------------------------------------------
 
 
 def tolerances_of(train: Train) -> tuple[Tolerance, ...]:
@@ -480,6 +483,8 @@ def _check_size(entry: Tolerance, read: Distribution, where: str, bodies: Sequen
         raise ModelError(problem, path=where, given=read.text, allowed=allowed)
 
 
+# back to a file -------------------------------------------------------------------------------------------------------
+
 _GEAR = (
     *("teeth", "base_radius", "module", "pressure_angle", "helix_angle", "hand", "profile_shift", "herringbone"),
     *("split", "gap", "face_width", "tip_diameter", "root_diameter", "mass", "inertia", "tilt_inertia", "pin_radius"),
@@ -556,6 +561,9 @@ def _keep_laws(data: Mapping[str, Any]) -> None:
             for table in tables:
                 if table.get("variation") == "contact":
                     del table["variation"]
+
+
+# reading --------------------------------------------------------------------------------------------------------------
 
 
 @checked

@@ -1,8 +1,7 @@
 """Bodies and meshes of a stage: where bodies are, what they weigh, and how their teeth meet.
 
-Tilt of bodies: which are joined rigidly in tilt, what two bearings at a distance hold, and slices a mesh needs.
-
-Meshes: flank, phase lead, stiffness and its variation, branch by branch and side by side.
+Bodies that are joined rigidly in tilt, also by two bearings at a distance, are one group; a mesh between groups is cut
+into slices.  Meshes have flank, phase lead, stiffness and its variation, branch by branch and side by side.
 """
 
 from __future__ import annotations
@@ -117,6 +116,8 @@ def link_row(link: Link, direction: int, origin: tuple[float, float, float]) -> 
         return np.concatenate([np.zeros(3), normal])
     return np.concatenate([normal, np.cross(np.subtract((*link.centre, link.station), origin), normal)])
 
+
+# bodies ---------------------------------------------------------------------------------------------------------------
 
 # Least bore per pitch circle: a body held on less has, in double precision, no stiffness about it.
 _BORE = 1e-3
@@ -317,6 +318,8 @@ def coaxial(bodies: Sequence[Body], model: ModelFile) -> list[Body]:
         for body in bodies
     ]
 
+
+# meshes ---------------------------------------------------------------------------------------------------------------
 
 SHORT = 10**4  # a phase in the file this near to a fraction of small numbers is that fraction
 

@@ -1,12 +1,8 @@
-"""A stage of the document: its members and pairs, the keys they inherit, their material.
+"""A stage of the document: members, pairs that mesh, chains, axes, branch angles; keys they inherit, their material.
 
-Inheritance of keys: a side, else its member or mesh, else the stage, else the file.
-
-Every key that may stand at several levels of the file is read through this module.
-
-What stands in a stage: members, pairs that mesh, chains, axes and branch angles.
-
-Material of a gear or a coupling: of its own table, else the stage, else the file, else steel.
+Keys are inherited: a side's own, else of its member or mesh, else of the stage, else of the file.  Every key that may
+stand at several levels of the file is read through this module.  So is the material of a gear or coupling; what no
+level states is that of steel.
 """
 
 from __future__ import annotations
@@ -98,6 +94,8 @@ def _below(path: str, key: str) -> str:
     """Path of a key in the table at `path`, "" for the file itself."""
     return f"{path}.{key}" if path else key
 
+
+# members, pairs, branches ---------------------------------------------------------------------------------------------
 
 FAR = 10**6
 
@@ -341,6 +339,8 @@ def _chains(pairs: Sequence[GearPair], gears: Mapping[str, MemberTable], path: s
             )
     return merged({name: i for i, name in enumerate(gears)}, ((p.a, p.b) for p in pairs))
 
+
+# material -------------------------------------------------------------------------------------------------------------
 
 STEEL_DENSITY = 7850.0  # [kg/m^3]
 STEEL_POISSON = 0.3
