@@ -203,16 +203,13 @@ def fits(teeth: Teeth, planets: int, helix_angle: float, module: float | None, k
 _REACHES, _MOST_TRIED = (6, 12, 24, 48), 30_000  # teeth that a proposal may differ by; sets that are looked at
 
 
-def nearest_teeth(
-    teeth: Teeth, planets: int, kind: str = "planetary", *, helix_angle: float, module: float | None, fewest: int
-) -> Iterator[dict[str, int]]:
-    """Teeth near to given ones that assemble and fit without shift, within ever more teeth of them.
+def nearest_teeth(blank: Blank) -> Iterator[dict[str, int]]:
+    """Teeth near to those of a stage that assemble and fit without shift, within ever more teeth of them.
 
     Rings follow from the other gears.  The order is the number of teeth that change, then the change of the ratio of
-    the last gear to the first.  helix_angle : [rad].  module : normal [m], None where it is to be chosen.
-    fewest : teeth of a gear, where the given one has no fewer.
+    the last gear to the first.  No gear has fewer than `FEWEST` teeth where the given one has not.
     """
-    layout = LAYOUTS[kind]
+    layout, teeth = blank.layout, blank.teeth
     first, *_, last = layout.gears
     free = [name for name, gear in layout.gears.items() if gear.kind != "ring"]
 
@@ -222,9 +219,9 @@ def nearest_teeth(
 
     told: list[dict[str, int]] = []
     for reach in (r for r in _REACHES if (2 * r + 1) ** len(free) <= _MOST_TRIED):
-        spans = [range(max(teeth[n] - reach, min(fewest, teeth[n])), teeth[n] + reach + 1) for n in free]
+        spans = [range(max(teeth[n] - reach, min(FEWEST, teeth[n])), teeth[n] + reach + 1) for n in free]
         near = (layout.with_rings(dict(zip(free, numbers, strict=True))) for numbers in product(*spans))
-        found = [one for one in near if fits(one, planets, helix_angle, module, kind) and one not in told]
+        found = [one for one in near if blank.takes(one) and one not in told]
         yield from sorted(found, key=change)
         told += found
 
@@ -289,18 +286,11 @@ def pair_of_ratio(ratio: float) -> dict[str, int]:
     return min(({"pinion": z, "wheel": round(ratio * z)} for z in _PINIONS), key=rank)
 
 
-def counts_of_ratio(
-    ratio: float,
-    planets: int,
-    held: str,
-    helix_angle: float = 0.0,
-    module: float | None = None,
-    band: float = RATIO_BAND,
-) -> tuple[dict[str, int], ...]:
+def counts_of_ratio(ratio: float, blank: Blank, band: float) -> tuple[dict[str, int], ...]:
     """Best teeth of a simple set of a ratio, the best first, at most three.
 
-    ratio : as of `ratio_of`; of a star of either sign.  planets : number, equally spaced.  helix_angle : [rad].
-    Preferred in this order: ratio error in bands, of 0.5 % unless said; a ring of at most 180 teeth, or twice those of
+    ratio : as of `ratio_of`; of a star of either sign.  blank : the set without its teeth.
+    Preferred in this order: ratio error in bands; a ring of at most 180 teeth, or twice those of
     the smallest one of its band (about a ratio of 4 only rings of some 300 teeth have no common factors, with teeth far
     finer than the load asks for); no common factor of sun and planet, and of planet and ring (every tooth then meets
     every tooth); z_s/N not whole (the sun's meshes then do not all strike at once, which smooths the torque and pulls
@@ -310,11 +300,9 @@ def counts_of_ratio(
     ------
     ModelError : nothing within 2 %.
     """
-    bands = [
-        (int(abs(abs(ratio_of(teeth, held)) / abs(ratio) - 1) / band), teeth)
-        for teeth in _sets(1)
-        if abs(abs(ratio_of(teeth, held) / ratio) - 1) <= RATIO_LIMIT and fits(teeth, planets, helix_angle, module)
-    ]
+    held, planets = str(blank.held), blank.planets
+    errors = ((abs(abs(ratio_of(teeth, held) / ratio) - 1), teeth) for teeth in _sets(1))
+    bands = [(int(error / band), teeth) for error, teeth in errors if error <= RATIO_LIMIT and blank.takes(teeth)]
     smallest: dict[int, int] = {}
     for number, teeth in bands:
         smallest[number] = min(teeth["ring"], smallest.get(number, teeth["ring"]))
@@ -326,10 +314,7 @@ def counts_of_ratio(
 
     best = tuple(teeth for _, teeth in sorted(bands, key=rank)[:_SEVERAL])
     if not best:
-        problem, allowed = (
-            f"no teeth give this ratio with {planets} planets",
-            _ratio_range(planets, held, helix_angle, module),
-        )
+        problem, allowed = f"no teeth give this ratio with {planets} planets", _ratio_range(blank)
         raise ModelError(problem, path="ratio", given=ratio, allowed=allowed)
     return best
 
@@ -341,10 +326,11 @@ def _sets(step: int) -> Iterable[dict[str, int]]:
             yield {"sun": z_s, "planet": (z_r - z_s) // 2, "ring": z_r}
 
 
-def _ratio_range(planets: int, held: str, helix_angle: float, module: float | None) -> str:
+def _ratio_range(blank: Blank) -> str:
     """Ratios that some set within the search has, in words."""
-    least = least_gap(module)
-    ratios = [abs(ratio_of(c, held)) for c in _sets(4) if neighbour_gap(c, planets, helix_angle) >= least]
+    least, planets = least_gap(blank.module or None), blank.planets
+    fitting = (c for c in _sets(4) if neighbour_gap(c, planets, blank.helix_angle) >= least)
+    ratios = [abs(ratio_of(c, str(blank.held))) for c in fitting]
     if not ratios:
         return "fewer planets"
     return f"about {min(ratios):.3g} to {max(ratios):.3g} with {planets} planets; else fewer planets or two stages"
@@ -393,6 +379,10 @@ class Blank:
     def pinion(self) -> str:
         """The smallest external gear on an axis that stands still: in a simple set the sun."""
         return min((n for n, g in self.layout.gears.items() if g.kind in ("sun", "gear")), key=self.teeth.__getitem__)
+
+    def takes(self, teeth: Teeth) -> bool:
+        """Whether its planets assemble, and have room, with other teeth."""
+        return fits(teeth, self.planets, self.helix_angle, self.module or None, self.kind)
 
     def diameter(self, teeth: int) -> float:
         """Reference diameter of a gear [m]."""

@@ -34,7 +34,6 @@ from .layouts import (
     assembles,
     beside,
     counts_of_ratio,
-    fits,
     least_gap,
     nearest_teeth,
     neighbour_gap,
@@ -265,9 +264,8 @@ def _searched(blanks: list[Blank], ratio: float | None) -> tuple[list[Blank], tu
             found[i] = replace(blank, teeth=layouts.pair_of_ratio(target))
         else:
             band = RATIO_BAND if i == open_[-1] else RATIO_LIMIT  # what follows takes up the rest
-            size = (blank.helix_angle, blank.module or None, band)
             try:
-                best, *further = counts_of_ratio(target, blank.planets, str(blank.held), *size)
+                best, *further = counts_of_ratio(target, blank, band)
             except ModelError as error:
                 if alone:
                     raise
@@ -595,16 +593,14 @@ def _check_teeth(blank: Blank) -> None:
 
 def _near(blank: Blank) -> list[Teeth]:
     """Teeth nearest to those of a stage that take its planets, at most three."""
-    helix, module = blank.helix_angle, blank.module or None
-    near = nearest_teeth(blank.teeth, blank.planets, blank.kind, helix_angle=helix, module=module, fewest=FEWEST)
-    tried = (replace(blank, teeth=teeth) for teeth in itertools.islice(near, _MOST_TRIED))
+    tried = (replace(blank, teeth=teeth) for teeth in itertools.islice(nearest_teeth(blank), _MOST_TRIED))
     return [other.teeth for other in itertools.islice((one for one in tried if _takes(one, one.planets)), 3)]
 
 
 def _takes(blank: Blank, planets: int) -> bool:
     """Whether the gears of a stage turn, and so many planets stand beside each other without a doubt."""
     module = blank.module or _TRIAL
-    if not fits(blank.teeth, planets, blank.helix_angle, blank.module or None, blank.kind):
+    if not replace(blank, planets=planets).takes(blank.teeth):
         return False
     sized = replace(blank, module=module, face_width=10 * module, planets=planets, centre_distance=0.0, shifts={})
     size = {"module": module, "face_width": 10 * module, "helix_angle": blank.helix_angle}
