@@ -677,9 +677,7 @@ def resolve(document: Document) -> Train:
 
 def _damping(model: ModelFile, log: ResolutionLog) -> Damping:
     """Damping stated of the whole train."""
-    stated = model.damping
-    for key, unit in (("modal", ""), ("mass", "1/s"), ("stiffness", "s"), ("mesh", "")):
-        value = getattr(stated, key)
-        if value is not None:
-            log.note(f"damping.{key}", value, unit)
-    return Damping(modal=stated.modal, mass=stated.mass, stiffness=stated.stiffness, mesh=stated.mesh)
+    stated = model.damping.model_dump(exclude_none=True)
+    for key, value in stated.items():
+        log.note(f"damping.{key}", value, {"mass": "1/s", "stiffness": "s"}.get(key, ""))
+    return Damping(**stated)
