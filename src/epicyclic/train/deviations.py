@@ -12,6 +12,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import partial
 from typing import Any, Literal
 
 import numpy as np
@@ -178,31 +179,24 @@ def _run_out(scope: DeviationScope, body: Body, path: str, table: DisplacementTa
     _displace(scope, body, path, table, cause="run_out", rows="own", links=pins, frequency=Fraction(0))
 
 
-def _seat_error(
-    cause: Literal["bearing_run_out", "position", "tilt"],
-) -> Callable[[DeviationScope, Body, str, DisplacementTable], None]:
+def _seat_error(cause: str, scope: DeviationScope, body: Body, path: str, table: DisplacementTable) -> None:
     """Kind of a displaced seat: run-out turns with the body and enters the links that carry it; position and
     misalignment stand still in what carries the body."""
-
-    def resolve(scope: DeviationScope, body: Body, path: str, table: DisplacementTable) -> None:
-        seats = scope.seats(body)
-        # a doubt where nothing holds the member (or the half that `path` names) in the direction of the displacement
-        whole, same = f".{body.side}." not in path, (body.member, body.branch)
-        halves = [b for b in scope.bodies if b is body or (whole and (b.member, b.branch) == same)]
-        rows = [_held_rows(link, b) for b in halves for link in scope.seats(b)]
-        first = 3 if cause == "tilt" else 0
-        components = _components(body, table)
-        for value, directions in zip(components, ((first, first + 1), (first + 2,)), strict=True):
-            if value and not any(row[i] for row in rows for i in directions):
-                names = " and ".join(DIRECTIONS[i] for i in directions)
-                text = f"{path} has no effect: no support or bearing holds {body.member} in {names}"
-                scope.log.coded("deviation-without-effect", text)
-        turns = cause == "bearing_run_out"
-        frequency = scope.relative(body) if turns else scope.seat_turn(body, seats)
-        entered: Literal["own", "seat"] = "own" if turns else "seat"
-        _displace(scope, body, path, table, cause=cause, rows=entered, links=seats, frequency=frequency)
-
-    return resolve
+    seats = scope.seats(body)
+    # a doubt where nothing holds the member (or the half that `path` names) in the direction of the displacement
+    whole, same = f".{body.side}." not in path, (body.member, body.branch)
+    halves = [b for b in scope.bodies if b is body or (whole and (b.member, b.branch) == same)]
+    rows = [_held_rows(link, b) for b in halves for link in scope.seats(b)]
+    first = 3 if cause == "tilt" else 0
+    for value, directions in zip(_components(body, table), ((first, first + 1), (first + 2,)), strict=True):
+        if value and not any(row[i] for row in rows for i in directions):
+            names = " and ".join(DIRECTIONS[i] for i in directions)
+            text = f"{path} has no effect: no support or bearing holds {body.member} in {names}"
+            scope.log.coded("deviation-without-effect", text)
+    turns = cause == "bearing_run_out"
+    frequency = scope.relative(body) if turns else scope.seat_turn(body, seats)
+    entered: Literal["own", "seat"] = "own" if turns else "seat"
+    _displace(scope, body, path, table, cause=cause, rows=entered, links=seats, frequency=frequency)
 
 
 def _displace(
@@ -391,9 +385,9 @@ def _force_angle(mesh: Mesh, gears: Sequence[Body], body: Body, *, far: bool) ->
 # (scope, body or mesh, path in the file, value of the schema); displacements and errors are added in this order
 MEMBER_KINDS: dict[str, Callable[[DeviationScope, Body, str, Any], None]] = {
     "run_out": _run_out,
-    "bearing_run_out": _seat_error("bearing_run_out"),
-    "position": _seat_error("position"),
-    "tilt": _seat_error("tilt"),
+    "bearing_run_out": partial(_seat_error, "bearing_run_out"),
+    "position": partial(_seat_error, "position"),
+    "tilt": partial(_seat_error, "tilt"),
     "unbalance": _unbalance,
     "pitch": _pitch,
 }

@@ -116,7 +116,7 @@ _PLACES, _LAMINAE = 36, 3
 _TOUCH = 1e-12  # force per the last one of a curve that is none
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class LinkSite:
     """Where a link sits: path in the file, name in results, its bodies.
 
@@ -139,16 +139,7 @@ class LinkSite:
     def between(cls, path: str, name: str, kind: str, first: Body, second: Body, radius: float) -> LinkSite:
         """Site of a joint, in the middle between two bodies."""
         at = (first.station + second.station) / 2
-        return cls(
-            path=path,
-            name=name,
-            kind=kind,
-            first=first,
-            second=second.name,
-            centre=at,
-            station=at,
-            radius=radius,
-        )
+        return cls(path, name, kind, first, second.name, at, at, radius)
 
 
 def link_at(site: LinkSite, name: str, table: LinkTable, rest: Mapping[str, float], log: ResolutionLog) -> Link:
