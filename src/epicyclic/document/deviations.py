@@ -198,8 +198,8 @@ class Form(NamedTuple):
     example: str
     mean: Callable[..., float]
     std: Callable[..., float]
-    ends: Callable[..., tuple[float, ...]]
     inverse: Callable[..., Any]
+    ends: Callable[..., tuple[float, ...]] = lambda *_: ()
     vector: bool = False
 
 
@@ -498,7 +498,6 @@ FORMS: dict[str, Form] = {
         "normal(0, 12 um)",
         mean=lambda mean, _: mean,
         std=lambda _, deviation: deviation,
-        ends=lambda *_: (),
         inverse=_normal,
     ),
     "uniform": Form(
@@ -535,7 +534,6 @@ FORMS: dict[str, Form] = {
         "rayleigh(5 um)",
         mean=lambda _: 0.0,
         std=lambda deviation: deviation,
-        ends=lambda _: (),
         inverse=_rayleigh,
         vector=True,
     ),
@@ -545,7 +543,6 @@ FORMS: dict[str, Form] = {
         "disc(10 um)",
         mean=lambda _: 0.0,
         std=lambda diameter: diameter / 4,
-        ends=lambda _: (),
         inverse=lambda u, diameter: diameter / 2 * u**0.5,
         vector=True,
     ),

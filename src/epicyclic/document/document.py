@@ -32,7 +32,7 @@ from .cases import of_case
 from .overrides import check_alternatives, follow_teeth, layer_of, replace_alternatives, settings_of, stepwise
 from .schema import FORMAT, ModelFile, Names, check_names, collect, nearest
 from .schema_fields import MATRIX_FILES, curve_fault
-from .tables import PlainTable, clean, dotted_line, expand, expand_path, leaves, merge, nested, value_at
+from .tables import PlainTable, as_written, clean, dotted_line, expand, expand_path, leaves, merge, value_at
 from .tolerances import check_tolerance, still_toleranced
 from .units import KINDS, BareNumber, finite_float, to_si
 from .validation import bare_numbers, validate
@@ -367,16 +367,9 @@ def _check_units_stated(
         return
     written: dict[str, BareNumber] = {}
     for layer, set_there in ((file, False), (settings, True)):
-        for path, value in leaves(layer):
-            if isinstance(value, str) and "[" not in value:
-                continue
-            try:
-                expanded = [p for p, _ in leaves(expand(nested(tuple(path.split(".")), value), names))]
-            except ModelError:
-                continue
-            bare = [p for p in expanded if p in errors and (p in overridden) == set_there]
-            if bare:
-                written[path] = errors[bare[0]]
+        for path, full in as_written(layer, errors, names):
+            if (full in overridden) == set_there:
+                written.setdefault(path, errors[full])
     if written:
         (path, first), *rest = written.items()
         others = f"{', '.join(p for p, _ in rest[:3])}{', ...' if rest[3:] else ''}"

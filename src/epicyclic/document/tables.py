@@ -10,7 +10,8 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Container, Iterable, Iterator, Mapping
+from contextlib import suppress
 from functools import partial, reduce
 from operator import not_
 from typing import Any, Final
@@ -251,6 +252,14 @@ def expand_path(text: str, names: Names, *, path: str) -> tuple[str, ...]:
     except ModelError as error:
         raise ModelError(error.problem, path=path, given=text, allowed=error.allowed) from None
     return tuple(found for found, _ in leaves(table))
+
+
+def as_written(table: PlainTable, found: Container[str], names: Names) -> Iterator[tuple[str, str]]:
+    """Paths of a table as they are written, each with those of `found` that it stands for; none of what expands not."""
+    for path, value in leaves(table):
+        with suppress(ModelError):
+            expanded = leaves(expand(nested(tuple(path.split(".")), value), names))
+            yield from ((path, full) for full, _ in expanded if full in found)
 
 
 def _each(table: PlainTable, path: str, change: Callable[[PlainTable, str], Any]) -> PlainTable:

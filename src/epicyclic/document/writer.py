@@ -28,7 +28,7 @@ from .deviations import (
 )
 from .schema import BY_MEMBER, FORMAT, KIND_BY_NAME, SIDES, VARIATIONS, ModelFile, collect
 from .schema_fields import DisplacementForceTable, MeshForceTable, TiltMomentTable, TurnMomentTable, Unit
-from .tables import PlainTable, clean, expand, key_text, leaves, nested, value_text
+from .tables import PlainTable, as_written, clean, expand, key_text, value_text
 from .units import COMMON, KINDS, Bounds, list_pattern, number_pattern, read_quantity, shown
 from .validation import bare_numbers
 
@@ -152,11 +152,8 @@ def _with_units(plain: PlainTable) -> PlainTable:
     names = collect(plain)
     expanded = expand(plain, names)
     bare = {path: error.kinds for path, error in bare_numbers(expanded, names).items()}
-    kinds = {}  # by the path that the document has for each of the `bare` expanded ones
-    for path, value in leaves({name: table for name, table in plain.items() if name not in _NO_MODEL}) if bare else ():
-        for written, _ in leaves(expand(nested(tuple(path.split(".")), value), names)):
-            if written in bare:
-                kinds[path] = bare[written]
+    model = {name: table for name, table in plain.items() if name not in _NO_MODEL} if bare else {}
+    kinds = {path: bare[full] for path, full in as_written(model, bare, names)}
     return dict(_spelled(plain, "", kinds))
 
 

@@ -17,8 +17,6 @@ import base64
 import binascii
 import math
 import re
-import sys
-from array import array
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
@@ -136,8 +134,7 @@ _INTEGER = re.compile(r"[+-]?[0-9]{1,18}")
 _FLOAT = re.compile(r"[+-]?(?:[0-9]{1,400}(?:\.[0-9]{0,400})?|\.[0-9]{1,400})(?:[eE][+-]?[0-9]{1,6})?")
 # attributes that are names even where a name is all digits: a material 1.6580 is not 1.658
 _NAMES = re.compile(r"(?:^|_)(?:name|designation|manufacturer|description|comment|remark|number_of_drawing)(?:_|$)")
-# code of an array -> type code of the standard library's arrays
-_CODES = {"float64": "d", "float32": "f", "int32": "i"}
+_CODES = ("float64", "float32", "int32")  # of arrays
 
 
 def plain_text(text: str) -> str:
@@ -210,13 +207,12 @@ def decoded(code: object, text: object, shape: tuple[object, object] | None, att
         raw = base64.b64decode("".join(text.split()), validate=True)
     except (binascii.Error, ValueError):
         raise ModelError("no Base64", path=attribute, given=text[:40], allowed=allowed) from None
-    numbers = array(_CODES[code])
-    if len(raw) % numbers.itemsize:
+    import numpy as np  # few files have arrays
+
+    if len(raw) % (size := np.dtype(code).itemsize):
         problem = f"{len(raw)} bytes are no whole number of values of {code}"
-        raise ModelError(problem, path=attribute, allowed=f"a multiple of {numbers.itemsize} bytes")
-    numbers.frombytes(raw)
-    if sys.byteorder == "big":
-        numbers.byteswap()
+        raise ModelError(problem, path=attribute, allowed=f"a multiple of {size} bytes")
+    numbers = np.frombuffer(raw, np.dtype(code).newbyteorder("<")).tolist()
     values = tuple(_finite(n) if isinstance(n, float) else n for n in numbers)
     return values if shape is None else _matrix(values, shape, attribute)
 

@@ -43,6 +43,8 @@ from .stages import GearPair, Levels, Plan, Stated, elastic_constants, member_ma
 from .train import Mesh, MeshError, ResolutionLog, per_branch
 
 RING_ORDERS = 12  # of a ring that bends
+# what the form of teeth has as the gear has it
+_ALIKE = ("teeth", "module", "pressure_angle", "helix_angle", "profile_shift", "addendum", "tip_radius", "internal")
 # Where the file states no thickness of the body: a hub of half the root diameter; a rim of 3.5 modules, which the
 # standard holds for as good as solid.
 _HUB, _RIM = 0.5, 3.5
@@ -128,16 +130,9 @@ def tooth_form(shape: StageShape, gear: str, model: ModelFile, log: ResolutionLo
     # a given root diameter is a dedendum
     depth = data.root_radius - data.reference_radius if data.internal else data.reference_radius - data.root_radius
     return GearForm(
-        teeth=data.teeth,
-        module=data.module,
-        pressure_angle=data.pressure_angle,
-        helix_angle=data.helix_angle,
-        profile_shift=data.profile_shift,
-        addendum=data.addendum,
+        **{key: getattr(data, key) for key in _ALIKE},
         dedendum=depth / data.module + data.profile_shift,
         tip_rounding=stated_value(shape.plan.levels(gear), "tip_rounding", None),
-        tip_radius=data.tip_radius,
-        internal=data.internal,
         bore=_held(shape, gear, log),
         bends=0 if (elastic := shape.plan.gears[gear].elastic) is None else elastic.modes or RING_ORDERS,
         youngs_modulus=E,
@@ -283,11 +278,7 @@ def _flank(plan: Plan, name: str, side: str | None, log: ResolutionLog) -> Flank
         crown=crown,
         slope=slope,
         profile=() if profile is None else _profile(profile.value, profile.path),
-        waves=(
-            ()
-            if wave is None
-            else (Wave(amplitude=wave.value.amplitude, order=wave.value.order, phase=wave.value.phase),)
-        ),
+        waves=() if wave is None else (Wave(**wave.value.model_dump()),),
     )
 
 
