@@ -135,12 +135,9 @@ def _check_known(path: tuple[str, ...], value: object, base: PlainTable) -> None
         return
     if path[1] in known or (len(path) == 2 and isinstance(value, Mapping)):
         return
-    raise ModelError(
-        f"no '{path[1]}' in {path[0]}{nearest(path[1], known)}",
-        path=".".join(path),
-        given="(nothing)" if value is None else value,
-        allowed=f"one of {', '.join(known)}" if known else f"a whole table, {path[0]}.{path[1]} = {{...}}",
-    )
+    problem = f"no '{path[1]}' in {path[0]}{nearest(path[1], known)}"
+    allowed = f"one of {', '.join(known)}" if known else f"a whole table, {path[0]}.{path[1]} = {{...}}"
+    raise ModelError(problem, path=".".join(path), given="(nothing)" if value is None else value, allowed=allowed)
 
 
 # alternatives ---------------------------------------------------------------------------------------------------------

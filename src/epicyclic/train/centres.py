@@ -132,12 +132,8 @@ def _working(
     a, b = teeth[p.a], teeth[p.b]
     least = b.base_radius - a.base_radius if p.internal else b.base_radius + a.base_radius
     if least <= 0:
-        raise ModelError(
-            f"the ring is smaller than {p.a}, which turns in it",
-            path=f"{plan.member_path(p.b)}.teeth",
-            given=b.teeth,
-            allowed=f"more teeth than {a.teeth}",
-        )
+        problem, path = f"the ring is smaller than {p.a}, which turns in it", f"{plan.member_path(p.b)}.teeth"
+        raise ModelError(problem, path=path, given=b.teeth, allowed=f"more teeth than {a.teeth}")
     if p.keys.pressure_angle is not None:
         by_angle = least / math.cos(p.keys.pressure_angle)
         return p.keys.pressure_angle, by_angle if given is None else given.value
@@ -149,19 +145,13 @@ def _working(
         return angle if math.isnan(fitting) else fitting, distance
     angle = _angle_at(p, given.value, teeth)
     if angle > STEEPEST:
-        raise ModelError(
-            f"the centre distance is too large, the working pressure angle would be {math.degrees(angle):.3g} deg",
-            path=given.path,
-            given=in_mm(given.value),
-            allowed=f"about {in_mm(distance)}, the distance of teeth and module",
-        )
+        problem = f"the centre distance is too large, the working pressure angle would be {math.degrees(angle):.3g} deg"
+        allowed = f"about {in_mm(distance)}, the distance of teeth and module"
+        raise ModelError(problem, path=given.path, given=in_mm(given.value), allowed=allowed)
     if math.isnan(angle):
-        raise ModelError(
-            "the centre distance is below the base circles",
-            path=given.path,
-            given=in_mm(given.value),
-            allowed=f"at least {in_mm(least)}, or {p.path}.pressure_angle",
-        )
+        problem = "the centre distance is below the base circles"
+        allowed = f"at least {in_mm(least)}, or {p.path}.pressure_angle"
+        raise ModelError(problem, path=given.path, given=in_mm(given.value), allowed=allowed)
     return angle, given.value
 
 
@@ -228,12 +218,9 @@ def _common_faces(plan: Plan, p: GearPair) -> Iterator[tuple[str | None, tuple[f
     """
     if plan.two_sided(p.a) != plan.two_sided(p.b):
         single, double = (p.a, p.b) if plan.two_sided(p.b) else (p.b, p.a)
-        raise ModelError(
-            f"meshes with {double}, which has a left and a right half",
-            path=f"{plan.member_path(single)}.herringbone",
-            given=False,
-            allowed="herringbone or split gears mesh with such gears",
-        )
+        problem = f"meshes with {double}, which has a left and a right half"
+        path = f"{plan.member_path(single)}.herringbone"
+        raise ModelError(problem, path=path, given=False, allowed="herringbone or split gears mesh with such gears")
     sides: tuple[str | None, ...] = ("left", "right") if plan.two_sided(p.a) else (None,)
     for side in sides:
         places = {name: half_station(plan, name, side) for name in (p.a, p.b)}
@@ -249,12 +236,9 @@ def _common_faces(plan: Plan, p: GearPair) -> Iterator[tuple[str | None, tuple[f
                 f"{name} {(places[name] - width / 2) * 1e3:.6g} .. {(places[name] + width / 2) * 1e3:.6g} mm"
                 for name, width in widths.items()
             )
-            raise ModelError(
-                f"the {f'{side} ' if side else ''}faces do not overlap along the axis",
-                path=p.path,
-                given=", ".join(ends),
-                allowed="station, gap and face_width with which both gears share a piece of the face",
-            )
+            problem = f"the {f'{side} ' if side else ''}faces do not overlap along the axis"
+            allowed = "station, gap and face_width with which both gears share a piece of the face"
+            raise ModelError(problem, path=p.path, given=", ".join(ends), allowed=allowed)
         yield side, (middle + (left + right) / 2, right - left)
 
 
@@ -274,11 +258,8 @@ def _pin_radii(plan: Plan, distance: Mapping[str, float], log: ResolutionLog) ->
         given = given_radius(plan, plan.axis[name], log)
         radius = given.value if given is not None else radii.get(plan.axis[name])
         if radius is None:
-            raise ModelError(
-                "is missing: no mesh with a central gear says it",
-                path=f"{plan.member_path(name)}.pin_radius",
-                allowed="radius of its axes [m]",
-            )
+            problem = "is missing: no mesh with a central gear says it"
+            raise ModelError(problem, path=f"{plan.member_path(name)}.pin_radius", allowed="radius of its axes [m]")
         origin = "given" if member.pin_radius is not None else "geometry"
         log.note(f"{plan.member_path(name)}.pin_radius", radius, "m", origin)
         yield name, radius
@@ -309,12 +290,9 @@ def _turn(plan: Plan, p: GearPair, known: float, new: float, between: float) -> 
     """Angle at the centre of the stage between two axes that mesh, from the three centre distances [rad]."""
     cosine = (known**2 + new**2 - between**2) / (2 * known * new)
     if not -1.0 <= cosine < 1.0:
-        raise ModelError(
-            f"the centre distances {known * 1e3:.6g}, {new * 1e3:.6g} and {between * 1e3:.6g} mm make no triangle",
-            path=f"{p.path}.centre_distance",
-            given=in_mm(between),
-            allowed=f"between {abs(known - new) * 1e3:.6g} and {(known + new) * 1e3:.6g} mm",
-        )
+        problem = f"the centre distances {known * 1e3:.6g}, {new * 1e3:.6g} and {between * 1e3:.6g} mm make no triangle"
+        allowed = f"between {abs(known - new) * 1e3:.6g} and {(known + new) * 1e3:.6g} mm"
+        raise ModelError(problem, path=f"{p.path}.centre_distance", given=in_mm(between), allowed=allowed)
     return math.acos(cosine)
 
 

@@ -485,12 +485,8 @@ def _check(path: str, size: float, module: float, data: Mapping[str, Any], log: 
     """Raise ModelError, or warn, of one deviation [m] of a gear of a module [m]."""
     words = "moves the ends of the teeth by" if ".tilt." in path else "is"
     if size > _LARGEST * module:
-        raise ModelError(
-            f"{words} more than a module: no deviation of a gear",
-            path=path,
-            given=_written(data, path, size),
-            allowed=f"at most a module, {in_mm(module, 4)}",
-        )
+        problem, given = f"{words} more than a module: no deviation of a gear", _written(data, path, size)
+        raise ModelError(problem, path=path, given=given, allowed=f"at most a module, {in_mm(module, 4)}")
     if size > _DOUBTFUL * module:
         more = f"{words} more than a tenth of a module ({in_mm(module, 4)}); is the unit right?"
         log.coded("deviation-large", f"{path} = {_written(data, path, size)}: {more}")

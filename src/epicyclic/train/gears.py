@@ -41,12 +41,8 @@ def _chain_teeth(plan: Plan, chain: tuple[str, ...], log: ResolutionLog) -> Iter
     helix = _shared(plan, chain, "helix_angle", log)
     if 0 < helix < _HELIX:
         stating = (plan.member_path(name) for name in chain if plan.gears[name].helix_angle is not None)
-        raise ModelError(
-            "is no helix",
-            path=f"{next(stating, plan.path)}.helix_angle",
-            given=f"{math.degrees(helix):.3g} deg",
-            allowed=f"0, or from {math.degrees(_HELIX):g} deg on",
-        )
+        path, given = f"{next(stating, plan.path)}.helix_angle", f"{math.degrees(helix):.3g} deg"
+        raise ModelError("is no helix", path=path, given=given, allowed=f"0, or from {math.degrees(_HELIX):g} deg on")
     normal = _shared(plan, chain, "pressure_angle", log)
     module, from_module = _module(plan, chain, (normal, helix), log)
     hands = _hands(plan, chain, helix, log)
@@ -182,12 +178,8 @@ def _hands(plan: Plan, chain: tuple[str, ...], helix: float, log: ResolutionLog)
     base = given.get(first, 1) * relative[first]
     for name, hand in given.items():
         if hand != base * relative[name]:
-            raise ModelError(
-                f"contradicts its chain: it follows from {first}",
-                path=f"{plan.member_path(name)}.hand",
-                given=plan.gears[name].hand,
-                allowed="left" if hand > 0 else "right",
-            )
+            problem, path = f"contradicts its chain: it follows from {first}", f"{plan.member_path(name)}.hand"
+            raise ModelError(problem, path=path, given=plan.gears[name].hand, allowed="left" if hand > 0 else "right")
     if helix == 0.0:
         return dict.fromkeys(chain, 0)
     for name in chain:
@@ -250,11 +242,8 @@ def finish_gear(
         raise ModelError("leaves no tooth", path=f"{path}.profile_shift", given=shift[0])
     if (first.root_radius >= first.tip_radius) is not teeth.internal:
         key, radius = ("root", first.root_radius) if member.root_diameter is not None else ("tip", first.tip_radius)
-        raise ModelError(
-            "the tip lies beyond the root: no tooth is left",
-            path=f"{path}.{key}_diameter",
-            given=f"{2e3 * radius:.4g} mm",
-        )
+        problem = "the tip lies beyond the root: no tooth is left"
+        raise ModelError(problem, path=f"{path}.{key}_diameter", given=f"{2e3 * radius:.4g} mm")
     return toothed
 
 
@@ -360,12 +349,10 @@ def profile_shifts(
         known[other] = (total - known.setdefault(one, (0.0, "default"))[0], "geometry")
     for name, (shift, _) in known.items():
         if abs(shift) > LARGEST_SHIFT:
-            raise ModelError(
-                f"the centre distance asks for a profile shift of {shift:.3g}, no tooth is left",
-                path=f"{plan.member_path(name)}.profile_shift",
-                given="(from the centre distance)",
-                allowed=f"a centre distance nearer to that of teeth and module, shifts within +-{LARGEST_SHIFT:g}",
-            )
+            problem = f"the centre distance asks for a profile shift of {shift:.3g}, no tooth is left"
+            path = f"{plan.member_path(name)}.profile_shift"
+            allowed = f"a centre distance nearer to that of teeth and module, shifts within +-{LARGEST_SHIFT:g}"
+            raise ModelError(problem, path=path, given="(from the centre distance)", allowed=allowed)
     return {name: known.get(name, (0.0, "default")) for name in plan.gears}
 
 

@@ -419,12 +419,8 @@ def _speeds(
         return None
     if len(given_freedoms) < len(motions):
         other = ", ".join(end for end in motions if end not in given)
-        raise ModelError(
-            f"the train has {len(motions)} freedoms, that many speeds are needed",
-            path="operation.speed",
-            given=given_freedoms,
-            allowed=f"also the speed of {other}",
-        )
+        problem = f"the train has {len(motions)} freedoms, that many speeds are needed"
+        raise ModelError(problem, path="operation.speed", given=given_freedoms, allowed=f"also the speed of {other}")
     return {
         name: sum((m[name] * given[end] for end, m in motions.items()), Fraction(0))
         for name in next(iter(motions.values()))

@@ -436,12 +436,9 @@ def _seat(
     table, path = overlaid(plan.member_levels(name, side), "bearing" if carried else "support")
     turning = plan.carrier is not None and f"{plan.name}.{plan.carrier}" not in held
     if carried and turning and table is not None and table.to == "housing":
-        raise ModelError(
-            f"{name} goes round with {plan.carrier}, and the carrier turns in the housing",
-            path=f"{path}.to",
-            given="housing",
-            allowed=f"the carrier, which is the default; the housing where {plan.carrier} is held",
-        )
+        problem = f"{name} goes round with {plan.carrier}, and the carrier turns in the housing"
+        allowed = f"the carrier, which is the default; the housing where {plan.carrier} is held"
+        raise ModelError(problem, path=f"{path}.to", given="housing", allowed=allowed)
     seconds: list[str | None] = [_carrying(table, bodies, side, path)]
     if carried and plan.carrier is not None and (table is None or table.to is None):
         # of a split carrier the half of this side, both for a planet in one piece
@@ -604,9 +601,6 @@ def _check_halves(plan: Plan, name: str, model: ModelFile) -> None:
         sprung = any(link.rz is not None and link.rz.value != 0.0 for link in links)
         bolted_on = any(link.bolts is not None and link.bolts.tangential != 0.0 for link in links)
         if not sprung and not bolted_on and f"{key}.{side}" not in ends:
-            raise ModelError(
-                f"nothing holds the {side} half: neither neck nor hold",
-                path=plan.member_path(name),
-                given="split = true",
-                allowed="a neck, a held member, support.rz, bolts, or a coupling at each half",
-            )
+            problem = f"nothing holds the {side} half: neither neck nor hold"
+            allowed = "a neck, a held member, support.rz, bolts, or a coupling at each half"
+            raise ModelError(problem, path=plan.member_path(name), given="split = true", allowed=allowed)

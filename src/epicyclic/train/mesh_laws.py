@@ -83,11 +83,9 @@ class MeshSide:
     def needed_width(self, path: str) -> float:
         """Common face width [m]. Raises ModelError where it is not stated; path : of the stiffness that needs it."""
         if math.isnan(self.width):
-            raise ModelError(
-                "is missing: the mesh stiffness needs it",
-                path=f"{self.shape.plan.path}.face_width",
-                allowed=f"a face width of the stage or of {self.pair.a} and {self.pair.b}, or {path} in N/m",
-            )
+            problem = "is missing: the mesh stiffness needs it"
+            allowed = f"a face width of the stage or of {self.pair.a} and {self.pair.b}, or {path} in N/m"
+            raise ModelError(problem, path=f"{self.shape.plan.path}.face_width", allowed=allowed)
         return self.width
 
     @property
@@ -291,11 +289,8 @@ def _flank_path(plan: Plan, name: str, levels: Levels) -> str:
 def _profile(table: ProfileTable, path: str) -> tuple[tuple[float, float], ...]:
     """Measured profile: heights below the tip, missing material [m]. Raises ModelError unless heights rise."""
     if len(table.below_tip) != len(table.missing) or any(b <= a for a, b in pairwise(table.below_tip)):
-        raise ModelError(
-            "heights must rise, one for each deviation",
-            path=path,
-            given=f"{len(table.below_tip)}, {len(table.missing)}",
-        )
+        problem = "heights must rise, one for each deviation"
+        raise ModelError(problem, path=path, given=f"{len(table.below_tip)}, {len(table.missing)}")
     return tuple(zip(table.below_tip, table.missing, strict=True))
 
 
@@ -347,11 +342,9 @@ def mesh_law(at: MeshSide, *, teeth: ToothPair | None, lean: int) -> MeshLaw:
     if value == "contact":
         at.needed_width(path)
         if teeth is None:
-            raise ModelError(
-                "is missing: loaded contact needs the face of either gear",
-                path=f"{shape.plan.path}.face_width",
-                allowed=f"a face width of the stage, or of {p.a} and of {p.b}",
-            )
+            problem = "is missing: loaded contact needs the face of either gear"
+            allowed = f"a face width of the stage, or of {p.a} and of {p.b}"
+            raise ModelError(problem, path=f"{shape.plan.path}.face_width", allowed=allowed)
         loaded = _contact_law(at, teeth, lean)
     # where mean and variation are of two methods, the series is that of the variation
     by_shape = {method: tooth_law(at, method, path) for method in _BY_SHAPE if method in (value, form)}
@@ -475,12 +468,9 @@ def _check_positive(series: ComplexArray, path: str) -> None:
     spectrum = np.concatenate([[1.0], 0.5 * series, np.zeros(count // 2 - series.size, complex)])
     least = float(np.fft.irfft(spectrum * count, count).min())
     if not least > 0.0:
-        raise ModelError(
-            "the mesh stiffness does not stay above 0",
-            path=path,
-            given=f"{least:.3g} of its mean at the least",
-            allowed="a variation above -1 of the mean over the whole mesh cycle",
-        )
+        problem = "the mesh stiffness does not stay above 0"
+        allowed = "a variation above -1 of the mean over the whole mesh cycle"
+        raise ModelError(problem, path=path, given=f"{least:.3g} of its mean at the least", allowed=allowed)
 
 
 # given tables ---------------------------------------------------------------------------------------------------------

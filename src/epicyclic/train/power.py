@@ -284,11 +284,8 @@ def require_contact(mesh: Mesh) -> None:
     ModelError : such a mesh.
     """
     if math.isnan(mesh.overlap_ratio):
-        raise ModelError(
-            "is missing: the contact lines of helical teeth need it",
-            path=f"stages.{mesh.name.split('/')[0]}.face_width",
-            allowed="of one helix [m]",
-        )
+        problem = "is missing: the contact lines of helical teeth need it"
+        raise ModelError(problem, path=f"stages.{mesh.name.split('/')[0]}.face_width", allowed="of one helix [m]")
     if not touches_always(mesh.limits, mesh.overlap_ratio):
         ratio = f"contact ratio {mesh.limits[1] - mesh.limits[0]:.4g}"
         raise ModelError("the teeth do not keep contact", path=mesh.pair, given=ratio, allowed="1 or more")

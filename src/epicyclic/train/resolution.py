@@ -286,11 +286,8 @@ def body_torques(model: ModelFile, kinematics: Kinematics, bodies: Sequence[Body
         shares = _sided_torques(member, model, kinematics)
         if shares and pieces[0].side is None:
             key = "torque" if any(f"{member}.{side}" in model.operation.torque for side in SIDES) else "power"
-            raise ModelError(
-                "names a side of a member in one piece",
-                path=f"operation.{key}.{member}",
-                allowed="the member, or split",
-            )
+            problem = "names a side of a member in one piece"
+            raise ModelError(problem, path=f"operation.{key}.{member}", allowed="the member, or split")
         for body in pieces:
             value = shares.get(body.side, 0.0) if shares else torque / len(pieces)
             if value:

@@ -587,12 +587,8 @@ def _slice_count(
                 f"against tilt and shows no load along the face; left out, it is {SLICES}",
             )
         if given > 1 and unknown:
-            raise ModelError(
-                "is missing: slices of a mesh need it",
-                path=f"{plan.path}.face_width",
-                given=f"slices = {given}",
-                allowed="m",
-            )
+            problem = "is missing: slices of a mesh need it"
+            raise ModelError(problem, path=f"{plan.path}.face_width", given=f"slices = {given}", allowed="m")
         return given
     if not tilts:
         return 1

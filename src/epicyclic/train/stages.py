@@ -287,12 +287,9 @@ def _pairs(stage_name: str, stage: StageTable, gears: Mapping[str, MemberTable])
     tables |= {frozenset(key.split("-")): (key, keys) for key, keys in stage.meshes.items()}
     meshing = [_pair(stage_name, key, keys, gears) for key, keys in tables.values()]
     if not meshing:
-        raise ModelError(
-            "these gears do not say which of them mesh",
-            path=f"stages.{stage_name}.meshes",
-            given=list(gears),
-            allowed="a table with every mesh, e.g. meshes.sun-p, meshes.p-d, meshes.d-ring",
-        )
+        problem = "these gears do not say which of them mesh"
+        allowed = "a table with every mesh, e.g. meshes.sun-p, meshes.p-d, meshes.d-ring"
+        raise ModelError(problem, path=f"stages.{stage_name}.meshes", given=list(gears), allowed=allowed)
     return meshing
 
 
@@ -332,11 +329,8 @@ def _chains(pairs: Sequence[GearPair], gears: Mapping[str, MemberTable], path: s
     meshing = {name for p in pairs for name in (p.a, p.b)}
     for name in gears:
         if name not in meshing:
-            raise ModelError(
-                "meshes with nothing",
-                path=f"{path}.{name}",
-                allowed=f"a mesh in {path}.meshes with one of {', '.join(g for g in gears if g != name)}",
-            )
+            allowed = f"a mesh in {path}.meshes with one of {', '.join(g for g in gears if g != name)}"
+            raise ModelError("meshes with nothing", path=f"{path}.{name}", allowed=allowed)
     return merged({name: i for i, name in enumerate(gears)}, ((p.a, p.b) for p in pairs))
 
 

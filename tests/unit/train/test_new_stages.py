@@ -276,7 +276,7 @@ def test_planets_that_collide_with_those_of_another_axis_name_teeth_too() -> Non
 def test_the_nearest_teeth_are_the_nearest() -> None:
     """Every set of sun and planet within 12 teeth, looked through one by one."""
     given = {"sun": 21, "planet": 39, "ring": 99}
-    size = dict.fromkeys(("module", "face_width", "helix_angle", "pressure_angle"), 0.0)
+    size: dict[str, Any] = dict.fromkeys(("module", "face_width", "helix_angle", "pressure_angle"), 0.0)
     best = next(nearest_teeth(Blank(teeth=given, planets=5, held="ring", **size)))
     changes = [
         abs(s - 21) + abs(p - 39) + abs(s + 2 * p - 99)

@@ -36,7 +36,7 @@ BOX: dict[str, Any] = {"teeth": "21/39/99", "module": "10 mm", "helix_angle": "7
 
 
 def of_ratio(ratio: float, planets: int, held: str = "ring", helix_angle: float = 0.0) -> tuple[dict[str, int], ...]:
-    size = dict.fromkeys(("module", "face_width", "pressure_angle"), 0.0)
+    size: dict[str, Any] = dict.fromkeys(("module", "face_width", "pressure_angle"), 0.0)
     blank = Blank(teeth={}, planets=planets, held=held, helix_angle=helix_angle, **size)
     return counts_of_ratio(ratio, blank, RATIO_BAND)
 
