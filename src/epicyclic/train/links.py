@@ -510,6 +510,7 @@ def _bearings_of_seat(
     if body.member not in model.operation.held:
         unnamed["rz"] = 0.0
     kind = "support" if body.branch is None else "bearing"
+    unplaced = body.kind == "carrier" and not model.stages[body.frame].branches  # no planets, and so no radius of pins
     for second in seconds:
         plate = second.rsplit("/", 1)[-1] if second is not None and len(seconds) > 1 else None
         for i, (name, link) in enumerate(listed):
@@ -524,7 +525,7 @@ def _bearings_of_seat(
                 second=second,
                 centre=member_centre(body, model),
                 station=body.station,
-                radius=body.reference_radius,
+                radius=math.nan if unplaced else body.reference_radius,
                 share=0.5 if half else 1.0,
             )
             yield from links_at(site, name, link, free if i else unnamed, log)
