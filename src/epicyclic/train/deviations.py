@@ -469,10 +469,8 @@ def module_of(member: str, bodies: Sequence[Body]) -> float:
     """Smallest module [m] of a member, of its stage where it has no teeth, of the train where it is in none."""
     stage, _, name = member.partition(".")
     pieces = [b for b in bodies if b.member == f"{stage}.{name.partition('.')[0]}"]
-    for group in (pieces, [b for b in bodies if b.frame == stage], bodies):
-        if modules := [b.gear.module for b in group if b.gear is not None]:
-            return min(modules)
-    return math.nan
+    groups = (pieces, [b for b in bodies if b.frame == stage], bodies)
+    return min(next(filter(None, ([b.gear.module for b in group if b.gear is not None] for group in groups))))
 
 
 def _reach(member: str, bodies: Sequence[Body]) -> float:

@@ -515,8 +515,6 @@ def _reactions(
     motions: Sequence[Motion], loads: Mapping[str, Fraction], unknown: Sequence[str]
 ) -> dict[str, Fraction] | None:
     """Torques of the unknown members that make the virtual power of every motion zero, None where there are none."""
-    if not unknown:
-        return {} if not any(_work(loads, motion) for motion in motions) else None
     matrix = [[motion[name] for name in unknown] for motion in motions]
     found = least_norm(matrix, [-_work(loads, motion) for motion in motions])
     return None if found is None else dict(zip(unknown, found, strict=True))
