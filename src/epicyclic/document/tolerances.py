@@ -76,9 +76,7 @@ def tolerances(document: object, width: Width | None = None) -> tuple[Tolerance,
     document : a Document, or its tables (`Train.document`).  width : of the grades; `train.resolution` knows the
     sizes that they apply to.  Raises ModelError as `check_tolerance`, and for a grade without `width`.
     """
-    data = getattr(document, "data", document)
-    if not isinstance(data, Mapping):
-        raise TypeError(f"a Document or its tables, not {type(document).__name__}")
+    data: Mapping[str, Any] = getattr(document, "data", document)
     return _ToleranceTable(dict(data), collect(data), width).entries()
 
 

@@ -33,16 +33,10 @@ from .tables import PlainTable, expand, leaves, merge, nested, normalise, value_
 from .units import ASKED, BareNumber, Quantity, Reading
 
 _WORDS = {
-    "int_type": "a whole number",
-    "int_from_float": "a whole number",
-    "bool_type": "true or false",
-    "string_type": "a text",
-    "float_type": "a number",
-    "dict_type": "a table",
-    "model_type": "a table",
-    "model_attributes_type": "a table",
-    "tuple_type": "a list",
-    "list_type": "a list",
+    **dict.fromkeys(("int_type", "int_from_float"), "a whole number"),
+    **dict.fromkeys(("dict_type", "model_type", "model_attributes_type"), "a table"),
+    **dict.fromkeys(("tuple_type", "list_type"), "a list"),
+    **{"bool_type": "true or false", "string_type": "a text", "float_type": "a number"},
 }
 _FAULTS = {
     "missing": ("missing", ""),
