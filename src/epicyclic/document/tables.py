@@ -120,7 +120,7 @@ def union(first: PlainTable, second: PlainTable, path: str) -> PlainTable:
     """Return two tables of one layer as one. Raises ModelError where both give the same key."""
     result = dict(first)
     for name, value in second.items():
-        where = f"{path}.{name}" if path else name
+        where = key_path(path, name)
         if name not in result:
             result[name] = value
         elif isinstance(value, dict) and isinstance(result[name], dict):
@@ -146,7 +146,7 @@ def merge(base: PlainTable, layer: PlainTable, path: str = "") -> PlainTable:
     """
     result = dict(base)
     for name, value in layer.items():
-        where = f"{path}.{name}" if path else name
+        where = key_path(path, name)
         if value is REMOVE:
             if name not in result:
                 allowed = f"one of {', '.join(base)}" if base else "nothing: the file has none"
@@ -165,6 +165,18 @@ def value_at(table: object, path: Iterable[str]) -> Any:
     for name in path:
         table = table.get(name) if isinstance(table, Mapping) else None
     return table
+
+
+def key_path(path: str, name: str) -> str:
+    """Return the path of a key in the table at a path, "" for the file itself."""
+    return f"{path}.{name}" if path else name
+
+
+def paths(table: object, path: str = "") -> Iterator[str]:
+    """Paths of every value and every table in nested tables."""
+    for name, value in table.items() if isinstance(table, dict) else ():
+        yield (where := key_path(path, name))
+        yield from paths(value, where)
 
 
 def leaves(table: Mapping[str, Any], ends: Ends = not_) -> Iterator[tuple[str, object]]:

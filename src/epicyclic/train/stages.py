@@ -15,6 +15,7 @@ from operator import add
 from typing import Any, Literal, NamedTuple
 
 from ..document.schema import SIDES, MemberTable, MeshTable, ModelFile, StageTable, implied_pairs
+from ..document.tables import key_path
 from ..errors import ModelError
 from ..teeth.mesh_stiffness import STEEL_MODULUS
 from .kinematics import merged, spread
@@ -53,7 +54,7 @@ def stated(levels: Levels, key: str) -> Stated | None:
     for level in levels:
         value = getattr(level.table, key, None)
         if value is not None:
-            return Stated(value, level.name, _below(level.path, key))
+            return Stated(value, level.name, key_path(level.path, key))
     return None
 
 
@@ -65,7 +66,7 @@ def stated_value(levels: Levels, key: str, default: Any) -> Any:
 
 def subtables(levels: Levels, key: str) -> Levels:
     """The tables under one key at each level, so that each of their own keys is inherited by itself."""
-    return tuple(Level(level.name, _below(level.path, key), getattr(level.table, key, None)) for level in levels)
+    return tuple(Level(level.name, key_path(level.path, key), getattr(level.table, key, None)) for level in levels)
 
 
 def overlaid(levels: Levels, key: str) -> tuple[Any, str]:
@@ -75,7 +76,7 @@ def overlaid(levels: Levels, key: str) -> tuple[Any, str]:
     """
     present = [level for level in subtables(levels, key) if level.table is not None]
     if not present:
-        return None, _below(levels[-1].path, key)
+        return None, key_path(levels[-1].path, key)
     table: Any = present[-1].table
     for level in reversed(present[:-1]):
         nearer: Any = level.table
@@ -88,11 +89,6 @@ def origin_of(statement: Stated | None) -> str:
     if statement is None:
         return "default"
     return "stage" if statement.level == "stage" else "given"
-
-
-def _below(path: str, key: str) -> str:
-    """Path of a key in the table at `path`, "" for the file itself."""
-    return f"{path}.{key}" if path else key
 
 
 # members, pairs, branches ---------------------------------------------------------------------------------------------
