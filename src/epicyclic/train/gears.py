@@ -80,19 +80,13 @@ def _scaled_to_teeth(plan: Plan, by_teeth: Mapping[str, float], from_module: boo
     rounded = all(value <= ROUNDED_RADIUS for value in share.values())
     for name, radius in missed.items():
         if (from_module and share[name] > FAR_RADIUS) or (plan.loaded and share[name] > ROUNDED_RADIUS):
-            log.coded(
-                "base-radius-far",
-                f"{plan.member_path(name)}.base_radius = {in_mm(radius, 4)} is far from teeth and module, "
-                f"which give {in_mm(by_teeth[name], 4)}",
-            )
+            text = f"{plan.member_path(name)}.base_radius = {in_mm(radius, 4)} is far from teeth and module,"
+            log.coded("base-radius-far", f"{text} which give {in_mm(by_teeth[name], 4)}")
     if not plan.loaded or not missed or not rounded:
         return set()
     texts = [f"{name} {radius * 1e3:.6g} to {by_teeth[name] * 1e3:.6g} mm" for name, radius in missed.items()]
-    log.coded(
-        "base-radius-scaled",
-        f"{plan.path}: base radii are scaled to the ratios of the teeth, without which no torque balances: "
-        f"{', '.join(texts)}",
-    )
+    text = f"{plan.path}: base radii are scaled to the ratios of the teeth, without which no torque balances:"
+    log.coded("base-radius-scaled", f"{text} {', '.join(texts)}")
     return set(missed)
 
 
@@ -318,11 +312,8 @@ def _first(stated: Sequence[tuple[str, float | None]], log: ResolutionLog) -> Gi
     given = [GivenLength(path, value) for path, value in stated if value is not None]
     for path, value in given[1:]:
         if not same(value, given[0].value, 1e-6):
-            log.coded(
-                "centre-distances-differ",
-                f"centre distances differ: {given[0].path} {in_mm(given[0].value)}, "
-                f"{path} {in_mm(value)}; the first one counts",
-            )
+            text = f"centre distances differ: {given[0].path} {in_mm(given[0].value)},"
+            log.coded("centre-distances-differ", f"{text} {path} {in_mm(value)}; the first one counts")
     return given[0] if given else None
 
 

@@ -418,11 +418,8 @@ def _check_range(at: MeshSide, stiffness: Sequence[float]) -> None:
         per_width = value * math.cos(at.base_helix) ** 2 / at.width
         if not least <= per_width <= most:
             kind = "steel teeth" if steel else "teeth of these materials"
-            at.log.coded(
-                "stiffness-unusual",
-                f"{at.pair.path}.stiffness: {per_width / 1e9:.3g} N/(mm um) of face width, {kind} have "
-                f"{least / 1e9:.3g} .. {most / 1e9:.3g}",
-            )
+            text = f"{at.pair.path}.stiffness: {per_width / 1e9:.3g} N/(mm um) of face width, {kind} have"
+            at.log.coded("stiffness-unusual", f"{text} {least / 1e9:.3g} .. {most / 1e9:.3g}")
 
 
 def _form(at: MeshSide, method: str) -> str:
@@ -507,11 +504,8 @@ def _given_law(at: MeshSide, statement: Stated) -> MeshLaw:
     tangent = "table, along the tooth normal" if transverse else "table"
     log.note(f"{statement.path}.tangent", table.stiffness, "N/m", tangent)
     if load > table.last:
-        log.coded(
-            "table-exceeded",
-            f"{statement.path}: the load {load:.4g} N lies behind the last force of the table, {table.last:.4g} N "
-            "along the normal; there the law goes on along its last tangent",
-        )
+        text = f"{statement.path}: the load {load:.4g} N lies behind the last force of the table, {table.last:.4g} N"
+        log.coded("table-exceeded", f"{text} along the normal; there the law goes on along its last tangent")
     _check_range(at, (table.stiffness,))
     return MeshLaw(
         stiffness=(table.stiffness,) * len(at.shape.plan.angles),
@@ -523,11 +517,8 @@ def _given_law(at: MeshSide, statement: Stated) -> MeshLaw:
 
 def _warn_assumed_load(at: MeshSide, force: float, why: str) -> None:
     """Warn of a tangent at a normal force [N] that is not of the operation."""
-    at.log.coded(
-        "tangent-load-assumed",
-        f"{at.pair.path}: no torque passes this mesh: verbs that take the tangent of its force take it at "
-        f"{force / 1e3:.4g} kN, {why}",
-    )
+    text = f"{at.pair.path}: no torque passes this mesh: verbs that take the tangent of its force take it at"
+    at.log.coded("tangent-load-assumed", f"{text} {force / 1e3:.4g} kN, {why}")
 
 
 # loaded tooth contact -------------------------------------------------------------------------------------------------

@@ -181,11 +181,8 @@ def _check_distances(shape: StageShape, log: ResolutionLog) -> None:
         differs |= abs(by_teeth - between) > ONE_DISTANCE * between
         texts.append(f"{p.name} {in_mm(by_teeth)} (axes {in_mm(between)})")
     if differs:
-        log.coded(
-            "centre-distances-differ",
-            f"{plan.path}: centre distances differ, base radii and working angles fit no single one: "
-            f"{', '.join(texts)}; turning as a whole then stresses the teeth",
-        )
+        text = f"{plan.path}: centre distances differ, base radii and working angles fit no single one:"
+        log.coded("centre-distances-differ", f"{text} {', '.join(texts)}; turning as a whole then stresses the teeth")
 
 
 # what turns and loads the train ---------------------------------------------------------------------------------------

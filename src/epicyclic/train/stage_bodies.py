@@ -553,11 +553,8 @@ def _check_shafts(plan: Plan, gears: Sequence[ToothedGear], meshes: Sequence[Too
     alike = (Fraction(0),) * len(plan.angles)
     clocked = [replace(gear, clocking=alike) if gear.name in stepped else gear for gear in gears]
     if not stage_leads(clocked, meshes, sense=1).assembles:
-        log.coded(
-            "shafts-not-alike",
-            f"{plan.path}: identical shafts of {', '.join(stepped)} do not fit all branches; "
-            "each is clocked as its place demands",
-        )
+        text = f"{plan.path}: identical shafts of {', '.join(stepped)} do not fit all branches;"
+        log.coded("shafts-not-alike", f"{text} each is clocked as its place demands")
 
 
 # slices ---------------------------------------------------------------------------------------------------------------
@@ -593,11 +590,8 @@ def _slice_count(
     if not tilts:
         return 1
     if unknown:
-        log.coded(
-            "tilt-without-slices",
-            f"{plan.path}.face_width: is missing; without it the mesh {p.name} is one row, which has no stiffness "
-            f"against tilt, although {p.a} and {p.b} may tilt against each other",
-        )
+        text = f"{plan.path}.face_width: is missing; without it the mesh {p.name} is one row, which has no stiffness"
+        log.coded("tilt-without-slices", f"{text} against tilt, although {p.a} and {p.b} may tilt against each other")
         return 1
     log.note(path, SLICES, "", "default")
     return SLICES
