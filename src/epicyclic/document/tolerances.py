@@ -70,7 +70,7 @@ Width = Callable[[str, StandardGrade, bool], float]
 """Width [SI] of a grade at a path, of a vector or not; raises ModelError where the grade has no meaning there."""
 
 
-def tolerances(document: object, width: Width | None = None) -> tuple[Tolerance, ...]:
+def tolerances(document: Any, width: Width | None = None) -> tuple[Tolerance, ...]:
     """Return the entries of `[tolerance]`.
 
     document : a Document, or its tables (`Train.document`).  width : of the grades; `train.resolution` knows the
