@@ -320,7 +320,7 @@ def _parse(text: str, wanted: _Wanted, *, bare: bool) -> tuple[float, str]:
         if wanted.listed and not is_unit_of(unit, kind):
             continue
         if (scale := to_si(unit, KINDS[kind].unit)) is not None:
-            return scaled(found["number"], scale), KINDS[kind].unit
+            return _scaled(found["number"], scale), KINDS[kind].unit
     # a unit that differs in spaces and capitals alone: ``kN m`` of ``kNm``
     plain, targets = _BLANKS.sub("", unit).casefold(), {KINDS[kind].unit for kind in kinds}
     alike = (known for known, (_, si) in COMMON.items() if si in targets and _BLANKS.sub("", known).casefold() == plain)
@@ -328,7 +328,7 @@ def _parse(text: str, wanted: _Wanted, *, bare: bool) -> tuple[float, str]:
     raise ValueError(f"{UNKNOWN_UNIT}; did you mean {near!r}?" if near else UNKNOWN_UNIT)
 
 
-def scaled(text: str, scale: float) -> float:
+def _scaled(text: str, scale: float) -> float:
     """Return number times scale; powers of ten shift the decimal point: 20 um is 2e-05, not 1.9999999999999998e-05."""
     power = round(math.log10(scale))
     if abs(scale / 10.0**power - 1) < 1e-14:

@@ -24,7 +24,6 @@ from operator import attrgetter
 from pathlib import Path
 from typing import Literal, NamedTuple
 
-from ..document.units import KINDS, scaled, to_si
 from ..errors import ModelError
 
 # Names and texts: longer ones say nothing that a model file could carry.
@@ -242,53 +241,77 @@ def _whole(size: object) -> int | None:
 
 # numbers with units ---------------------------------------------------------------------------------------------------
 
-
-def _units(spelled: str, *, like: Mapping[str, str] = {}, in_si: Mapping[str, float] = {}) -> dict[str, str | float]:
-    """Units of a kind: text without blanks -> the same unit in a model file, or its factor to SI where that has none.
-
-    spelled : as a model file does, with commas between, micro as ``um``.  like : other texts of these.
-    """
-    texts = [text.strip() for text in spelled.split(",") if spelled]
-    units = {text.replace(" ", "").replace("um", mu): text for text in texts for mu in ("mum", "um")}
-    return {**units, **{text: units[same.replace(" ", "")] for text, same in like.items()}, **in_si}
-
-
 _DEG = math.pi / 180
+
+
+def _units(
+    spelled: Mapping[str, float], like: Mapping[str, str] | None = None, in_si: Mapping[str, float] | None = None
+) -> dict[str, tuple[float, str]]:
+    """Units of a kind: text without blanks -> factor to SI, the same unit in a model file (empty: written in SI).
+
+    spelled : as a model file does, micro as ``um``.  like : other texts of these.  in_si : those a model file has not.
+    """
+    units = {text.replace(" ", "").replace("um", mu): (f, text) for text, f in spelled.items() for mu in ("mum", "um")}
+    units |= {text: units[same.replace(" ", "")] for text, same in (like or {}).items()}
+    return units | {text: (factor, "") for text, factor in (in_si or {}).items()}
+
+
 _UNITS = {
-    "ratio": _units("", in_si={"": 1.0, "none": 1.0, "-": 1.0, "1": 1.0, "%": 0.01, "percent": 0.01}),
-    "time": _units("s, min, h"),
-    "length": _units("m, dm, cm, mm, km, um, nm, in, ft", like={"micron": "um", "inch": "in"}),
+    "ratio": _units({}, in_si={"": 1.0, "none": 1.0, "-": 1.0, "1": 1.0, "%": 0.01, "percent": 0.01}),
+    "time": _units({"s": 1.0, "min": 60.0, "h": 3600.0}),
+    "length": _units(
+        {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 1e-3, "km": 1e3, "um": 1e-6, "nm": 1e-9, "in": 0.0254, "ft": 0.3048},
+        like={"micron": "um", "inch": "in"},
+    ),
     "angle": _units(
-        "rad, mrad, deg, arcmin, arcsec, gon",
+        {"rad": 1.0, "mrad": 1e-3, "deg": _DEG, "arcmin": _DEG / 60, "arcsec": _DEG / 3600, "gon": math.pi / 200},
         like=dict.fromkeys(("degree", "degrees", "\u00b0", "\u00ba", "Grad"), "deg"),
     ),
     "speed": _units(
-        "rpm, rad/s, deg/s",
-        like=dict.fromkeys(("1/min", "min^-1", "min-1", "U/min", "rev/min", "1/Min"), "rpm") | {"\u00b0/s": "deg/s"},
+        {"rpm": math.pi / 30, "rad/s": 1.0, "deg/s": _DEG},
+        like={
+            **dict.fromkeys(("1/min", "min^-1", "min-1", "U/min", "rev/min", "1/Min"), "rpm"),
+            "\u00b0/s": "deg/s",
+        },
         in_si=dict.fromkeys(("1/s", "s^-1", "rev/s", "U/s", "Hz"), math.tau),  # revolutions, as REXS counts them
     ),
-    "torque": _units("N m, N mm, kN m, MN m, N cm", like={"kNmm": "N m"}),
-    "power": _units("W, kW, MW", in_si={"PS": 735.49875}),
-    "force": _units("N, kN, MN"),
-    "stiffness": _units("N/m, kN/m, MN/m, GN/m, N/mm, kN/mm, MN/mm, N/um, kN/um"),
+    "torque": _units({"N m": 1.0, "N mm": 1e-3, "kN m": 1e3, "MN m": 1e6, "N cm": 1e-2}, like={"kNmm": "N m"}),
+    "power": _units({"W": 1.0, "kW": 1e3, "MW": 1e6}, in_si={"PS": 735.49875}),
+    "force": _units({"N": 1.0, "kN": 1e3, "MN": 1e6}),
+    "stiffness": _units(
+        {
+            **{"N/m": 1.0, "kN/m": 1e3, "MN/m": 1e6, "GN/m": 1e9, "N/mm": 1e3, "kN/mm": 1e6, "MN/mm": 1e9},
+            **{"N/um": 1e6, "kN/um": 1e9},
+        }
+    ),
     "stiffness_per_width": _units(
-        "N/(mm um), N/m^2, N/mm^2, kN/mm^2, MPa, GPa, Pa",
+        {
+            **{"N/(mm um)": 1e9, "N/m^2": 1.0, "N/mm^2": 1e6, "kN/mm^2": 1e9},
+            **{"MPa": 1e6, "GPa": 1e9, "Pa": 1.0},
+        },
         like=dict.fromkeys(("N/mm/mum", "N/mm/um", "N/(mummm)"), "N/(mm um)"),
         in_si={"N/(mumm)": 1e6, "N/(mmm)": 1e3},
     ),
     "torsional_stiffness": _units(
-        "N m/rad, kN m/rad, MN m/rad",
+        {"N m/rad": 1.0, "kN m/rad": 1e3, "MN m/rad": 1e6},
         in_si={
             **{"Nmm/rad": 1e-3, "Nm/deg": 1 / _DEG, "Nm/\u00b0": 1 / _DEG, "Nmm/deg": 1e-3 / _DEG, "Nmm": 1e-3},
             **{"Nmm/mrad": 1.0, "Nm/mrad": 1e3, "Nm": 1.0},
         },
     ),
-    "density": _units("g/cm^3, kg/m^3, t/m^3, kg/mm^3", like=dict.fromkeys(("kg/dm^3", "kg/l", "kg/L"), "g/cm^3")),
-    "pressure": _units("N/mm^2, MPa, GPa, Pa, bar", like={"N/m^2": "Pa", "kN/mm^2": "GPa"}),
-    "mass": _units("kg, g, t, mg"),
-    "inertia": _units("kg m^2, kg mm^2", in_si={"gmm^2": 1e-9, "tm^2": 1e3}),
-    "acceleration": _units("m/s^2, mm/s^2"),
+    "density": _units(
+        {"g/cm^3": 1e3, "kg/m^3": 1.0, "t/m^3": 1e3, "kg/mm^3": 1e9},
+        like=dict.fromkeys(("kg/dm^3", "kg/l", "kg/L"), "g/cm^3"),
+    ),
+    "pressure": _units(
+        {"N/mm^2": 1e6, "MPa": 1e6, "GPa": 1e9, "Pa": 1.0, "bar": 1e5}, like={"N/m^2": "Pa", "kN/mm^2": "GPa"}
+    ),
+    "mass": _units({"kg": 1.0, "g": 1e-3, "t": 1e3, "mg": 1e-6}),
+    "inertia": _units({"kg m^2": 1.0, "kg mm^2": 1e-6}, in_si={"gmm^2": 1e-9, "tm^2": 1e3}),
+    "acceleration": _units({"m/s^2": 1.0, "mm/s^2": 1e-3}),
 }
+# units in SI, as a model file spells them
+_SI = {kind: next(text for scale, text in units.values() if scale == 1.0) for kind, units in _UNITS.items()}
 # nothing of a gear unit is larger in SI; "rigid" is 1e23 N/m
 _LARGEST = 1e30
 QUANTITIES = {
@@ -337,25 +360,20 @@ def number_of(component: Component, name: str, kind: str) -> Number | None:
 def number_in(value: Value, unit: str, kind: str, where: str) -> Number:
     """A value in a unit as a number. Raises ModelError as of `number_of`, with the place `where`."""
     if isinstance(value, bool) or not isinstance(value, (int, float)):
-        given, allowed = list(value) if isinstance(value, tuple) else value, KINDS[kind].unit or "no unit"
-        raise ModelError("not a number", path=where, given=given, allowed=f"a number in {allowed}")
+        shown_value = list(value) if isinstance(value, tuple) else value
+        raise ModelError("not a number", path=where, given=shown_value, allowed=f"a number in {_SI[kind] or 'no unit'}")
     # one spelling: no blanks, micro as mu, powers with ^
     plain = "".join(unit.split()).replace("\u00b5", "mu").replace("\u03bc", "mu")
     for old, new in (("\u00b2", "^2"), ("\u00b3", "^3"), ("**", "^"), ("*", ""), ("\u00b7", ""), ("[", ""), ("]", "")):
         plain = plain.replace(old, new)
     if plain not in _UNITS[kind]:
-        allowed = ", ".join(dict.fromkeys(text for text in _UNITS[kind].values() if isinstance(text, str))) or "none"
+        allowed = ", ".join(dict.fromkeys(text for _, text in _UNITS[kind].values() if text)) or "none"
         raise ModelError("unit not known or of another kind", path=where, given=unit, allowed=allowed)
-    text, si = _UNITS[kind][plain], scaled(repr(value), _factor(kind, plain))
+    factor, text = _UNITS[kind][plain]
+    si = value * factor
     if not abs(si) < _LARGEST:
         raise ModelError("out of range", path=where, given=f"{value} {unit}")
-    return Number(si, f"{shown(value)} {text}" if isinstance(text, str) else f"{shown(si)} {KINDS[kind].unit}".strip())
-
-
-def _factor(kind: str, plain: str) -> float:
-    """Factor to SI of a unit of a kind."""
-    unit = _UNITS[kind][plain]
-    return unit if isinstance(unit, float) else to_si(unit, KINDS[kind].unit) or math.nan
+    return Number(si, f"{shown(value)} {text}" if text else f"{shown(si)} {_SI[kind]}".strip())
 
 
 def in_unit(value: float, unit: str) -> float:
@@ -365,7 +383,7 @@ def in_unit(value: float, unit: str) -> float:
         return value
     if math.isinf(value) and kind in ("stiffness", "torsional_stiffness"):
         return _RIGID
-    return shortest(value / _factor(kind, "".join(unit.split())))
+    return shortest(value / _UNITS[kind]["".join(unit.split())][0])
 
 
 def shortest(value: float) -> float:

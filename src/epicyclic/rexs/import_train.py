@@ -11,7 +11,6 @@ from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from ..document.tables import paths
 from ..errors import ModelError
 from ..options import ALL_CASES
 from ..user_input import checked
@@ -152,7 +151,7 @@ def import_file(file: RexsFile, *, load_case: int | None = None) -> RexsImport:
     for component, name in _false_texts(file):
         if name in view.asked.get(component, ()):
             view.assume(component, name, "", "stands as false where a text belongs: taken as missing")
-    there = set(paths(document))
+    there = set(_paths(document))
     reasons = {
         entry.path: entry.text if entry.component is None else f"{entry.text} (component {entry.component})"
         for entry in view.assumptions
@@ -263,6 +262,13 @@ def _read_material(unit: GearUnit, number: int, material: Table, path: str) -> N
     for row in _MATERIAL:
         if row.key in material:
             unit.view.read(number, row.id, f"{path}.{row.key}", material[row.key])
+
+
+def _paths(table: object, path: str = "") -> Iterator[str]:
+    """Paths of all that stands in nested tables."""
+    for name, value in table.items() if isinstance(table, dict) else ():
+        yield f"{path}{name}"
+        yield from _paths(value, f"{path}{name}.")
 
 
 def _comments(unit: GearUnit, paths: Set[str]) -> dict[str, str]:

@@ -60,21 +60,17 @@ class DeviationScope:
 
     def relative(self, body: Body) -> Fraction | None:
         """Turns per second of a body in its frame, None without speeds."""
-        speed, frames = self.kinematics.speed, self.kinematics.frame_speed
-        if speed is None or frames is None:
-            return None
-        return (speed[body.member] - frames.get(body.frame, Fraction(0))) / 60
+        return None if self.kinematics.speed is None else self.kinematics.against(body.member, body.frame) / 60
 
     def seat_turn(self, body: Body, seats: Sequence[Link]) -> Fraction | None:
         """Turns per second, in the frame of a body, of what carries it; None for a shaft without speeds."""
-        speed, frames = self.kinematics.speed, self.kinematics.frame_speed
         if any(link.kind == "shaft" for link in seats):
             return self.relative(body)
-        if speed is None or frames is None or body.branch is not None:
+        if self.kinematics.speed is None or body.branch is not None:
             return Fraction(0)
         carrier = next((link.second for link in seats if link.second is not None), None)
-        turn = next((speed[b.member] for b in self.bodies if b.name == carrier), Fraction(0))
-        return (turn - frames.get(body.frame, Fraction(0))) / 60
+        member = next((b.member for b in self.bodies if b.name == carrier), None)
+        return self.kinematics.against(member, body.frame) / 60
 
     def seats(self, body: Body) -> list[Link]:
         """The supports or bearings that carry a body; of a gear that has none, the shaft it sits on."""

@@ -185,9 +185,7 @@ def passes(link: Link, body: Body, bodies: Sequence[Body], kinematics: Kinematic
 def _passing_speed(link: Link, body: Body, bodies: Sequence[Body], kinematics: Kinematics) -> Fraction:
     """Speed [rpm] of what is on the other side of a link of a body, against the frame of the body."""
     other = link.second if link.first == body.name else link.first
-    speed, frames = kinematics.speed or {}, kinematics.frame_speed or {}
-    seat = Fraction(0) if other is None else Fraction(speed.get(next(b.member for b in bodies if b.name == other), 0))
-    return seat - Fraction(frames.get(body.frame, 0))
+    return kinematics.against(next((b.member for b in bodies if b.name == other), None), body.frame)
 
 
 class PassingLinks(NamedTuple):
@@ -262,12 +260,11 @@ def _passed(link: Link, by_name: Mapping[str, Body], bodies: Sequence[Body], kin
     lateral = any(link.stiffness[d] for d in (0, 1, 3, 4))
     if not lateral or all(body.bending is None for body in ends) or (len(ends) == 1 and "/bolts/" not in link.name):
         return None
-    speed, frames = kinematics.speed or {}, kinematics.frame_speed or {}
     for body, other in zip(ends, ends[::-1] if len(ends) == 2 else [None], strict=True):
         bending = body.bending
         axisymmetric = body.branch is None if bending is None else bending.waves is not None
         # the axes of the link are those of the other body, which has to stand still in its frame
-        still = other is None or Fraction(speed.get(other.member, 0)) == Fraction(frames.get(other.frame, 0))
+        still = other is None or not kinematics.against(other.member, other.frame)
         if axisymmetric and still and passes(link, body, bodies, kinematics):
             return body
     return None
@@ -404,10 +401,9 @@ def _require_constant(
     body: Body, joined: ElasticBody, links: Sequence[Link], bodies: Sequence[Body], kinematics: Kinematics, path: str
 ) -> None:
     """Refuse a body whose matrices, or those of what holds it, would vary in time in the axes of its stage."""
-    speed, frames = kinematics.speed or {}, kinematics.frame_speed or {}
     if joined.waves is not None:
         return
-    if Fraction(speed.get(body.member, 0)) != Fraction(frames.get(body.frame, 0)):
+    if kinematics.against(body.member, body.frame):
         problem = "turns against the axes of its stage: its matrices would vary in time"
         allowed = "a carrier; a body that stands, of a train whose carrier stands; sectors of an axisymmetric body"
         raise ModelError(problem, path=path, allowed=allowed)

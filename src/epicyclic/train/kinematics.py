@@ -229,6 +229,10 @@ class Kinematics:
         """Whether what is held leaves no rigid motion: all speeds are 0, and a torque only deforms the train."""
         return not self.freedoms
 
+    def against(self, member: str | None, frame: str) -> Fraction:
+        """Speed of a member, or of the housing, against a frame [rev/min]; 0 where the file gives no speeds."""
+        return Fraction((self.speed or {}).get(member or "", 0)) - Fraction((self.frame_speed or {}).get(frame, 0))
+
     @property
     def undetermined(self) -> tuple[str, ...]:
         """Couplings and shafts whose torque statics alone does not tell, as they lie on a closed path of their own."""
