@@ -50,7 +50,7 @@ from .train import DIRECTIONS, Body, Damping, Derived, Load, Mesh, ResolutionLog
 # limit at 3.5 modules as far as remembered, 1.6 tooth heights, so what is warned of here is thin by either.
 THIN_RIM = 1.2
 ONE_DISTANCE = 1e-6  # relative; distances computed twice agree to rounding, printed radii do not
-Complain = Callable[[str, ModelError], None]
+Tell = Callable[[str, ModelError], None]
 """Raises an error, or warns by a code where stated radii allow what teeth and module do not."""
 
 
@@ -64,27 +64,27 @@ def check_stage(shape: StageShape, log: ResolutionLog) -> None:
     """
     given = any(m.base_radius is not None or m.pin_radius is not None for m in shape.plan.stage.members.values())
 
-    def complain(code: str, error: ModelError) -> None:
+    def tell_overlap(code: str, error: ModelError) -> None:
         if not given:
             raise error
         log.coded(code, f"{error.path}: {error.problem} ({error.given})")
 
     for p in shape.plan.pairs:
         if p.internal:
-            _check_ring(shape, p, complain, log)
+            _check_ring(shape, p, tell_overlap, log)
     _check_rims(shape, log)
-    _check_neighbours(shape, complain, log)
+    _check_neighbours(shape, tell_overlap, log)
     _check_distances(shape, log)
 
 
-def _check_ring(shape: StageShape, p: GearPair, complain: Complain, log: ResolutionLog) -> None:
+def _check_ring(shape: StageShape, p: GearPair, tell_overlap: Tell, log: ResolutionLog) -> None:
     """Check that a planet has room in its ring: roots clear of tips."""
     planet, ring = (shape.gear(name) for name in (p.a, p.b))
     room = geometry.radial_clearance(_axes(shape, p), planet.tip_radius, ring.root_radius, internal=True)
     if room < -planet.module:
         problem, path = f"the ring is smaller than {p.a}, which turns in it", f"{shape.plan.member_path(p.b)}.teeth"
         allowed = f"a root radius above {in_mm(ring.root_radius - room, 4)}; it is {in_mm(ring.root_radius, 4)}"
-        complain("ring-too-small", ModelError(problem, path=path, given=str(ring.teeth), allowed=allowed))
+        tell_overlap("ring-too-small", ModelError(problem, path=path, given=str(ring.teeth), allowed=allowed))
     elif room < 0:
         log.coded("tips-in-roots", f"{p.path}: the tips of {p.a} reach {in_mm(-room, 3)} into the roots of {p.b}")
 
@@ -109,7 +109,7 @@ def _axes(shape: StageShape, p: GearPair) -> float:
     return math.dist(shape.place(p.a, 0), shape.place(p.b, 0))
 
 
-def _check_neighbours(shape: StageShape, complain: Complain, log: ResolutionLog) -> None:
+def _check_neighbours(shape: StageShape, tell_overlap: Tell, log: ResolutionLog) -> None:
     """Tip circles of external gears that neither mesh nor share a shaft must not overlap in one plane.
 
     Gears of one plane: the file states where one of them stands along the axis and their faces overlap, or both are
@@ -134,9 +134,9 @@ def _check_neighbours(shape: StageShape, complain: Complain, log: ResolutionLog)
         if beside:
             path = f"{plan.path}.planets" if plan.stage.planet_angles is None else f"{plan.path}.planet_angles"
             words, allowed = f"{plan.branches}; {text}", "fewer planets, or smaller ones"
-            complain("planets-collide", ModelError("planets collide", path=path, given=words, allowed=allowed))
+            tell_overlap("planets-collide", ModelError("planets collide", path=path, given=words, allowed=allowed))
             return
-        _say_overlap(plan, (a, b), text, complain, log)
+        _say_overlap(plan, (a, b), text, tell_overlap, log)
 
 
 def _numbered(plan: Plan, gear: str, branch: int) -> str:
@@ -156,7 +156,7 @@ def _apart(plan: Plan, a: str, b: str) -> bool:
     return all(x != y and (x[1] <= y[0] or y[1] <= x[0]) for x, y in pairs)
 
 
-def _say_overlap(plan: Plan, pair: tuple[str, str], text: str, complain: Complain, log: ResolutionLog) -> None:
+def _say_overlap(plan: Plan, pair: tuple[str, str], text: str, tell_overlap: Tell, log: ResolutionLog) -> None:
     """Refuse two gears that overlap in one plane; warn where the file does not say that it is one."""
     stated = [name for name in pair if plan.stage.members[name].station is not None]
     suns = [name for name, m in plan.gears.items() if m.kind == "sun" and plan.chains[name] == plan.chains[pair[0]]]
@@ -165,7 +165,9 @@ def _say_overlap(plan: Plan, pair: tuple[str, str], text: str, complain: Complai
             f"{plan.member_path(stated[0])}.station",
             "axial places that keep their faces apart, or other teeth",
         )
-        complain("gears-overlap", ModelError("gears overlap without meshing", path=path, given=text, allowed=allowed))
+        tell_overlap(
+            "gears-overlap", ModelError("gears overlap without meshing", path=path, given=text, allowed=allowed)
+        )
     elif plan.chains[pair[0]] == plan.chains[pair[1]] and len(suns) < 2:
         doubt = "without meshing; station of each says whether they stand in different planes"
         log.coded("gears-overlap", f"{plan.path}: {text} {doubt}")
