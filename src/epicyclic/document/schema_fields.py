@@ -258,6 +258,11 @@ class ForceTableOf(SchemaTable):
         _check_lengths(self.deflection, self.force, several=self.several)
         for phase, (x, f) in enumerate(self.curves, start=1):
             where = f" of phase {phase}" if len(self.curves) > 1 else ""
+            if len(x) != len(f):
+                given, allowed = f"{len(f)} forces", f"{len(x)}, one for each deflection"
+                raise ModelError(f"another number of points{where}", path="force", given=given, allowed=allowed)
+            if len(x) < 2:
+                raise ModelError(f"too few points{where}", path="deflection", given=len(x), allowed="two or more")
             if (fault := curve_fault(x, f)) is not None:
                 name, point, problem, allowed = fault
                 row, unit = (x, self.deflection.unit) if name == "deflection" else (f, self.force.unit)
@@ -277,16 +282,6 @@ def _check_lengths(deflection: Curves, force: Curves, *, several: bool) -> None:
     if min(len(x), len(f)) not in (1, phases):
         allowed = f"one list for all phases, or {len(x)}, one for each list of deflections"
         raise ModelError("lists of another number of phases", path="force", given=f"{len(f)} lists", allowed=allowed)
-    for phase in range(phases):
-        points, forces = len(x[phase if len(x) > 1 else 0]), len(f[phase if len(f) > 1 else 0])
-        where = f" of phase {phase + 1}" if phases > 1 else ""
-        if points != forces:
-            allowed = f"{points}, one for each deflection"
-            raise ModelError(
-                f"another number of points{where}", path="force", given=f"{forces} forces", allowed=allowed
-            )
-        if points < 2:
-            raise ModelError(f"too few points{where}", path="deflection", given=points, allowed="two or more")
     if (deflection.unit, force.unit) not in (("m", "N"), ("rad", "N m")):
         allowed = "deflections in m with forces in N, or in rad with moments in N m"
         raise ModelError(
