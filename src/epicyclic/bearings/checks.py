@@ -1,8 +1,8 @@
 """Whether the numbers of a bearing fit together, and its clearance in operation.
 
-Whether the numbers of a bearing fit together.
+The table of the model file bounds each number by itself; what is checked here is what they are to each other.
 
-Radial internal clearance of a bearing in operation: of a new one, less what fits and temperature take.
+The radial internal clearance in operation is that of a new bearing, less what fits and temperature take.
 
     operating = initial - I_i d/F - I_o E/D - alpha dT (E + F)/2
 
@@ -33,7 +33,6 @@ from .rolling_bearing import (
 )
 
 _ROUNDING = 1e-3  # of dimensions as catalogues print them
-_GROOVE = (0.505, 0.6)
 _LENGTH = (0.2, 12.0)  # of a roller, in diameters
 _OFF = 3.0  # a rating of the catalogue over that of the geometry
 _LOOSE = 0.02  # clearance of rollers, in diameters
@@ -67,30 +66,12 @@ def checked(bearing: RollingBearing, path: str, *, parts: bool = False) -> Rolli
     ------
     ModelError : at `path`.key, of the first number that does not fit.
     """
-    for problems in (_sizes, _shapes) if parts else (_sizes, _shapes, _fits, _ratings):
+    for problems in (_shapes,) if parts else (_shapes, _fits, _ratings):
         for wrong, key, problem, allowed in problems(bearing):
             if wrong:
                 given = with_unit(key, getattr(bearing, key))
                 raise ModelError(problem, path=f"{path}.{key}", given=given, allowed=allowed)
     return bearing
-
-
-def _sizes(bearing: RollingBearing) -> Iterator[Problem]:
-    """Each number by itself."""
-    yield bearing.type not in ANGLES, "type", "no such bearing", ", ".join(ANGLES)
-    positive = ["element_diameter", "pitch_diameter", "youngs_modulus"]
-    positive += [] if bearing.is_ball else ["element_length"]
-    positive += [key for key in ("rating", "static_rating", "fatigue_limit") if getattr(bearing, key) is not None]
-    for key in positive:
-        yield not 0 < getattr(bearing, key) < math.inf, key, "no size", "above 0"
-    for key in ("contact_angle", "clearance", "preload", "row_distance"):
-        yield not math.isfinite(getattr(bearing, key)), key, "not finite", "a finite number"
-    for key in ("preload", "row_distance"):
-        yield getattr(bearing, key) < 0, key, "is negative", "0 or more"
-    yield bearing.rows < 1, "rows", "no row", "1 or more"
-    yield bearing.elements < 4, "elements", "too few elements in a row", "4 or more"
-    yield not 0 <= bearing.poisson < 0.5, "poisson", "no Poisson's ratio", "0 to 0.5"
-    yield bearing.arrangement not in ("O", "X"), "arrangement", "no such arrangement", "O, X"
 
 
 def _shapes(bearing: RollingBearing) -> Iterator[Problem]:
@@ -103,10 +84,7 @@ def _shapes(bearing: RollingBearing) -> Iterator[Problem]:
     room = bearing.pitch_diameter * math.sin(math.pi / bearing.elements)
     most = f"up to {1e3 * room:g} mm"
     yield size > room * (1 + _ROUNDING), "element_diameter", "elements overlap on the pitch circle", most
-    if bearing.is_ball:
-        grooves_fit = all(_GROOVE[0] <= one <= _GROOVE[1] for one in bearing.groove)
-        yield not grooves_fit, "groove", "no groove of a ball", "{} to {}".format(*_GROOVE)
-    else:
+    if not bearing.is_ball:
         least, longest = (share * size for share in _LENGTH)
         fits = least <= bearing.element_length <= longest
         span = f"{1e3 * least:g} to {1e3 * longest:g} mm"
@@ -144,6 +122,8 @@ def _ratings(bearing: RollingBearing) -> Iterator[Problem]:
         off = (getattr(bearing, key) or own) / own
         yield not 1 / _OFF <= off <= _OFF, key, "rating of the wrong size", f"near {own:.3g} N of the geometry"
 
+
+# clearance in operation -----------------------------------------------------------------------------------------------
 
 GROUPS = ("C2", "CN", "C3", "C4")
 _EXPANSION = 12e-6  # of steel [1/K]

@@ -1,20 +1,18 @@
 """Bodies that bend: what they are to matrices and rows, and the thin ring.
 
-A body that bends: coordinates beside its six, and what they are to matrices and rows.
-
-A body brings a shape matrix Phi(P), the displacement of its point P per coordinate; a row of a gap along n is
-n . Phi(P).  A rigid body is Phi = [1, -r x].  An axisymmetric body has constant matrices at any speed.  Seen from a
-frame against which it turns at nu, d/dt of its material is d/dt + nu D with a matrix D that turns its patterns; M D is
-antisymmetric.  From M, G_m (of the spin w) and K_m of the material follow
+Beside its six coordinates a body that bends brings others, and with them a shape matrix Phi(P), the displacement of its
+point P per coordinate; a row of a gap along n is n . Phi(P).  A rigid body is Phi = [1, -r x].  An axisymmetric body
+has constant matrices at any speed.  Seen from a frame against which it turns at nu, d/dt of its material is d/dt + nu D
+with a matrix D that turns its patterns; M D is antisymmetric.  From M, G_m (of the spin w) and K_m of the material
+follow
 
     G = G_m + 2 nu M D      Kg = K_m + nu G_m D + nu^2 M D^2      ramps E = nu' M D + w' G_m/(2 w)      C q' + nu C D q
 
 Derived here.
 
-The thin ring: a curved beam that bends in its plane, by Fourier orders about its axis.
-
-Mean radius R, mass per length rho A, stiffness of bending E I, of stretch E A, of shear k G A.  Radial motion w
-(outward) and tangential v at the polar angle psi:
+The thin ring is a curved beam that bends in its plane, by Fourier orders about its axis.  It has mean radius R, mass
+per length rho A, stiffness of bending E I, of stretch E A, of shear k G A.  Radial motion w (outward) and tangential v
+at the polar angle psi:
 
     stretch  (v' + w)/R      turn of the section  phi = (v - w')/R      curvature  phi'/R
 

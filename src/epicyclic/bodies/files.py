@@ -1,13 +1,8 @@
-"""Files of a body: its own, by arrays, and those of finite-element programs.
+"""Files of a body: its own, by arrays, .npz or .mat; and the matrices and nodes of finite-element programs, in text.
 
-The native file of a body: arrays by name, as .npz or .mat.
-
-Matrices and nodes as finite-element programs write them in text: NASTRAN punch, Abaqus .mtx, CalculiX.
-
-A matrix is its terms (m, 5): node, direction, node, direction, value.  Where no pair of places has both of its terms,
-one triangle was written.  Directions are 1 to 6, and 0 of a scalar point, which is a mode.
-
-A body from the files of a finite-element program.
+Read are NASTRAN punch, Abaqus .mtx and CalculiX.  A matrix is its terms (m, 5): node, direction, node, direction,
+value. Where no pair of places has both of its terms, one triangle was written.  Directions are 1 to 6, and 0 of a
+scalar point, which is a mode.
 """
 
 from __future__ import annotations
@@ -159,6 +154,8 @@ def _matrix(values: Mapping[str, Any], name: str, count: int, where: str) -> Mat
         raise refused(where, name, "has an entry twice", "each entry once")
     return matrix
 
+
+# text of finite-element programs --------------------------------------------------------------------------------------
 
 _DENSE = 0.3  # share of a matrix that is not zero
 
@@ -368,6 +365,8 @@ def _numbered(terms: Array, where: str, name: str) -> Index:
         raise refused(where, name, "no node and direction", "whole numbers; directions 1 to 6, 0 of a mode")
     return (node * 7 + direction).astype(np.int64)
 
+
+# a body of files ------------------------------------------------------------------------------------------------------
 
 _NATIVE, _PUNCH = (".npz", ".mat"), (".pch", ".bdf", ".dmig", ".nas", ".dat")
 _STORAGE = (".sti", ".mas", ".dof", ".inp")

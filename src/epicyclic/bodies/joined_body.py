@@ -1,18 +1,15 @@
 """A reduced body in a train: its reduction to interfaces, what it needs to turn, its coordinates.
 
-Places where a body is held, and the reduction of a whole mesh to them (Craig and Bampton).
+Interfaces are the places where a body is held; a whole mesh is reduced to them (Craig and Bampton).  A body that turns
+with its frame needs gyroscopic terms.  Of an axisymmetric one the pattern may turn against its material: D is the
+derivative along the angle.  Held in a frame of speed Omega, nu = -Omega, its terms are G = 2 nu M D and Kg = nu^2 M
+D^2.
 
-What a body needs to turn: gyroscopic terms of one that turns with its frame, and D of an axisymmetric one.
-
-Of an axisymmetric body the pattern may turn against its material: D is the derivative along the angle.  Held in a frame
-of speed Omega, nu = -Omega, its terms are G = 2 nu M D and Kg = nu^2 M D^2.
-
-A reduced body as coordinates of a train: its free elastic modes beside the six of its mean motion.
-
-Modes of the free body are orthogonal to its rigid motions, so that mass and inertia stay those of a rigid body.  The
-motion of a point is that of the interface there, u + theta x (P - P_i); of nodes that are kept each, u + G (P - P_i)
-with the gradient G of their displacements as far as they tell it.  An axisymmetric body, one with D, has an interface
-all round: at the angle psi its motion is Phi exp(psi D) in axes turned as much.  Derived here.
+Coordinates of the train are the free elastic modes beside the six of the mean motion.  Modes of the free body are
+orthogonal to its rigid motions, so that mass and inertia stay those of a rigid body.  The motion of a point is that of
+the interface there, u + theta x (P - P_i); of nodes that are kept each, u + G (P - P_i) with the gradient G of their
+displacements as far as they tell it.  An axisymmetric body, one with D, has an interface all round: at the angle psi
+its motion is Phi exp(psi D) in axes turned as much.  Derived here.
 """
 
 from __future__ import annotations
@@ -180,6 +177,8 @@ def _held(body: ReducedBody, interface: Interface, there: Interface, where: str)
     return sparse.csr_array(shape), sparse.eye_array(6), dofs
 
 
+# turning --------------------------------------------------------------------------------------------------------------
+
 _CYCLIC, _WAVES, _PLACE = 1e-8, 1e-6, 1e-6
 
 
@@ -290,6 +289,8 @@ def _derivative(turn: Array, sectors: int, where: str) -> Array:
     found = -np.real(scipy.linalg.logm(turn)) * sectors / (2 * np.pi)
     return np.asarray(0.5 * (found - found.T))
 
+
+# coordinates of a train -----------------------------------------------------------------------------------------------
 
 _NEAR = 5e-2  # distance of a point from its interface, of the size of the body
 _MASSLESS = 1e-12  # share of the largest eigenvalue of M, scaled to a unit diagonal

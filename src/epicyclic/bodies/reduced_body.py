@@ -1,14 +1,10 @@
-"""A body by matrices: what it is, and whether it is that of a free body.
-
-A body by matrices: what it is, its rigid motions, its units.
+"""A body by matrices: what it is, its rigid motions and units, and whether it is that of a free body.
 
 A body has coordinates q.  A coordinate is the displacement or rotation of a node, or a mode without place.  Body axes
 have z along the axis of the gear; nodes stand where they are undeformed.
 
-Whether the matrices of a body are those of a free body, and what mass and frequencies it has.
-
-Tolerances are those of a file of ten digits.  Matrices are compared after their coordinates are scaled to a unit
-diagonal, so that no check depends on units.
+Of a body that is free, mass and frequencies are found.  Tolerances are those of a file of ten digits.  Matrices are
+compared after their coordinates are scaled to a unit diagonal, so that no check depends on units.
 """
 
 from __future__ import annotations
@@ -157,6 +153,8 @@ def scaled(matrix: Matrix, rows: Array, columns: Array) -> Matrix:
         return (sparse.diags_array(rows) @ matrix @ sparse.diags_array(columns)).tocsr()
     return None if matrix is None else matrix * np.outer(rows, columns)
 
+
+# checks ---------------------------------------------------------------------------------------------------------------
 
 _SYMMETRY, _NEGATIVE, _RIGID, _MODAL = 1e-9, 1e-9, 1e-8, 1e-6
 _MASS_WRONG, _MASS_SAID = 1e-3, 1e-6

@@ -15,9 +15,9 @@ import math
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple, Self, get_args
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple, get_args
 
-from pydantic import Field, ValidationInfo, model_validator
+from pydantic import Field, ValidationInfo
 
 from ..errors import ModelError
 from .schema_fields import ListsUnit, SchemaTable, Unit, key
@@ -48,15 +48,13 @@ class DisplacementTable(SchemaTable):
     y: Error | None = key(None, "displacement along y (tangential)")
     z: Error | None = key(None, "displacement along z")
 
-    @model_validator(mode="after")
-    def _complete(self) -> Self:
+    def model_post_init(self, context: Any) -> None:
         """Refuse a vector without any component, or a phase without amplitude."""
         given = {name for name in ("amplitude", "phase", "x", "y", "z") if getattr(self, name) is not None}
         if "phase" in given and "amplitude" not in given:
             raise ModelError("phase without amplitude", allowed="{amplitude, phase, from} or {x, y, z}")
         if not given:
             raise ModelError("says nothing", allowed="{amplitude, phase, from} or {x, y, z}")
-        return self
 
 
 class TiltTable(DisplacementTable):
@@ -72,7 +70,7 @@ class UnbalanceTable(SchemaTable):
     """Mass times eccentricity."""
 
     bare_key: ClassVar[str] = "amount"
-    amount: Annotated[PerPlanet, Unit("unbalance", many=True)] = Field(description="mass times eccentricity")
+    amount: Annotated[PerPlanet, Unit("unbalance", many=True)] = key(..., "mass times eccentricity")
     phase: Angle | None = key(None, "phase from the body's own x axis; default 0")
 
 
@@ -124,7 +122,7 @@ class ProfileErrorTable(SchemaTable):
     """Profile error, a cosine of the mesh phase."""
 
     bare_key: ClassVar[str] = "amplitude"
-    amplitude: Error = Field(description="amplitude, along the tooth normal")
+    amplitude: Error = key(..., "amplitude, along the tooth normal")
     order: Annotated[int, Field(ge=1, le=1000)] = key(1, "order: multiple of the mesh frequency")
     phase: Annotated[PerPlanet | str, Unit("angle", many=True, words=("identical", "random"))] = key(
         "identical", "identical teeth, random, or given angles"
@@ -139,8 +137,8 @@ class TurningErrorTable(SchemaTable):
     state it.
     """
 
-    turns_with: str = Field(description="a gear of the mesh, or the carrier of the stage")
-    amplitude: Error = Field(description="amplitude of the error")
+    turns_with: str = key(..., "a gear of the mesh, or the carrier of the stage")
+    amplitude: Error = key(..., "amplitude of the error")
     order: Annotated[int, Field(ge=1, le=1000)] = key(1, "waves in one turn of the member; default 1")
     phase: Angle | None = key(None, "of the wave where the x axis of the member points as `from` says; default 0")
     from_: Literal["pitch-point", "normal"] = key(
@@ -158,16 +156,16 @@ class MeshDeviationsTable(SchemaTable):
 
     profile: ProfileErrorTable | None = key(None, "profile error, a harmonic of the mesh frequency")
     gap: Error | None = key(None, "error of the tooth thickness, positive opens the gap")
-    errors: dict[str, TurningErrorTable] = Field(
-        default_factory=dict, description="errors [m] of this pair that turn with a member, by names of your own"
+    errors: dict[str, TurningErrorTable] = key(
+        {}, "errors [m] of this pair that turn with a member, by names of your own"
     )
 
 
 class DeviationsTable(SchemaTable):
     """Deviations by full path: members `main.sun`, `main.sun.right`, `g1`; meshes `main.meshes.sun-planet[.left]`."""
 
-    members: dict[str, MemberDeviationsTable] = Field(default_factory=dict, description="by member path")
-    meshes: dict[str, MeshDeviationsTable] = Field(default_factory=dict, description="by mesh path")
+    members: dict[str, MemberDeviationsTable] = key({}, "by member path")
+    meshes: dict[str, MeshDeviationsTable] = key({}, "by mesh path")
 
 
 Deviations = type[MemberDeviationsTable] | type[MeshDeviationsTable]
@@ -180,6 +178,9 @@ def bare_keys(table: Deviations) -> dict[str, str]:
         for name, field in table.model_fields.items()
     }
     return {name: form.bare_key for name, form in forms.items() if form is not None}
+
+
+# distributions --------------------------------------------------------------------------------------------------------
 
 
 class Form(NamedTuple):
@@ -197,8 +198,8 @@ class Form(NamedTuple):
     example: str
     mean: Callable[..., float]
     std: Callable[..., float]
-    ends: Callable[..., tuple[float, ...]]
     inverse: Callable[..., Any]
+    ends: Callable[..., tuple[float, ...]] = lambda *_: ()
     vector: bool = False
 
 
@@ -497,7 +498,6 @@ FORMS: dict[str, Form] = {
         "normal(0, 12 um)",
         mean=lambda mean, _: mean,
         std=lambda _, deviation: deviation,
-        ends=lambda *_: (),
         inverse=_normal,
     ),
     "uniform": Form(
@@ -534,7 +534,6 @@ FORMS: dict[str, Form] = {
         "rayleigh(5 um)",
         mean=lambda _: 0.0,
         std=lambda deviation: deviation,
-        ends=lambda _: (),
         inverse=_rayleigh,
         vector=True,
     ),
@@ -544,7 +543,6 @@ FORMS: dict[str, Form] = {
         "disc(10 um)",
         mean=lambda _: 0.0,
         std=lambda diameter: diameter / 4,
-        ends=lambda _: (),
         inverse=lambda u, diameter: diameter / 2 * u**0.5,
         vector=True,
     ),

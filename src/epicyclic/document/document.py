@@ -32,7 +32,7 @@ from .cases import of_case
 from .overrides import check_alternatives, follow_teeth, layer_of, replace_alternatives, settings_of, stepwise
 from .schema import FORMAT, ModelFile, Names, check_names, collect, nearest
 from .schema_fields import MATRIX_FILES, curve_fault
-from .tables import PlainTable, clean, dotted_line, expand, expand_path, leaves, merge, nested, value_at
+from .tables import PlainTable, as_written, clean, dotted_line, expand, expand_path, leaves, merge, value_at
 from .tolerances import check_tolerance, still_toleranced
 from .units import KINDS, BareNumber, finite_float, to_si
 from .validation import bare_numbers, validate
@@ -178,7 +178,11 @@ def _filled(table: CsvTable, cells: Iterable[tuple[int, list[str]]]) -> CsvTable
 # files that a document names ------------------------------------------------------------------------------------------
 
 _COLUMNS = ("deflection", "force")
+# paths of what may name a file; of an operation the ripple alone, as a member may be called file
 _REDUCED = re.compile(r"(stages\.[^.]+\.[^.]+|bodies\.[^.]+)\.reduced")
+_PITCH = re.compile(r"deviations\.(?:.+\.)?pitch")
+_JOINED = re.compile(r"(?:stages|bodies|couplings)(?:\.|$)")
+_RIPPLE = re.compile(r"(?:operation|cases\.[^.]+)\.ripple(?:\.|$)")
 # a word of another spelling is no label: "forces [N]" is refused
 _FORCE_NAME = re.compile(r"(deflection|force)(?:[^A-Za-z].*)?")
 _LENGTH = re.compile(r"\s*[+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?\s*(?:[kcdmnuµμ]?m|in|inch)\s*$")
@@ -218,31 +222,22 @@ def at_files(
 
     forces, torques : of a curve and of a ripple.  pitches : of deviations of pitch.  bodies : of matrices.
     """
-    result = {}
-    for name, value in data.items():
-        if name in ("stages", "bodies", "couplings"):
-            value = _with_columns(value, name, forces, bodies)
-        elif name == "operation":
-            value = _with_ripple(value, name, torques)
-        elif name == "cases" and isinstance(value, dict):
-            value = {case: _with_ripple(entry, f"{name}.{case}", torques) for case, entry in value.items()}
-        elif name == "deviations" and isinstance(value, dict):
-            value = {k: _with_pitches(entry, f"{name}.{k}", pitches) for k, entry in value.items()}
-        result[name] = value
-    return result
 
+    def read(value: Any, path: str) -> Any:
+        if _REDUCED.fullmatch(path):
+            return _with_names(value, path, bodies)
+        if _PITCH.fullmatch(path):
+            return _with_pitches(value, path, pitches)
+        if isinstance(value, list):
+            return [read(entry, f"{path}.{number}") for number, entry in enumerate(value, start=1)]
+        if not isinstance(value, dict):
+            return value
+        table = forces if _JOINED.match(path) else torques if _RIPPLE.match(path) else None
+        if table is not None and isinstance(value.get("file"), str):
+            return table(value, path)
+        return {key: read(entry, f"{path}.{key}") for key, entry in value.items()}
 
-def _with_columns(value: Any, path: str, read: FileTable, body: FileName | None = None) -> Any:
-    """Return a table with the columns of the files that it, or a table in it, names, and files of bodies in place."""
-    if isinstance(value, list):
-        return [_with_columns(entry, f"{path}.{number}", read, body) for number, entry in enumerate(value, start=1)]
-    if body is not None and _REDUCED.fullmatch(path):
-        return _with_names(value, path, body)
-    if not isinstance(value, dict):
-        return value
-    if isinstance(value.get("file"), str):
-        return read(value, path)
-    return {key: _with_columns(entry, f"{path}.{key}", read, body) for key, entry in value.items()}
+    return {name: read(value, name) for name, value in data.items()}
 
 
 def _with_names(value: Any, path: str, read: FileName) -> Any:
@@ -253,12 +248,11 @@ def _with_names(value: Any, path: str, read: FileName) -> Any:
     return {**value, **{key: read(value[key], f"{path}.{key}") for key in named}} if named else value
 
 
-def _with_ripple(operation: Any, path: str, read: FileTable) -> Any:
-    """Return an operation with angles and torques of the files that its ripple names; a member may be called file."""
-    if not isinstance(operation, dict):
-        return operation
-    ripple = {key: value for key, value in operation.items() if key.partition(".")[0] == "ripple"}
-    return operation | {key: _with_columns(value, f"{path}.{key}", read) for key, value in ripple.items()}
+def _with_pitches(value: Any, path: str, read: FileName) -> Any:
+    """Return lists in place of the files that a `pitch` names, one or one for each planet."""
+    if isinstance(value, list) and all(isinstance(row, (list, str)) for row in value):
+        return [read(row, path) if _is_file_name(row) else row for row in value]
+    return read(value, path) if _is_file_name(value) else value
 
 
 def _torque_table(name: str, path: str, folder: Path | None) -> PlainTable:
@@ -274,23 +268,6 @@ def _torque_table(name: str, path: str, folder: Path | None) -> PlainTable:
         table.scale(column, kind, allowed=heading)
         lists[f"{kind}s"] = f"[{', '.join(map(repr, table.numbers(column)))}] {table.columns[column][1]}"
     return lists
-
-
-def _with_pitches(value: Any, path: str, read: Callable[[str, str], str]) -> Any:
-    """Return a table of deviations with the lists of the files that its `pitch` names, one or one for each planet."""
-    if not isinstance(value, dict):
-        return value
-    result = {}
-    for name, entry in value.items():
-        where = f"{path}.{name}"
-        if name != "pitch":
-            entry = _with_pitches(entry, where, read)
-        elif isinstance(entry, list) and all(isinstance(row, (list, str)) for row in entry):
-            entry = [read(row, where) if _is_file_name(row) else row for row in entry]
-        elif _is_file_name(entry):
-            entry = read(entry, where)
-        result[name] = entry
-    return result
 
 
 def _force_table(name: str, path: str, folder: Path | None) -> dict[str, object]:
@@ -390,22 +367,17 @@ def _check_units_stated(
         return
     written: dict[str, BareNumber] = {}
     for layer, set_there in ((file, False), (settings, True)):
-        for path, value in leaves(layer):
-            if isinstance(value, str) and "[" not in value:
-                continue
-            try:
-                expanded = [p for p, _ in leaves(expand(nested(tuple(path.split(".")), value), names))]
-            except ModelError:
-                continue
-            bare = [p for p in expanded if p in errors and (p in overridden) == set_there]
-            if bare:
-                written[path] = errors[bare[0]]
+        for path, full in as_written(layer, errors, names):
+            if (full in overridden) == set_there:
+                written.setdefault(path, errors[full])
     if written:
         (path, first), *rest = written.items()
         others = f"{', '.join(p for p, _ in rest[:3])}{', ...' if rest[3:] else ''}"
         more = f" (and {len(rest)} more, at {others})" if rest else ""
         raise ModelError(f"{first.problem}{more}", path=path, given=first.given, allowed=first.allowed)
 
+
+# reading --------------------------------------------------------------------------------------------------------------
 
 Source = str | Path | Mapping[str, object]
 Origin = Literal["given", "set"]

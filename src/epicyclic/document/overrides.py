@@ -135,12 +135,9 @@ def _check_known(path: tuple[str, ...], value: object, base: PlainTable) -> None
         return
     if path[1] in known or (len(path) == 2 and isinstance(value, Mapping)):
         return
-    raise ModelError(
-        f"no '{path[1]}' in {path[0]}{nearest(path[1], known)}",
-        path=".".join(path),
-        given="(nothing)" if value is None else value,
-        allowed=f"one of {', '.join(known)}" if known else f"a whole table, {path[0]}.{path[1]} = {{...}}",
-    )
+    problem = f"no '{path[1]}' in {path[0]}{nearest(path[1], known)}"
+    allowed = f"one of {', '.join(known)}" if known else f"a whole table, {path[0]}.{path[1]} = {{...}}"
+    raise ModelError(problem, path=".".join(path), given="(nothing)" if value is None else value, allowed=allowed)
 
 
 # alternatives ---------------------------------------------------------------------------------------------------------
@@ -232,6 +229,8 @@ def _given(table: object) -> set[str]:
     """Return the paths of the values in a table that are given."""
     return {path for path, value in leaves(table) if value is not REMOVE} if isinstance(table, dict) else set()
 
+
+# what follows the teeth -----------------------------------------------------------------------------------------------
 
 # key -> kinds of quantity, and the power of the number of teeth for a gear and for a ring; None: it goes, and follows
 _POWERS: dict[str, tuple[tuple[str, ...], int | None, int | None]] = {

@@ -1,9 +1,8 @@
 """The normalised document: every table of a model file as a frozen pydantic model, in SI, references as full paths.
 
 A value that is None was not given. Per-planet values are one number or a tuple. Where a key takes two kinds of
-quantity its value is a `Quantity` whose `unit` gives the kind.
-
-Names of stages, members and bodies, and references to them.
+quantity its value is a `Quantity` whose `unit` gives the kind.  Names of stages, members and bodies are checked here,
+and references to them written out.
 """
 
 from __future__ import annotations
@@ -13,7 +12,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
 from itertools import product
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
@@ -21,6 +20,8 @@ from ..errors import ModelError
 from ..limits import TABLES, WIND
 from .deviations import DeviationsTable
 from .schema_fields import (
+    Angle,
+    Angles,
     CouplingTable,
     ElasticTable,
     Length,
@@ -30,7 +31,9 @@ from .schema_fields import (
     RippleTable,
     SchemaTable,
     SectionTable,
+    Small,
     SolidTable,
+    Span,
     SupportTable,
     Unit,
     key,
@@ -48,7 +51,6 @@ KIND_BY_NAME: dict[str, Kind] = {
     "pinion": "gear",
 }
 LIMIT_ANGLE = 1.0471975511965976  # 60 deg: nothing steeper is cut, and a bare "20" (rad) is caught
-Module = Annotated[float, Unit("length", low=1e-5)]
 Radius = Annotated[float, Unit("length", low=1e-5)]
 Slant = Annotated[float, Unit("angle", low=0, high=LIMIT_ANGLE)]
 PressureAngle = Annotated[float, Unit("angle", low=0, high=LIMIT_ANGLE, above=True)]
@@ -56,10 +58,8 @@ Coefficient = Annotated[float, Unit("ratio", low=0)]
 Mass = Annotated[float, Unit("mass", low=0)]
 Inertia = Annotated[Quantity, Unit("inertia mass", low=0)]
 TiltInertia = Annotated[float, Unit("inertia", low=0)]
-Gap = Annotated[float, Unit("length", low=0)]
 Force = Annotated[float, Unit("force")]
 Moment = Annotated[float, Unit("torque")]
-Amount = Annotated[float, Unit("length", low=0, likely=SMALL)]
 Lengths = Annotated[tuple[float, ...], Unit("length", lists=True)]
 Coefficients = Annotated[tuple[float, ...], Unit("ratio", lists=True)]
 
@@ -100,26 +100,26 @@ class DampingTable(SchemaTable):
 class ReliefTable(SchemaTable):
     """Material taken off towards an edge of the flank: the tip, the lowest contact, or both ends of the face."""
 
-    amount: Amount | None = key(None, "material missing at the edge, along the tooth normal")
-    length: Gap | None = key(None, "where it fades: height of the tooth (radial); of end relief along the axis")
+    amount: Small | None = key(None, "material missing at the edge, along the tooth normal")
+    length: Span | None = key(None, "where it fades: height of the tooth (radial); of end relief along the axis")
     shape: Literal["linear", "parabolic"] = key("linear", "shape of the relief over its length: linear or parabolic")
 
 
 class ProfileTable(SchemaTable):
     """A measured profile: material missing at heights below the tip circle, linear between."""
 
-    below_tip: Lengths = Field(description="heights below the tip circle, rising")
-    missing: Annotated[tuple[float, ...], Unit("length", lists=True, likely=SMALL)] = Field(
-        description="material missing there, along the tooth normal, of any sign"
+    below_tip: Lengths = key(..., "heights below the tip circle, rising")
+    missing: Annotated[tuple[float, ...], Unit("length", lists=True, likely=SMALL)] = key(
+        ..., "material missing there, along the tooth normal, of any sign"
     )
 
 
 class WaveTable(SchemaTable):
     """A wave along the profile: A cos(2 pi order sigma + phase), sigma from the pitch point in base pitches."""
 
-    amplitude: Amount = Field(description="amplitude A, along the tooth normal")
+    amplitude: Small = key(..., "amplitude A, along the tooth normal")
     order: Annotated[int, Field(ge=1, le=1000)] = key(1, "waves per base pitch")
-    phase: Annotated[float, Unit("angle")] = key(0.0, "phase of the wave at the pitch point")
+    phase: Angle = key(0.0, "phase of the wave at the pitch point")
 
 
 class FlankTable(SchemaTable):
@@ -128,7 +128,7 @@ class FlankTable(SchemaTable):
     tip_relief: ReliefTable | None = key(None, "tip relief of the flanks; default none")
     root_relief: ReliefTable | None = key(None, "root relief, from the lowest point that the mate touches")
     end_relief: ReliefTable | None = key(None, "relief of both ends of the face")
-    crown: Amount | None = key(None, "lengthwise crowning: missing at both ends of the face, parabolic")
+    crown: Small | None = key(None, "lengthwise crowning: missing at both ends of the face, parabolic")
     slope: Annotated[float, Unit("length", likely=SMALL)] | None = key(
         None, "helix slope: missing at the right end less that at the left"
     )
@@ -153,13 +153,13 @@ class SideTable(SchemaTable):
 class GearKeys(SchemaTable):
     """What may be said of one gear, or of all gears of a stage."""
 
-    module: Module | None = key(None, "normal module; or transverse_module")
-    transverse_module: Module | None = key(None, "transverse module; or module")
+    module: Radius | None = key(None, "normal module; or transverse_module")
+    transverse_module: Radius | None = key(None, "transverse module; or module")
     pressure_angle: PressureAngle | None = key(None, "normal pressure angle; default 20 deg")
     helix_angle: Slant | None = key(None, "helix angle at the reference circle, magnitude; default 0")
     herringbone: bool | None = key(None, "whether a gear carries two helices; default false")
     split: bool | None = key(None, "whether halves are bodies of their own, joined by a neck; default false")
-    gap: Gap | None = key(None, "axial gap between the two helices")
+    gap: Span | None = key(None, "axial gap between the two helices")
     stagger: Annotated[float, Unit("ratio")] | None = key(None, "turn of the right half of a gear, in tooth pitches")
     face_width: Length | None = key(None, "face width of one helix")
     addendum: Coefficient | None = key(None, "addendum coefficient; default 1")
@@ -174,7 +174,7 @@ class GearKeys(SchemaTable):
 class MemberTable(GearKeys):
     """A gear or carrier of a stage. `kind` is always set, from the name where the file leaves it out."""
 
-    kind: Kind = Field(description="what it is; by the names sun planet ring carrier wheel pinion")
+    kind: Kind = key(..., "what it is; by the names sun planet ring carrier wheel pinion")
     # teeth and geometry
     teeth: Annotated[int, Field(ge=3, le=5000)] | None = key(None, "number of teeth, positive also of a ring")
     profile_shift: Annotated[float, Unit("ratio", low=-5, high=5)] | None = key(
@@ -193,7 +193,7 @@ class MemberTable(GearKeys):
         "inertia about z; in kg J/r^2 at the base radius (carrier: pin radius); default of a gear from its solid",
     )
     tilt_inertia: TiltInertia | None = key(None, "moment of inertia about x and y; default of a gear from its solid")
-    bore: Gap | None = key(None, "bore diameter of the solid the mass is taken from")
+    bore: Span | None = key(None, "bore diameter of the solid the mass is taken from")
     rim: Length | None = key(None, "radial thickness of a ring outside its root circle")
     outer_diameter: Radius | None = key(None, "outer diameter of a ring")
     elastic: ElasticTable | None = key(None, "a ring that bends: true, or what is known of its section; default rigid")
@@ -204,7 +204,7 @@ class MemberTable(GearKeys):
         None, "turn against the member it sits on; default fit"
     )
     shaft: SolidTable | None = key(None, "shaft to the member it sits on; default rigid")
-    shaft_sections: dict[str, SectionTable] = Field(default_factory=dict, description=_SECTIONS)
+    shaft_sections: dict[str, SectionTable] = key({}, _SECTIONS)
     neck: SolidTable | None = key(None, "neck that joins the left and the right half")
     left: SideTable | None = key(None, "keys of the left side that differ")
     right: SideTable | None = key(None, "keys of the right side that differ")
@@ -215,9 +215,7 @@ class MemberTable(GearKeys):
     ahead: bool | None = key(
         None, "of a planet that meets another planet: ahead of it in the positive sense; default true"
     )
-    direction: Annotated[float, Unit("angle")] | None = key(
-        None, "direction of its centre, seen from its first partner"
-    )
+    direction: Angle | None = key(None, "direction of its centre, seen from its first partner")
     station: Place | None = key(None, "axial place of its centre along z; default 0")
 
 
@@ -231,9 +229,7 @@ class VariationTable(SchemaTable):
     In the file `"none"`, `"contact-lines"`, `"energy"`, `"ishikawa"`, `{cosine, sine}` or `{values}`; `form` names it.
     """
 
-    form: Literal["none", "contact-lines", "energy", "ishikawa", "series", "values"] = Field(
-        description="which of the six"
-    )
+    form: Literal["none", "contact-lines", "energy", "ishikawa", "series", "values"] = key(..., "which of the six")
     cosine: Coefficients = key((), "cosine coefficients of orders 1, 2, ...")
     sine: Coefficients = key((), "sine coefficients of orders 1, 2, ...")
     values: Coefficients = key((), "relative stiffness at equal steps of sigma, from 0 to 1")
@@ -252,12 +248,10 @@ class VariationTable(SchemaTable):
             "not a variation", given=data, allowed=f"{', '.join(VARIATIONS)}, {{cosine, sine}} or {{values}}"
         )
 
-    @model_validator(mode="after")
-    def _complete(self) -> Self:
+    def model_post_init(self, context: Any) -> None:
         """Refuse a series without terms."""
         if self.form == "series" and not self.cosine + self.sine:
             raise ModelError("no coefficients", allowed=f"{', '.join(VARIATIONS)}, {{cosine, sine}} or {{values}}")
-        return self
 
 
 class MeshSideTable(SchemaTable):
@@ -311,14 +305,12 @@ class StageTable(GearKeys):
     """A stage: gears that mesh around one centre. `members` holds the tables that are no keys of the stage."""
 
     planets: Annotated[int, Field(ge=1, le=100)] | None = key(None, "number of equally spaced branches")
-    planet_angles: Annotated[tuple[float, ...], Unit("angle", lists=True)] | None = key(
-        None, "polar angle of each branch"
-    )
+    planet_angles: Angles | None = key(None, "polar angle of each branch")
     centre_distance: Radius | None = key(
         None, "centre distance of the meshes with a central gear; default from shifts, else reference"
     )
-    meshes: dict[str, MeshTable] = Field(default_factory=dict, description="meshes, by `A-B`")
-    members: dict[str, MemberTable] = Field(default_factory=dict, description="gears and carrier, by name")
+    meshes: dict[str, MeshTable] = key({}, "meshes, by `A-B`")
+    members: dict[str, MemberTable] = key({}, "gears and carrier, by name")
 
     @model_validator(mode="before")
     @classmethod
@@ -349,7 +341,7 @@ class BodyTable(SchemaTable):
     inertia: TiltInertia | None = key(None, "inertia about z; default 0")
     tilt_inertia: TiltInertia | None = key(None, "inertia about x and y; required where it tilts")
     support: SupportTable | None = key(None, "link to the housing")
-    shaft_sections: dict[str, SectionTable] = Field(default_factory=dict, description=_SECTIONS)
+    shaft_sections: dict[str, SectionTable] = key({}, _SECTIONS)
     frame: str | None = key(None, "stage in whose axes it moves, so that it couples laterally; default the housing")
     reduced: ReducedTable | None = key(None, "matrices of a finite-element program: a file, or a table; default rigid")
     station: Place | None = key(None, "axial place of its centre along z; default 0")
@@ -362,20 +354,20 @@ class OperationTable(SchemaTable):
     open: tuple[str, ...] = key(
         (), "couplings that are open, by name: clutches that carry no torque about z", strict=False
     )
-    speed: dict[str, Annotated[float, Unit("speed")]] = Field(
-        default_factory=dict, description="absolute speed by member [rpm, rad/s], positive about +z"
+    speed: dict[str, Annotated[float, Unit("speed")]] = key(
+        {}, "absolute speed by member [rpm, rad/s], positive about +z"
     )
-    torque: dict[str, Annotated[float | str, Unit("torque", words=("balance",))]] = Field(
-        default_factory=dict, description="external torque by member [N m, kN m], or balance: what is left"
+    torque: dict[str, Annotated[float | str, Unit("torque", words=("balance",))]] = key(
+        {}, "external torque by member [N m, kN m], or balance: what is left"
     )
-    power: dict[str, Annotated[float, Unit("power")]] = Field(
-        default_factory=dict, description="external power by member [kW], positive into the train"
+    power: dict[str, Annotated[float, Unit("power")]] = key(
+        {}, "external power by member [kW], positive into the train"
     )
-    rated: dict[str, Annotated[float, Unit("torque", low=0, above=True)]] = Field(
-        default_factory=dict, description="rated torque by member [N m], its size: what `output` loads a shaft with"
+    rated: dict[str, Annotated[float, Unit("torque", low=0, above=True)]] = key(
+        {}, "rated torque by member [N m], its size: what `output` loads a shaft with"
     )
-    ripple: dict[str, dict[str, RippleTable]] = Field(
-        default_factory=dict, description="ripple of torque or motion by member: components by number or name"
+    ripple: dict[str, dict[str, RippleTable]] = key(
+        {}, "ripple of torque or motion by member: components by number or name"
     )
     gravity: Annotated[tuple[float, float, float], Unit("acceleration", lists=True, count=3)] | None = key(
         None, "gravity in housing axes; true is 9.81 m/s^2 along -y; default none"
@@ -401,7 +393,7 @@ class MomentTable(SchemaTable):
 class LoadTable(SchemaTable):
     """An external force and moment on one member or body."""
 
-    on: str = Field(description="member or body that is loaded, by path")
+    on: str = key(..., "member or body that is loaded, by path")
     force: ForceTable = Field(default_factory=ForceTable, description="external force in x, y, z")
     moment: MomentTable = Field(default_factory=MomentTable, description="external moment about x, y, z")
     frame: Literal["housing", "member"] = key("housing", "axes of the load: fixed in space, or turning with the member")
@@ -421,16 +413,14 @@ SENSOR_KEYS: Mapping[str, tuple[str, ...]] = {
 class SensorTable(SchemaTable):
     """A sensor: what it measures, on which member, body or link, and where on the material."""
 
-    kind: Literal["strain", "acceleration", "angle", "torque", "force"] = Field(
-        description="hoop strain, absolute acceleration, rotation about z, torque about z, or force of bolts"
+    kind: Literal["strain", "acceleration", "angle", "torque", "force"] = key(
+        ..., "hoop strain, absolute acceleration, rotation about z, torque about z, or force of bolts"
     )
     on: str | None = key(None, "member or body that it sits on, by path; of a member of several bodies one on each")
     link: str | None = key(
         None, "of a torque: coupling, shaft, neck, support or bearing that carries it, by its table; of a force: bolts"
     )
-    angle: Annotated[float, Unit("angle")] = key(
-        0.0, "polar angle from the x axis of the body, with whose material it turns; default 0"
-    )
+    angle: Angle = key(0.0, "polar angle from the x axis of the body, with whose material it turns; default 0")
     radius: Radius | None = key(
         None, "distance from the axis of the body; default the outer radius of a ring, else the reference radius"
     )
@@ -439,8 +429,7 @@ class SensorTable(SchemaTable):
         "radial", "of an acceleration or force: direction; default radial"
     )
 
-    @model_validator(mode="after")
-    def _fitting(self) -> Self:
+    def model_post_init(self, context: Any) -> None:
         """Refuse keys of another kind of sensor, and a sensor on nothing."""
         allowed = SENSOR_KEYS[self.kind]
         if others := sorted(self.model_fields_set - {"kind", *allowed}):
@@ -450,15 +439,12 @@ class SensorTable(SchemaTable):
                 text for key, text in {"on": "a member or body (on)", "link": "a link (link)"}.items() if key in allowed
             )
             raise ModelError("sits on nothing" if self.on is None else "sits on two", allowed=f"{places}, one of them")
-        return self
 
 
 class CaseTable(OperationTable):
     """A load case: an operating point beside the nominal one; what it leaves out is that of `[operation]`."""
 
-    loads: dict[str, LoadTable] = Field(
-        default_factory=dict, description="external forces and moments by name, beside those of the file or in place"
-    )
+    loads: dict[str, LoadTable] = key({}, "external forces and moments by name, beside those of the file or in place")
     duration: Annotated[float, Unit("time")] | None = key(None, "time spent in this case [h]", ge=0)
     share: Annotated[float, Unit("ratio", low=0, high=1)] | None = key(None, "share of the time spent in this case [%]")
 
@@ -474,35 +460,31 @@ class StageLimitsTable(SchemaTable):
 class LimitsTable(StageLimitsTable):
     """What numbers are held against; those of a stage count before those of the file."""
 
-    stages: dict[str, StageLimitsTable] = Field(default_factory=dict, description="limits of a stage, by its name")
+    stages: dict[str, StageLimitsTable] = key({}, "limits of a stage, by its name")
 
 
 class ModelFile(SchemaTable):
     """A whole model file. Members are named by full paths (`main.sun`, `main.sun.right`, `g1`)."""
 
-    format: Literal[2] = Field(description="version of the format of the file")
-    title: str = Field(description="title of the train, one line")
+    format: Literal[2] = key(..., "version of the format of the file")
+    title: str = key(..., "title of the train, one line")
     doi: str = key("", "DOI of the source")
     notes: str = key("", "notes, free text")
     material: MaterialTable = Field(default_factory=MaterialTable, description="material of all gears")
     damping: DampingTable = Field(default_factory=DampingTable, description="damping of the whole train")
-    assumed: dict[str, str] = Field(
-        default_factory=dict, description="path = why this value, where the source is silent"
-    )
+    assumed: dict[str, str] = key({}, "path = why this value, where the source is silent")
     limits: LimitsTable = Field(default_factory=LimitsTable, description="what numbers are held against")
-    tolerance: dict[str, Any] = Field(
-        default_factory=dict, description="path = distribution of the number or vector there"
-    )
-    stages: dict[str, StageTable] = Field(default_factory=dict, description="stages by name")
-    bodies: dict[str, BodyTable] = Field(default_factory=dict, description="bodies by name")
-    couplings: dict[str, CouplingTable] = Field(default_factory=dict, description="couplings by name")
+    tolerance: dict[str, Any] = key({}, "path = distribution of the number or vector there")
+    stages: dict[str, StageTable] = key({}, "stages by name")
+    bodies: dict[str, BodyTable] = key({}, "bodies by name")
+    couplings: dict[str, CouplingTable] = key({}, "couplings by name")
     operation: OperationTable = Field(
         default_factory=OperationTable, description="what drives, holds and loads the train"
     )
-    loads: dict[str, LoadTable] = Field(default_factory=dict, description="external forces and moments by name")
-    sensors: dict[str, SensorTable] = Field(default_factory=dict, description="sensors by name")
+    loads: dict[str, LoadTable] = key({}, "external forces and moments by name")
+    sensors: dict[str, SensorTable] = key({}, "sensors by name")
     case: str = key("", "case that is computed, by name; default the nominal operation")
-    cases: dict[str, CaseTable] = Field(default_factory=dict, description="load cases by name")
+    cases: dict[str, CaseTable] = key({}, "load cases by name")
     deviations: DeviationsTable = Field(default_factory=DeviationsTable, description="what differs from nominal")
 
     def operation_path(self, name: str) -> str:
@@ -515,6 +497,8 @@ def case_states(name: str, stated: Iterable[str]) -> bool:
     """Whether a case of these keys states a key of the operation; a torque or power stands in place of both."""
     return not {name, *(LOADING if name in LOADING else ())}.isdisjoint(stated)
 
+
+# names ----------------------------------------------------------------------------------------------------------------
 
 SIDES = ("left", "right")
 LOADING = ("torque", "power")

@@ -1,15 +1,14 @@
 """Building blocks of the schema: tables, keys, and numbers with units, read into SI and described for JSON Schema.
 
-Force over deflection as a table: where a stiffness may stand, columns of a test rig or an FE run may stand.
+Fields of links (supports, bearings, necks, shafts, couplings), bodies that bend, and ripple of torque or motion at a
+shaft stand here too; SI, as read, and None where nothing is named.
+
+Where a stiffness may stand, columns of force over deflection of a test rig or an FE run may stand.
 
     { deflection = "[0, 5, 10] um", force = "[0, 1.2, 3.4] kN" }    or    { file = "columns.csv" }
 
 Of a mesh, either may be a list of lists, one for each of S phases sigma = 0, 1/S, ... of the mesh cycle.  A file is
 read into these two keys, so that the document, and every result, holds the numbers.
-
-The tables of links: supports, bearings, necks, shafts, couplings. SI, as read; what is not named is None.
-
-Ripple of torque or motion at a shaft: components of exact order or frequency, or a torque table over whole turns.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Annotated, Any, ClassVar, Literal, Self, get_args
+from typing import Annotated, Any, ClassVar, Literal, get_args
 
 from pydantic import (
     BaseModel,
@@ -161,10 +160,16 @@ Length = Annotated[float, Unit("length", low=0, above=True)]  # [m], above 0
 Place = Annotated[float, Unit("length")]  # [m], of any sign
 
 Foundation = Annotated[float, Unit("stiffness_per_width", low=0)]  # [N/m^2]
+Span = Annotated[float, Unit("length", low=0)]  # [m], 0 or more
+Small = Annotated[float, Unit("length", low=0, likely=SMALL)]  # [m], reliefs, plays, fits
+Angle = Annotated[float, Unit("angle")]
+Angles = Annotated[tuple[float, ...], Unit("angle", lists=True)]
+Load = Annotated[float, Unit("force", low=0, above=True)]
+Rigidity = Annotated[float, Unit("rigidity", low=0, above=True)]
 
 
 def key(default: Any, text: str, **more: Any) -> Any:
-    """Return a field with a default and a description for the schema."""
+    """Return a field with a default, ... of one that has to be there, and a description for the schema."""
     return Field(default, description=text, **more)
 
 
@@ -183,6 +188,8 @@ def _nested_metadata(annotation: Any) -> tuple[Any, ...]:
     own = getattr(annotation, "__metadata__", ())
     return (*own, *(entry for part in get_args(annotation) for entry in _nested_metadata(part)))
 
+
+# force over deflection ------------------------------------------------------------------------------------------------
 
 # Time and memory of every analysis grow with the points; a thousand are finer than any measurement.
 _MAX_POINTS, _MAX_PHASES = 1000, 360
@@ -243,8 +250,7 @@ class ForceTableOf(SchemaTable):
         count = max(len(x), len(f))
         return tuple(zip(x * (count if len(x) == 1 else 1), f * (count if len(f) == 1 else 1), strict=True))
 
-    @model_validator(mode="after")
-    def _complete(self) -> Self:
+    def model_post_init(self, context: Any) -> None:
         """Refuse what is no table of force over deflection."""
         if self.deflection is None or self.force is None:
             missing = "deflection" if self.deflection is None else "force"
@@ -252,12 +258,16 @@ class ForceTableOf(SchemaTable):
         _check_lengths(self.deflection, self.force, several=self.several)
         for phase, (x, f) in enumerate(self.curves, start=1):
             where = f" of phase {phase}" if len(self.curves) > 1 else ""
+            if len(x) != len(f):
+                given, allowed = f"{len(f)} forces", f"{len(x)}, one for each deflection"
+                raise ModelError(f"another number of points{where}", path="force", given=given, allowed=allowed)
+            if len(x) < 2:
+                raise ModelError(f"too few points{where}", path="deflection", given=len(x), allowed="two or more")
             if (fault := curve_fault(x, f)) is not None:
                 name, point, problem, allowed = fault
                 row, unit = (x, self.deflection.unit) if name == "deflection" else (f, self.force.unit)
                 given = f"{row[point]:g} {unit}"
                 raise ModelError(f"point {point + 1}{where}: {problem}", path=name, given=given, allowed=allowed)
-        return self
 
 
 def _check_lengths(deflection: Curves, force: Curves, *, several: bool) -> None:
@@ -272,16 +282,6 @@ def _check_lengths(deflection: Curves, force: Curves, *, several: bool) -> None:
     if min(len(x), len(f)) not in (1, phases):
         allowed = f"one list for all phases, or {len(x)}, one for each list of deflections"
         raise ModelError("lists of another number of phases", path="force", given=f"{len(f)} lists", allowed=allowed)
-    for phase in range(phases):
-        points, forces = len(x[phase if len(x) > 1 else 0]), len(f[phase if len(f) > 1 else 0])
-        where = f" of phase {phase + 1}" if phases > 1 else ""
-        if points != forces:
-            allowed = f"{points}, one for each deflection"
-            raise ModelError(
-                f"another number of points{where}", path="force", given=f"{forces} forces", allowed=allowed
-            )
-        if points < 2:
-            raise ModelError(f"too few points{where}", path="deflection", given=points, allowed="two or more")
     if (deflection.unit, force.unit) not in (("m", "N"), ("rad", "N m")):
         allowed = "deflections in m with forces in N, or in rad with moments in N m"
         raise ModelError(
@@ -355,10 +355,12 @@ class MeshForceTable(ForceTableOf):
     several: ClassVar[bool] = True
     deflection: Annotated[Curves, CurveUnit("length", lists=True, likely=SMALL)] | None = key(None, _TEXT)
     force: Annotated[Curves, CurveUnit("force", lists=True)] | None = key(None, _FORCE)
-    load: Annotated[float, Unit("force", low=0, above=True)] | None = key(
+    load: Load | None = key(
         None, "force at which linear analyses take the tangent; default the mean force of the operation"
     )
 
+
+# links ----------------------------------------------------------------------------------------------------------------
 
 Stiffness = Annotated[
     PerPlanet | DisplacementForceTable,
@@ -384,7 +386,6 @@ PARTS = (
     *("rows", "elements", "element_diameter", "element_length", "pitch_diameter", "contact_angle", "row_distance"),
     *("arrangement", "internal_clearance", "preload", "rating", "static_rating", "viscosity_ratio", "contamination"),
 )
-Fit = Annotated[float, Unit("length", low=0, likely=SMALL)]
 Clearance = Annotated[PerPlanet, Unit("length", low=0, many=True, likely=SMALL)]
 
 
@@ -398,12 +399,10 @@ class FrictionTable(SchemaTable):
         "holonomic", "law of friction: holonomic (no memory) or coulomb (with history)"
     )
 
-    @model_validator(mode="after")
-    def _complete(self) -> Self:
+    def model_post_init(self, context: Any) -> None:
         """Refuse half a friction law."""
         if self.force is None and (self.coefficient is None or self.radius is None):
             raise ModelError("not a friction law", allowed="force, or coefficient and radius")
-        return self
 
 
 class LinkDampingTable(SchemaTable):
@@ -421,18 +420,16 @@ class BoltsTable(SchemaTable):
     """Bolts or pins on a pitch circle; stiffness of one. A direction that is not named is rigid; 0 floats."""
 
     count: Annotated[int, Field(ge=1, le=1000)] | None = key(None, "how many, evenly spaced, the first along x")
-    angles: Annotated[tuple[float, ...], Unit("angle", lists=True)] | None = key(None, "polar angle of each")
-    radius: Length = Field(description="radius of the pitch circle")
+    angles: Angles | None = key(None, "polar angle of each")
+    radius: Length = key(..., "radius of the pitch circle")
     radial: BoltStiffness | None = key(None, "stiffness of one bolt along the radius")
     tangential: BoltStiffness | None = key(None, "stiffness of one bolt along the circle")
     z: BoltStiffness | None = key(None, "axial stiffness of one bolt")
 
-    @model_validator(mode="after")
-    def _some(self) -> Self:
+    def model_post_init(self, context: Any) -> None:
         """Refuse bolts of which nobody knows where they are."""
         if self.count is None and not self.angles:
             raise ModelError("no bolts", allowed="count, or angles")
-        return self
 
 
 class LinkTable(SchemaTable):
@@ -450,14 +447,11 @@ class LinkTable(SchemaTable):
     exponent: Annotated[float, Unit("ratio", low=1, high=3)] | None = key(
         None, "exponent of the force over deflection; 10/9 of rolling elements; default 1"
     )
-    load: Annotated[float, Unit("force", low=0, above=True)] | None = key(
-        None, "load at which the stiffness holds, with an exponent other than 1"
-    )
+    load: Load | None = key(None, "load at which the stiffness holds, with an exponent other than 1")
     friction: FrictionTable | None = key(None, "friction in the link")
     bolts: BoltsTable | None = key(None, "bolts or pins on a pitch circle around the axis of the link")
 
-    @model_validator(mode="after")
-    def _law(self) -> Self:
+    def model_post_init(self, context: Any) -> None:
         """Refuse an exponent without the load its stiffness holds at, a load without exponent, friction with one."""
         if self.exponent is None and self.load is not None:
             raise ModelError("load without exponent", allowed="exponent, e.g. 10/9 = 1.1111")
@@ -470,7 +464,6 @@ class LinkTable(SchemaTable):
         if tables and beside:
             problem = f"{beside[0]} beside a table of force in {tables[0]}"
             raise ModelError(problem, allowed="one of the two: play is a table that begins with forces of 0")
-        return self
 
     def directions(self) -> set[str]:
         """Return the directions that are named."""
@@ -484,8 +477,8 @@ class ClearanceTable(SchemaTable):
     initial: Annotated[float, Unit("length", likely=SMALL)] | None = key(None, "of the new bearing, in place of group")
     bore: Length | None = key(None, "bore of the inner ring")
     outside_diameter: Length | None = key(None, "outside diameter of the outer ring")
-    inner_fit: Fit | None = key(None, "effective interference of inner ring and shaft; default 0")
-    outer_fit: Fit | None = key(None, "effective interference of outer ring and housing; default 0")
+    inner_fit: Small | None = key(None, "effective interference of inner ring and shaft; default 0")
+    outer_fit: Small | None = key(None, "effective interference of outer ring and housing; default 0")
     temperature_difference: Annotated[float, Unit("temperature")] | None = key(
         None, "inner less outer ring, below 0 where the outer one is warmer; default 0"
     )
@@ -500,7 +493,7 @@ class BearingTable(LinkTable):
     element_diameter: Length | None = key(None, "diameter of an element, of a tapered roller at its middle")
     element_length: Length | None = key(None, "effective length of a roller, without its chamfers")
     pitch_diameter: Length | None = key(None, "diameter of the circle through the centres of the elements")
-    contact_angle: Annotated[float, Unit("angle")] | None = key(
+    contact_angle: Angle | None = key(
         None,
         "nominal contact angle, of one row above 0 where it carries an inner race that is pushed along z; default 0",
     )
@@ -509,15 +502,9 @@ class BearingTable(LinkTable):
     internal_clearance: (
         Annotated[PerPlanet | ClearanceTable, Unit("length", many=True, likely=SMALL, table=ClearanceTable)] | None
     ) = key(None, "radial internal clearance when running, the whole movement, below 0 of a preloaded one; default 0")
-    preload: Annotated[float, Unit("length", low=0, likely=SMALL)] | None = key(
-        None, "axial approach of the races when mounted; default 0"
-    )
-    rating: Annotated[float, Unit("force", low=0, above=True)] | None = key(
-        None, "dynamic rating C of the catalogue; default that of the parts"
-    )
-    static_rating: Annotated[float, Unit("force", low=0, above=True)] | None = key(
-        None, "static rating C_0 of the catalogue; default that of the parts"
-    )
+    preload: Small | None = key(None, "axial approach of the races when mounted; default 0")
+    rating: Load | None = key(None, "dynamic rating C of the catalogue; default that of the parts")
+    static_rating: Load | None = key(None, "static rating C_0 of the catalogue; default that of the parts")
     viscosity_ratio: Annotated[float, Unit("ratio", low=0.1, high=10)] | None = key(
         None, "viscosity ratio kappa of the oil, for the modified life"
     )
@@ -536,9 +523,9 @@ class BearingTable(LinkTable):
         """Return the directions that are named, or that the parts of a rolling bearing hold."""
         return super().directions() | self.held_by_parts()
 
-    @model_validator(mode="after")
-    def _parts(self) -> Self:
+    def model_post_init(self, context: Any) -> None:
         """Refuse half a rolling bearing, parts without a type, and a law by hand beside them."""
+        super().model_post_init(context)
         stated = [name for name in PARTS if getattr(self, name) is not None]
         if self.type is None and stated:
             raise ModelError(f"{stated[0]} without type", allowed=f"type: one of {', '.join(get_args(RollingType))}")
@@ -563,14 +550,13 @@ class BearingTable(LinkTable):
             raise ModelError(f"{beside[0]} beside a rolling bearing", allowed=allowed)
         if self.type is not None and self.bolts is not None:  # rigid beside it, they would take its force
             raise ModelError("bolts beside a rolling bearing", path="bolts", allowed="one of them")
-        return self
 
 
 class SupportTable(BearingTable):
     """A support or a planet bearing: a link, or several named ones."""
 
     to: str | None = key(None, "who carries it (a member or body); default the housing, of a planet its carrier")
-    bearings: dict[str, BearingTable] = Field(default_factory=dict, description="several bearings, by name")
+    bearings: dict[str, BearingTable] = key({}, "several bearings, by name")
 
     @model_validator(mode="before")
     @classmethod
@@ -582,9 +568,9 @@ class SupportTable(BearingTable):
         rest = {k: v for k, v in data.items() if k not in named}
         return {**rest, "bearings": named} if named else rest
 
-    @model_validator(mode="after")
-    def _either(self) -> Self:
+    def model_post_init(self, context: Any) -> None:
         """Refuse keys of one link beside several named ones."""
+        super().model_post_init(context)
         own = self.model_fields_set - {"to", "bearings"}
         if self.bearings and own:
             raise ModelError(f"{', '.join(sorted(own))} beside named bearings", allowed="each key in a named bearing")
@@ -593,41 +579,38 @@ class SupportTable(BearingTable):
             if table.type is not None and (first := taken.setdefault(table.at or 0.0, name)) != name:
                 problem = f"two rolling bearings at one place, {first} and {name}"
                 raise ModelError(problem, path=f"{name}.at", allowed="another place than the other bearings")
-        return self
 
 
 class SolidTable(LinkTable):
     """A neck or shaft: stiffness from its shape, each direction settable."""
 
     diameter: Length | None = key(None, "outer diameter of the shaft")
-    bore: Annotated[float, Unit("length", low=0)] | None = key(None, "inner diameter of the shaft")
+    bore: Span | None = key(None, "inner diameter of the shaft")
     length: Length | None = key(None, "length of the shaft; of a neck default face_width + gap")
-    torsional_rigidity: Annotated[float, Unit("rigidity", low=0, above=True)] | None = key(
-        None, "torsional rigidity G J_p, in place of the diameters"
-    )
+    torsional_rigidity: Rigidity | None = key(None, "torsional rigidity G J_p, in place of the diameters")
 
-    @model_validator(mode="after")
-    def _hollow(self) -> Self:
+    def model_post_init(self, context: Any) -> None:
         """Refuse a bore without or above its diameter."""
+        super().model_post_init(context)
         if self.bore is not None and self.bore >= (self.diameter or 0.0):
             raise ModelError("bore not below diameter", allowed="bore < diameter")
-        return self
 
 
 class SectionTable(SchemaTable):
     """A cylindrical section of a shaft that bends; places along the axis from the centre of the member."""
 
     from_: Place | None = key(None, "where it begins; default where the one before it ends", alias="from")
-    to: Place = Field(description="where it ends")
-    diameter: Length = Field(description="outer diameter")
-    bore: Annotated[float, Unit("length", low=0)] | None = key(None, "inner diameter; default 0")
+    to: Place = key(..., "where it ends")
+    diameter: Length = key(..., "outer diameter")
+    bore: Span | None = key(None, "inner diameter; default 0")
 
-    @model_validator(mode="after")
-    def _hollow(self) -> Self:
+    def model_post_init(self, context: Any) -> None:
         """Refuse a bore above its diameter."""
         if self.bore is not None and self.bore >= self.diameter:
             raise ModelError("bore not below diameter", path="bore", given=self.bore, allowed="bore < diameter")
-        return self
+
+
+# bodies that bend -----------------------------------------------------------------------------------------------------
 
 
 class FoundationTable(SchemaTable):
@@ -644,9 +627,7 @@ class ElasticTable(SchemaTable):
     area: Annotated[float, Unit("area", low=0, above=True)] | None = key(
         None, "area of the section, for shear and stretch; default rim times width"
     )
-    bending: Annotated[float, Unit("rigidity", low=0, above=True)] | None = key(
-        None, "bending stiffness E I in the plane of the ring; default of the rim"
-    )
+    bending: Rigidity | None = key(None, "bending stiffness E I in the plane of the ring; default of the rim")
     axial: Annotated[float | str, Unit("force", low=0, above=True, words=("area",))] | None = key(
         None, "stiffness E A against stretch, or true, of the area; without it the ring is inextensible"
     )
@@ -665,11 +646,6 @@ class ElasticTable(SchemaTable):
             return {**data, "axial": "area"} if data.get("axial") is True else data
         raise ModelError("no elastic ring", given=data, allowed="true, or a table; a ring without the key is rigid")
 
-    @classmethod
-    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        table = handler.resolve_ref_schema(handler(schema))
-        return {"anyOf": [{"const": True}, table], "description": table.get("description", "")}
-
 
 MATRIX_FILES = ("file", "stiffness", "mass", "damping", "nodes")
 """Keys of a reduced body that name a file."""
@@ -678,7 +654,7 @@ MATRIX_FILES = ("file", "stiffness", "mass", "damping", "nodes")
 class InterfaceTable(SchemaTable):
     """Nodes of a reduced body that share the force of what joins it there."""
 
-    nodes: tuple[Annotated[int, Field(ge=1)], ...] = Field(description="numbers of the nodes", strict=False)
+    nodes: tuple[Annotated[int, Field(ge=1)], ...] = key(..., "numbers of the nodes", strict=False)
     spider: Literal["average", "rigid", "nodes"] = key(
         "average", "mean motion of the nodes; nodes stiff against each other; or nodes as they are, linear between them"
     )
@@ -699,9 +675,7 @@ class ReducedTable(SchemaTable):
     sectors: Annotated[int, Field(ge=3, le=10000)] | None = key(
         None, "equal sectors of the mesh of an axisymmetric body, which may turn against its frame"
     )
-    interfaces: dict[str, InterfaceTable] = Field(
-        default_factory=dict, description="where other parts join it; default every node with coordinates"
-    )
+    interfaces: dict[str, InterfaceTable] = key({}, "where other parts join it; default every node with coordinates")
 
     @model_validator(mode="before")
     @classmethod
@@ -709,24 +683,17 @@ class ReducedTable(SchemaTable):
         """Read a name as a table of that file."""
         return {"file": data} if isinstance(data, str) else data
 
-    @model_validator(mode="after")
-    def _complete(self) -> Self:
+    def model_post_init(self, context: Any) -> None:
         """Refuse no file, or files of two kinds."""
         texts = [name for name in MATRIX_FILES[1:] if getattr(self, name) is not None]
         if (self.file is None) == (not texts):
             raise ModelError("one way to name the files", allowed="file; or stiffness, mass and nodes")
-        return self
-
-    @classmethod
-    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        table = handler.resolve_ref_schema(handler(schema))
-        return {"anyOf": [{"type": "string"}, table], "description": table.get("description", "")}
 
 
 class CouplingTable(SolidTable):
     """A coupling or shaft between two members or bodies; rz rigid, the rest 0, unless named."""
 
-    between: tuple[str, str] = Field(description="the two members or bodies it joins", strict=False)
+    between: tuple[str, str] = key(..., "the two members or bodies it joins", strict=False)
     radius: Length | None = key(None, "radius at which an rz in N/m acts")
     ends: Literal["splined", "fixed"] = key(
         "splined", "ends of a shaft: splined passes torque alone; fixed also forces and bending"
@@ -735,6 +702,8 @@ class CouplingTable(SolidTable):
 
 LINK_KEYS = frozenset({**CouplingTable.model_fields, **SupportTable.model_fields}) | {"radial", "tilt"}
 
+
+# ripple ---------------------------------------------------------------------------------------------------------------
 
 _MOST_ORDER, _MOST_DENOMINATOR, MOST_POINTS, _LONGEST = 1000, 1000, 1000, 40
 _PATTERN = r"^\s*[0-9.]+(\s*/\s*[0-9]+)?\s*$"
@@ -776,17 +745,14 @@ class RippleTable(SchemaTable):
     speed: Annotated[float, Unit("speed", low=0)] | None = key(
         None, "amplitude of an imposed speed, at the operating speed; it follows the speed"
     )
-    phase: Annotated[float, Unit("angle")] | None = key(None, "phase of the cosine; default 0")
-    angles: Annotated[tuple[float, ...], Unit("angle", lists=True)] | None = key(
-        None, "equally spaced angles of whole turns of the shaft, from 0"
-    )
+    phase: Angle | None = key(None, "phase of the cosine; default 0")
+    angles: Angles | None = key(None, "equally spaced angles of whole turns of the shaft, from 0")
     torques: Annotated[tuple[float, ...], Unit("torque", lists=True)] | None = key(
         None, "torques at the angles; their mean is that of the operation"
     )
     file: str | None = key(None, "CSV file beside the model file, in place of angles and torques")
 
-    @model_validator(mode="after")
-    def _complete(self) -> Self:
+    def model_post_init(self, context: Any) -> None:
         """Refuse what is not one wave or one table."""
         amplitudes, waves = ("torque", "angle", "speed", "torques"), ("order", "frequency", "angles")
         for names, what in ((amplitudes, "an amplitude"), (waves, "an order")):
@@ -800,7 +766,6 @@ class RippleTable(SchemaTable):
             raise ModelError("of a shaft, beside frequency", path="of", given=self.of, allowed="order")
         if self.angles is not None:
             self._check_table(self.angles, self.torques or ())
-        return self
 
     def _check_table(self, angles: tuple[float, ...], torques: tuple[float, ...]) -> None:
         if self.phase is not None:

@@ -10,7 +10,8 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Container, Iterable, Iterator, Mapping
+from contextlib import suppress
 from functools import partial, reduce
 from operator import not_
 from typing import Any, Final
@@ -25,8 +26,9 @@ Ends = Callable[[Mapping[str, Any]], bool]
 MAX_DEPTH = 24
 # points of one dotted key: tomllib takes time as the square of their number, and there are 24 levels at most
 _MAX_POINTS = 300
-# segment of a key, a text (to the end of the line where it does not end there), a point, or what ends a key
-_TOKEN = re.compile(r"""(?P<segment>[\w-]+|"(?:[^"\\]|\\.)*(?:"|\\?$)|'[^']*(?:'|$))|(?P<point>\.)|(?P<end>[^ \t])""")
+# a text, to the end of the line where it does not end there; a dotted key of too many points
+_QUOTED = re.compile(r"""\"(?:[^"\\]|\\.)*(?:"|\\?$)|'[^']*(?:'|$)""")
+_DOTTED = re.compile(rf"(?<![\w-])(?:[\w-]+[ \t]*\.[ \t]*){{{_MAX_POINTS + 1}}}")
 # no line of text needs them, and a terminal takes them as orders
 _CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\ud800-\udfff]")
 # numbers above are no input; in a message or a file Python takes long over their digits, or refuses
@@ -89,23 +91,9 @@ def _clean_text(text: str, path: str) -> str:
 def dotted_line(text: str) -> int | None:
     """Return the number of the first line of a TOML text with a dotted key of more points than a parser can bear."""
     for number, line in enumerate(text.splitlines(), start=1):
-        if line.count(".") > _MAX_POINTS and _most_points(line) > _MAX_POINTS:
+        if line.count(".") > _MAX_POINTS and _DOTTED.search(_QUOTED.sub("x", line)):
             return number
     return None
-
-
-def _most_points(line: str) -> int:
-    """Points of the longest dotted key of a line."""
-    most = points = 0
-    before = "end"
-    for token in _TOKEN.finditer(line):
-        kind = str(token.lastgroup)
-        if kind == "end" or kind == before == "segment":
-            points = 0
-        elif kind == "point":
-            points += 1
-        most, before = max(most, points), kind
-    return most
 
 
 def split_path(text: str, *, path: str = "") -> tuple[str, ...]:
@@ -132,7 +120,7 @@ def union(first: PlainTable, second: PlainTable, path: str) -> PlainTable:
     """Return two tables of one layer as one. Raises ModelError where both give the same key."""
     result = dict(first)
     for name, value in second.items():
-        where = f"{path}.{name}" if path else name
+        where = key_path(path, name)
         if name not in result:
             result[name] = value
         elif isinstance(value, dict) and isinstance(result[name], dict):
@@ -158,7 +146,7 @@ def merge(base: PlainTable, layer: PlainTable, path: str = "") -> PlainTable:
     """
     result = dict(base)
     for name, value in layer.items():
-        where = f"{path}.{name}" if path else name
+        where = key_path(path, name)
         if value is REMOVE:
             if name not in result:
                 allowed = f"one of {', '.join(base)}" if base else "nothing: the file has none"
@@ -179,6 +167,18 @@ def value_at(table: object, path: Iterable[str]) -> Any:
     return table
 
 
+def key_path(path: str, name: str) -> str:
+    """Return the path of a key in the table at a path, "" for the file itself."""
+    return f"{path}.{name}" if path else name
+
+
+def paths(table: object, path: str = "") -> Iterator[str]:
+    """Paths of every value and every table in nested tables."""
+    for name, value in table.items() if isinstance(table, dict) else ():
+        yield (where := key_path(path, name))
+        yield from paths(value, where)
+
+
 def leaves(table: Mapping[str, Any], ends: Ends = not_) -> Iterator[tuple[str, object]]:
     """Path and value of everything that is no table, and of the tables at which a path ends: empty ones."""
     return ((".".join(keys), value) for keys, value in keyed(table, ends=ends))
@@ -194,6 +194,8 @@ def keyed(
         else:
             yield (*above, key), value
 
+
+# written as TOML ------------------------------------------------------------------------------------------------------
 
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 
@@ -222,6 +224,8 @@ def _text(text: str) -> str:
     """Return a basic TOML string; JSON's escapes are TOML's, but for DEL, which TOML wants escaped too."""
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007F")
 
+
+# shorthands -----------------------------------------------------------------------------------------------------------
 
 TOLERANCE_TABLES = ("cost", "correlation")
 """Tables of `[tolerance]` that are no tolerances."""
@@ -260,6 +264,14 @@ def expand_path(text: str, names: Names, *, path: str) -> tuple[str, ...]:
     except ModelError as error:
         raise ModelError(error.problem, path=path, given=text, allowed=error.allowed) from None
     return tuple(found for found, _ in leaves(table))
+
+
+def as_written(table: PlainTable, found: Container[str], names: Names) -> Iterator[tuple[str, str]]:
+    """Paths of a table as they are written, each with those of `found` that it stands for; none of what expands not."""
+    for path, value in leaves(table):
+        with suppress(ModelError):
+            expanded = leaves(expand(nested(tuple(path.split(".")), value), names))
+            yield from ((path, full) for full, _ in expanded if full in found)
 
 
 def _each(table: PlainTable, path: str, change: Callable[[PlainTable, str], Any]) -> PlainTable:
@@ -494,6 +506,8 @@ def one_path(text: str, names: Names, path: str) -> str:
     return table if table.endswith(f".{last}") else f"{table}.{last}"
 
 
+# normalised for the schema --------------------------------------------------------------------------------------------
+
 STANDARD_GRAVITY = 9.81  # m/s^2
 
 
@@ -524,18 +538,30 @@ def _normalised_operation(table: PlainTable, names: Names, path: str = "operatio
     return result
 
 
-def _by_member(table: PlainTable, names: Names, path: str, *, sides: bool | None) -> PlainTable:
-    """Return {full path: value} of nested stage, member and side tables; sides None: the values are tables."""
-    flat: PlainTable = {}
+def _flat(
+    table: PlainTable, names: Names, path: str, *, beside: tuple[str, ...] = ()
+) -> Iterator[tuple[str, str, Any, str]]:
+    """Stage ("" of a body), full path, value and place of every member of a table by stage and member.
+
+    beside : keys of a stage that are no members.  Raises ModelError for a name that is not known.
+    """
+    allowed = ", and ".join(("a table of members", *beside))
     for first, value in table.items():
         where = f"{path}.{first}"
         if first in names.stages:
-            for member, entry in _table(value, where, "a table of members").items():
-                _known(member, names.stages[first], f"{where}.{member}", entry)
-                flat |= _sides(f"{first}.{member}", entry, f"{where}.{member}", sides)
+            for name, entry in _table(value, where, allowed).items():
+                _known(name, (*names.stages[first], *beside), f"{where}.{name}", entry)
+                yield first, f"{first}.{name}", entry, f"{where}.{name}"
         else:
             _known(first, (*names.bodies, *names.stages), where, value)
-            flat[first] = value
+            yield "", first, value, where
+
+
+def _by_member(table: PlainTable, names: Names, path: str, *, sides: bool | None) -> PlainTable:
+    """Return {full path: value} of nested stage, member and side tables; sides None: the values are tables."""
+    flat: PlainTable = {}
+    for stage, member, value, where in _flat(table, names, path):
+        flat |= _sides(member, value, where, sides) if stage else {member: value}
     return flat
 
 
@@ -553,21 +579,13 @@ def _normalised_deviations(table: PlainTable, names: Names) -> PlainTable:
     """Flatten deviations to full member and mesh paths."""
     members: PlainTable = {}
     meshes: PlainTable = {}
-    keys = MemberDeviationsTable.model_fields
-    for first, value in table.items():
-        where = f"deviations.{first}"
-        if first in names.stages:
-            for name, entry in _table(value, where, "a table of members, and meshes").items():
-                if name == "meshes":
-                    for mesh, errors in _table(entry, f"{where}.meshes", "a table of meshes").items():
-                        mesh_name(mesh, first, names, path=f"{where}.meshes.{mesh}")
-                        meshes |= _by_side(f"{first}.meshes.{mesh}", errors, MeshDeviationsTable.model_fields)
-                else:
-                    _known(name, (*names.stages[first], "meshes"), f"{where}.{name}", entry)
-                    members |= _by_side(f"{first}.{name}", entry, keys)
+    for stage, path, value, where in _flat(table, names, "deviations", beside=("meshes",)):
+        if stage and path == f"{stage}.meshes":
+            for mesh, errors in _table(value, where, "a table of meshes").items():
+                mesh_name(mesh, stage, names, path=f"{where}.{mesh}")
+                meshes |= _by_side(f"{path}.{mesh}", errors, MeshDeviationsTable.model_fields)
         else:
-            _known(first, (*names.bodies, *names.stages), where, value)
-            members |= _by_side(first, value, keys, sides=False)
+            members |= _by_side(path, value, MemberDeviationsTable.model_fields, sides=bool(stage))
     return {"members": members, "meshes": meshes}
 
 

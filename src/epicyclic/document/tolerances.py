@@ -70,15 +70,13 @@ Width = Callable[[str, StandardGrade, bool], float]
 """Width [SI] of a grade at a path, of a vector or not; raises ModelError where the grade has no meaning there."""
 
 
-def tolerances(document: object, width: Width | None = None) -> tuple[Tolerance, ...]:
+def tolerances(document: Any, width: Width | None = None) -> tuple[Tolerance, ...]:
     """Return the entries of `[tolerance]`.
 
     document : a Document, or its tables (`Train.document`).  width : of the grades; `train.resolution` knows the
     sizes that they apply to.  Raises ModelError as `check_tolerance`, and for a grade without `width`.
     """
-    data = getattr(document, "data", document)
-    if not isinstance(data, Mapping):
-        raise TypeError(f"a Document or its tables, not {type(document).__name__}")
+    data: Mapping[str, Any] = getattr(document, "data", document)
     return _ToleranceTable(dict(data), collect(data), width).entries()
 
 
@@ -379,6 +377,8 @@ def _numbers_of(entry: Tolerance, names: Names) -> list[str]:
         return [f"{table}.{last}", *([f"{table}.x", f"{table}.y"] if last == "amplitude" else [])]
     return found
 
+
+# correlations ---------------------------------------------------------------------------------------------------------
 
 # smallest eigenvalue that counts as positive: rounding of a matrix of ones is 1e-15, and a direction with a thousandth
 # of a deviation (1e-6 of a variance) is a dependence, to be stated by one entry instead of two

@@ -95,6 +95,8 @@ def finite_float(text: str) -> float:
     return number
 
 
+# values ---------------------------------------------------------------------------------------------------------------
+
 PerPlanet = float | tuple[float, ...]  # one value, or one per planet
 
 
@@ -174,32 +176,25 @@ KINDS: dict[str, Kind] = {
 }
 
 UNKNOWN_UNIT = "unit not known or of another kind of quantity"
-_DEGREE = math.pi / 180
-# factor to SI, SI unit; every entry equals pint's (tested)
-COMMON: dict[str, tuple[float, str]] = {kind.unit: (1.0, kind.unit) for kind in KINDS.values() if kind.unit} | {
-    "mm": (1e-3, "m"),
-    "um": (1e-6, "m"),
-    "deg": (_DEGREE, "rad"),
-    "g": (1e-3, "kg"),
-    "t": (1e3, "kg"),
-    "mPa s": (1e-3, "Pa s"),
-    "MN": (1e6, "N"),
-    "MN m": (1e6, "N m"),
-    "GN/m": (1e9, "N/m"),
-    "kN/mm": (1e6, "N/m"),
-    "kN m/rad": (1e3, "N m/rad"),
-    "kg mm^2": (1e-6, "kg m^2"),
-    "MN/m": (1e6, "N/m"),
-    "N/um": (1e6, "N/m"),
-    "N/(mm um)": (1e9, "N/m^2"),
-    "kN": (1e3, "N"),
-    "kN m": (1e3, "N m"),
-    "kW": (1e3, "W"),
-    "MW": (1e6, "W"),
-    "rpm": (math.pi / 30, "rad/s"),
-    "MPa": (1e6, "Pa"),
-    "GPa": (1e9, "Pa"),
+# by SI unit the factor of others; every entry equals pint's (tested)
+_FACTORS: dict[str, dict[str, float]] = {
+    "m": {"mm": 1e-3, "um": 1e-6},
+    "rad": {"deg": math.pi / 180},
+    "rad/s": {"rpm": math.pi / 30},
+    "kg": {"g": 1e-3, "t": 1e3},
+    "kg m^2": {"kg mm^2": 1e-6},
+    "N": {"kN": 1e3, "MN": 1e6},
+    "N m": {"kN m": 1e3, "MN m": 1e6},
+    "N m/rad": {"kN m/rad": 1e3},
+    "N/m": {"GN/m": 1e9, "kN/mm": 1e6, "MN/m": 1e6, "N/um": 1e6},
+    "N/m^2": {"N/(mm um)": 1e9},
+    "W": {"kW": 1e3, "MW": 1e6},
+    "Pa": {"MPa": 1e6, "GPa": 1e9},
+    "Pa s": {"mPa s": 1e-3},
 }
+COMMON = {kind.unit: (1.0, kind.unit) for kind in KINDS.values() if kind.unit}
+COMMON |= {unit: (scale, si) for si, units in _FACTORS.items() for unit, scale in units.items()}
+"""Unit -> factor to SI, SI unit."""
 _QUANTITY = re.compile(rf"\s*(?P<number>{NUMBER}|[+-]?inf)\s*(?P<unit>.*?)\s*", re.DOTALL)
 _LIST = re.compile(r"\s*\[(?P<items>[^\[\]]*)\](?P<unit>[^\[\]]*)")
 # a decimal comma, or thousands set apart
@@ -400,6 +395,8 @@ def kind_words(kinds: tuple[str, ...]) -> str:
     return " or ".join(f"{kind.name} ({kind.spellings})" if kind.unit else kind.name for kind in named)
 
 
+# numbers as written ---------------------------------------------------------------------------------------------------
+
 _ONE = re.compile(rf"\s*({NUMBER})\s*([^\d\s\[,].*?)?\s*")
 _MANY = re.compile(rf"\s*\[\s*({NUMBER}(?:\s*,\s*{NUMBER})*)\s*\]\s*([^\d\s\[,].*?)?\s*")
 
@@ -443,6 +440,8 @@ def written(value: object) -> Written | None:
         return Written(values=tuple(float(part) for part in many[1].split(",")), unit=many[2] or "", many=True)
     return None
 
+
+# numbers without a unit -----------------------------------------------------------------------------------------------
 
 _PLAIN = re.compile(rf"\s*{NUMBER}\s*")
 

@@ -33,16 +33,10 @@ from .tables import PlainTable, expand, leaves, merge, nested, normalise, value_
 from .units import ASKED, BareNumber, Quantity, Reading
 
 _WORDS = {
-    "int_type": "a whole number",
-    "int_from_float": "a whole number",
-    "bool_type": "true or false",
-    "string_type": "a text",
-    "float_type": "a number",
-    "dict_type": "a table",
-    "model_type": "a table",
-    "model_attributes_type": "a table",
-    "tuple_type": "a list",
-    "list_type": "a list",
+    **dict.fromkeys(("int_type", "int_from_float"), "a whole number"),
+    **dict.fromkeys(("dict_type", "model_type", "model_attributes_type"), "a table"),
+    **dict.fromkeys(("tuple_type", "list_type"), "a list"),
+    **{"bool_type": "true or false", "string_type": "a text", "float_type": "a number"},
 }
 _FAULTS = {
     "missing": ("missing", ""),
@@ -170,6 +164,8 @@ def _unwrap(annotation: Any) -> Any:
 def _is_model(annotation: Any) -> bool:
     return isinstance(annotation, type) and issubclass(annotation, BaseModel)
 
+
+# contradictions between tables ----------------------------------------------------------------------------------------
 
 _COMMON = set("kind mass inertia tilt_inertia split neck left right station material reduced".split())
 _GEAR = (
@@ -361,6 +357,9 @@ def _values(table: object, path: str, skip: tuple[str, ...] = ()) -> Iterator[tu
             yield from _values(value, where)
         else:
             yield where, value.value if isinstance(value, Quantity) else value
+
+
+# the whole model ------------------------------------------------------------------------------------------------------
 
 
 def validate(data: PlainTable, names: Names) -> tuple[ModelFile, bool]:

@@ -28,7 +28,7 @@ from .deviations import (
 )
 from .schema import BY_MEMBER, FORMAT, KIND_BY_NAME, SIDES, VARIATIONS, ModelFile, collect
 from .schema_fields import DisplacementForceTable, MeshForceTable, TiltMomentTable, TurnMomentTable, Unit
-from .tables import PlainTable, clean, expand, key_text, leaves, nested, value_text
+from .tables import PlainTable, as_written, clean, expand, key_path, key_text, paths, value_text
 from .units import COMMON, KINDS, Bounds, list_pattern, number_pattern, read_quantity, shown
 from .validation import bare_numbers
 
@@ -94,6 +94,8 @@ def _reads(text: str, unit: str, kind: str, value: float) -> bool:
     return read_quantity(f"{text} {unit}", (kind,), Bounds(inf=True)) == value
 
 
+# the file -------------------------------------------------------------------------------------------------------------
+
 _ORDER = (
     *("format", "title", "doi", "notes", "case", "material", "damping", "stages", "bodies", "couplings"),
     *("operation", "loads", "cases", "sensors", "deviations", "limits", "tolerance", "assumed"),
@@ -150,18 +152,15 @@ def _with_units(plain: PlainTable) -> PlainTable:
     names = collect(plain)
     expanded = expand(plain, names)
     bare = {path: error.kinds for path, error in bare_numbers(expanded, names).items()}
-    kinds = {}  # by the path that the document has for each of the `bare` expanded ones
-    for path, value in leaves({name: table for name, table in plain.items() if name not in _NO_MODEL}) if bare else ():
-        for written, _ in leaves(expand(nested(tuple(path.split(".")), value), names)):
-            if written in bare:
-                kinds[path] = bare[written]
+    model = {name: table for name, table in plain.items() if name not in _NO_MODEL} if bare else {}
+    kinds = {path: bare[full] for path, full in as_written(model, bare, names)}
     return dict(_spelled(plain, "", kinds))
 
 
 def _spelled(table: PlainTable, path: str, kinds: Mapping[str, tuple[str, ...]]) -> Iterator[tuple[str, Any]]:
     """A table with a unit at the numbers of the paths in `kinds`."""
     for name, value in table.items():
-        where = _join(path, name)
+        where = key_path(path, name)
         if isinstance(value, dict) and where not in kinds:
             value = dict(_spelled(value, where, kinds))
         yield name, unit_text(value, kinds[where]) if where in kinds else value
@@ -169,7 +168,7 @@ def _spelled(table: PlainTable, path: str, kinds: Mapping[str, tuple[str, ...]])
 
 def _placed(comments: Mapping[str, str], document: PlainTable) -> dict[str, str]:
     """Comments by paths that are there."""
-    there = set(_paths(document, ""))
+    there = set(paths(document))
     placed: dict[str, str] = {}
     for path, text in comments.items():
         here = path
@@ -181,15 +180,6 @@ def _placed(comments: Mapping[str, str], document: PlainTable) -> dict[str, str]
     return placed
 
 
-def _paths(table: PlainTable, path: str) -> Iterator[str]:
-    """Paths of every value and table."""
-    for name, value in table.items():
-        where = _join(path, name)
-        yield where
-        if isinstance(value, dict):
-            yield from _paths(value, where)
-
-
 def _section(table: PlainTable, path: str, heading: str, notes: Mapping[str, str]) -> Iterator[str]:
     """Lines of a table under its heading, then of those in it that have a heading of their own."""
     headed = {name: value for name, value in table.items() if _has_heading(value, path, name, notes)}
@@ -197,7 +187,7 @@ def _section(table: PlainTable, path: str, heading: str, notes: Mapping[str, str
         row
         for name, value in table.items()
         if name not in headed
-        for row in _rows(key_text(name), value, _join(path, name), notes)
+        for row in _rows(key_text(name), value, key_path(path, name), notes)
     ]
     if heading and (rows or not headed or path in notes):  # [stages] alone says nothing
         said, line = _comment_lines(notes.get(path, "")), f"[{heading}]"
@@ -206,7 +196,7 @@ def _section(table: PlainTable, path: str, heading: str, notes: Mapping[str, str
         yield from ("", *said, line)
     yield from _aligned(rows)
     for name, value in headed.items():
-        yield from _section(value, _join(path, name), ".".join(filter(None, (heading, key_text(name)))), notes)
+        yield from _section(value, key_path(path, name), ".".join(filter(None, (heading, key_text(name)))), notes)
 
 
 def _has_heading(value: object, path: str, name: str, notes: Mapping[str, str]) -> bool:
@@ -221,7 +211,7 @@ def _has_heading(value: object, path: str, name: str, notes: Mapping[str, str]) 
     if parts[0] == "tolerance":
         if name in ("cost", "correlation"):
             return True
-        return len(parts) == 2 and not _in_braces(value, _join(path, name), notes)
+        return len(parts) == 2 and not _in_braces(value, key_path(path, name), notes)
     return len(parts) == 1 and parts[0] in _HEADED
 
 
@@ -229,7 +219,7 @@ def _rows(key: str, value: object, path: str, notes: Mapping[str, str]) -> Itera
     """Lines of one entry: a value, a table in braces, or one line for each of its values."""
     if isinstance(value, dict) and value and not _in_braces(value, path, notes):
         for name, inner in value.items():
-            rows = list(_rows(f"{key}.{key_text(name)}", inner, _join(path, name), notes))
+            rows = list(_rows(f"{key}.{key_text(name)}", inner, key_path(path, name), notes))
             if path in notes and name == next(iter(value)):  # what is said of the table stands at its first line
                 said = "\n".join(filter(None, (notes[path], rows[0].comment)))
                 rows[0] = rows[0]._replace(comment=said)
@@ -243,7 +233,7 @@ def _rows(key: str, value: object, path: str, notes: Mapping[str, str]) -> Itera
 
 def _in_braces(value: Mapping[str, object], path: str, notes: Mapping[str, str]) -> bool:
     """Whether a table stands in braces: short, of several plain values or of distributions, none with a comment."""
-    if any(isinstance(inner, Mapping) for inner in value.values()) or any(_join(path, name) in notes for name in value):
+    if any(isinstance(inner, Mapping) or key_path(path, name) in notes for name, inner in value.items()):
         return False
     return (len(value) > 1 or path.startswith("tolerance.")) and len(value_text(value)) <= _BRACES
 
@@ -269,9 +259,7 @@ def _comment_lines(text: str) -> list[str]:
     return [f"# {line}" for whole in text.splitlines() for line in wrapper.wrap(_CONTROL.sub(" ", whole))]
 
 
-def _join(path: str, name: str) -> str:
-    return f"{path}.{name}" if path else name
-
+# the schema -----------------------------------------------------------------------------------------------------------
 
 Schema = dict[str, Any]
 _NAME = "^[A-Za-z0-9_]{1,60}$"
@@ -319,7 +307,9 @@ def _as_written(root: Schema, defs: Schema) -> None:
     _operation(defs["Case"])
     variation = defs["Variation"]
     del variation["properties"]["form"], variation["required"]
-    defs["Variation"] = _either({"enum": list(VARIATIONS)}, variation)
+    words: Schema = {"enum": [*VARIATIONS]}
+    for name, form in (("Variation", words), ("Elastic", {"const": True}), ("Reduced", {"type": "string"})):
+        defs[name] = _either(form, defs[name])
     for name in ("stages", "bodies"):
         root["properties"][name]["propertyNames"] = {"pattern": _NAME}
     for name in ("couplings", "loads", "cases", "sensors"):

@@ -589,8 +589,5 @@ def _mesh(draft: Draft, mesh: Mesh, a: Body, b: Body, factor: float | None) -> V
 def _driver(train: Train, mesh: Mesh, a: Body, b: Body) -> str:
     """Which gear drives, "a" or "b", by the power through the mesh seen from the carrier; "" where there is none."""
     kinematics = train.kinematics
-    if kinematics.speed is None or kinematics.mesh_torque is None or kinematics.frame_speed is None:
-        return ""
-    torque = kinematics.mesh_torque.get(mesh.pair, 0.0)
-    power = torque * float(kinematics.speed[b.member] - kinematics.frame_speed[b.frame])
+    power = (kinematics.mesh_torque or {}).get(mesh.pair, 0.0) * float(kinematics.against(b.member, b.frame))
     return "" if power == 0 or not math.isfinite(power) else "a" if power > 0 else "b"

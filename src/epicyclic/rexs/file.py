@@ -1,15 +1,14 @@
-"""A REXS file as plain data: components with attributes, the relations between them, load cases.  No meaning yet.
+"""A REXS file as plain data, and what of it has a place in a model.
 
-Its names are asked of every model, before any module that reads XML is imported.  The values are the same from XML and
-from JSON: texts, arrays and matrices in Base64.  Numbers come in SI and in the spelling of a model file, from units of
-any version and spelling.
+The data are components with attributes, the relations between them, load cases.  File names are asked of every model,
+before any module that reads XML is imported.  The values are the same from XML and from JSON: texts, arrays and
+matrices in Base64.  Numbers come in SI and in the spelling of a model file, from units of any version and spelling.
 
-What of REXS has a place in a model, said once for both ways: attributes of components, relations, words, units.
-
-The import finds the kind of quantity of an attribute here, its key in the table that the component becomes, and how it
-is spelled there.  The export walks the rows of a type, takes each value of the part of the train that is written, and
-finds its unit here.  An attribute that is more than one number of a part (places, the hand of a gear, profile shifts
-that follow, what a joint holds) has its row too; what becomes of it is code of the one way or the other.
+What has a place in a model is said once for both ways: attributes of components, relations, words, units.  The import
+finds the kind of quantity of an attribute here, its key in the table that the component becomes, and how it is spelled
+there.  The export walks the rows of a type, takes each value of the part of the train that is written, and finds its
+unit here.  An attribute that is more than one number of a part (places, the hand of a gear, profile shifts that follow,
+what a joint holds) has its row too; what becomes of it is code of the one way or the other.
 """
 
 from __future__ import annotations
@@ -18,8 +17,6 @@ import base64
 import binascii
 import math
 import re
-import sys
-from array import array
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
@@ -128,14 +125,15 @@ class RexsFile:
     notes: tuple[str, ...] = ()
 
 
+# values ---------------------------------------------------------------------------------------------------------------
+
 # what XML and JSON may hold and a model file may not: control characters, and halves of surrogate pairs
 _UNSAFE = re.compile("[\x00-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff\ufffe\uffff]+")
 _INTEGER = re.compile(r"[+-]?[0-9]{1,18}")
 _FLOAT = re.compile(r"[+-]?(?:[0-9]{1,400}(?:\.[0-9]{0,400})?|\.[0-9]{1,400})(?:[eE][+-]?[0-9]{1,6})?")
 # attributes that are names even where a name is all digits: a material 1.6580 is not 1.658
 _NAMES = re.compile(r"(?:^|_)(?:name|designation|manufacturer|description|comment|remark|number_of_drawing)(?:_|$)")
-# code of an array -> type code of the standard library's arrays
-_CODES = {"float64": "d", "float32": "f", "int32": "i"}
+_CODES = ("float64", "float32", "int32")  # of arrays
 
 
 def plain_text(text: str) -> str:
@@ -208,13 +206,12 @@ def decoded(code: object, text: object, shape: tuple[object, object] | None, att
         raw = base64.b64decode("".join(text.split()), validate=True)
     except (binascii.Error, ValueError):
         raise ModelError("no Base64", path=attribute, given=text[:40], allowed=allowed) from None
-    numbers = array(_CODES[code])
-    if len(raw) % numbers.itemsize:
+    import numpy as np  # few files have arrays
+
+    if len(raw) % (size := np.dtype(code).itemsize):
         problem = f"{len(raw)} bytes are no whole number of values of {code}"
-        raise ModelError(problem, path=attribute, allowed=f"a multiple of {numbers.itemsize} bytes")
-    numbers.frombytes(raw)
-    if sys.byteorder == "big":
-        numbers.byteswap()
+        raise ModelError(problem, path=attribute, allowed=f"a multiple of {size} bytes")
+    numbers = np.frombuffer(raw, np.dtype(code).newbyteorder("<")).tolist()
     values = tuple(_finite(n) if isinstance(n, float) else n for n in numbers)
     return values if shape is None else _matrix(values, shape, attribute)
 
@@ -408,6 +405,9 @@ def shown(value: float) -> str:
     if abs(number) >= 1e6:
         return str(Decimal(repr(number)).normalize()).replace("E+", "e")
     return repr(number).removesuffix(".0")
+
+
+# what has a place in a model ------------------------------------------------------------------------------------------
 
 
 class RexsRow(NamedTuple):

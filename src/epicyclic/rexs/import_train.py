@@ -151,17 +151,17 @@ def import_file(file: RexsFile, *, load_case: int | None = None) -> RexsImport:
     for component, name in _false_texts(file):
         if name in view.asked.get(component, ()):
             view.assume(component, name, "", "stands as false where a text belongs: taken as missing")
-    paths = set(_paths(document))
+    there = set(_paths(document))
     reasons = {
         entry.path: entry.text if entry.component is None else f"{entry.text} (component {entry.component})"
         for entry in view.assumptions
-        if entry.path in paths
+        if entry.path in there
     }
     if reasons:
         document["assumed"] = reasons
     return RexsImport(
         document=document,
-        comments=_comments(unit, paths),
+        comments=_comments(unit, there),
         read=tuple(view.entries),
         assumed=tuple(view.assumptions),
         dropped=(*view.losses, *_dropped(unit)),

@@ -1,7 +1,7 @@
 """Document to Train: frozen data of bodies, connections, kinematics, phases, power; and a new train.
 
-Depends on: document, teeth.  Modules of the Train itself know no document.
-What a person says of a new train.
+Depends on: document, teeth.  Modules of the Train itself know no document.  What a person says of a new train stands
+here, so that the help of its command needs none of them.
 """
 
 from collections.abc import Mapping, Sequence
@@ -15,8 +15,6 @@ Number = float | str
 """A text with its unit, "10 mm", or a float in SI."""
 ByMember = Number | Mapping[str, Number] | Sequence[str] | None
 """Of the driving member, or by member, ``{"sun": "1000 rpm"}`` or ``["sun=1000 rpm"]``."""
-
-
 KIND_WORDS = "planetary, star, differential, parallel, compound, ravigneaux, wolfrom"
 
 

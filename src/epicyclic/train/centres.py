@@ -20,6 +20,7 @@ from .gears import (
     teeth_of_stage,
     width_of,
 )
+from .kinematics import spread
 from .stages import GearPair, Plan
 from .train import NAN, GearData, ResolutionLog, Teeth, same, turns_of
 
@@ -131,12 +132,8 @@ def _working(
     a, b = teeth[p.a], teeth[p.b]
     least = b.base_radius - a.base_radius if p.internal else b.base_radius + a.base_radius
     if least <= 0:
-        raise ModelError(
-            f"the ring is smaller than {p.a}, which turns in it",
-            path=f"{plan.member_path(p.b)}.teeth",
-            given=b.teeth,
-            allowed=f"more teeth than {a.teeth}",
-        )
+        problem, path = f"the ring is smaller than {p.a}, which turns in it", f"{plan.member_path(p.b)}.teeth"
+        raise ModelError(problem, path=path, given=b.teeth, allowed=f"more teeth than {a.teeth}")
     if p.keys.pressure_angle is not None:
         by_angle = least / math.cos(p.keys.pressure_angle)
         return p.keys.pressure_angle, by_angle if given is None else given.value
@@ -148,19 +145,13 @@ def _working(
         return angle if math.isnan(fitting) else fitting, distance
     angle = _angle_at(p, given.value, teeth)
     if angle > STEEPEST:
-        raise ModelError(
-            f"the centre distance is too large, the working pressure angle would be {math.degrees(angle):.3g} deg",
-            path=given.path,
-            given=in_mm(given.value),
-            allowed=f"about {in_mm(distance)}, the distance of teeth and module",
-        )
+        problem = f"the centre distance is too large, the working pressure angle would be {math.degrees(angle):.3g} deg"
+        allowed = f"about {in_mm(distance)}, the distance of teeth and module"
+        raise ModelError(problem, path=given.path, given=in_mm(given.value), allowed=allowed)
     if math.isnan(angle):
-        raise ModelError(
-            "the centre distance is below the base circles",
-            path=given.path,
-            given=in_mm(given.value),
-            allowed=f"at least {in_mm(least)}, or {p.path}.pressure_angle",
-        )
+        problem = "the centre distance is below the base circles"
+        allowed = f"at least {in_mm(least)}, or {p.path}.pressure_angle"
+        raise ModelError(problem, path=given.path, given=in_mm(given.value), allowed=allowed)
     return angle, given.value
 
 
@@ -227,12 +218,9 @@ def _common_faces(plan: Plan, p: GearPair) -> Iterator[tuple[str | None, tuple[f
     """
     if plan.two_sided(p.a) != plan.two_sided(p.b):
         single, double = (p.a, p.b) if plan.two_sided(p.b) else (p.b, p.a)
-        raise ModelError(
-            f"meshes with {double}, which has a left and a right half",
-            path=f"{plan.member_path(single)}.herringbone",
-            given=False,
-            allowed="herringbone or split gears mesh with such gears",
-        )
+        problem = f"meshes with {double}, which has a left and a right half"
+        path = f"{plan.member_path(single)}.herringbone"
+        raise ModelError(problem, path=path, given=False, allowed="herringbone or split gears mesh with such gears")
     sides: tuple[str | None, ...] = ("left", "right") if plan.two_sided(p.a) else (None,)
     for side in sides:
         places = {name: half_station(plan, name, side) for name in (p.a, p.b)}
@@ -248,12 +236,9 @@ def _common_faces(plan: Plan, p: GearPair) -> Iterator[tuple[str | None, tuple[f
                 f"{name} {(places[name] - width / 2) * 1e3:.6g} .. {(places[name] + width / 2) * 1e3:.6g} mm"
                 for name, width in widths.items()
             )
-            raise ModelError(
-                f"the {f'{side} ' if side else ''}faces do not overlap along the axis",
-                path=p.path,
-                given=", ".join(ends),
-                allowed="station, gap and face_width with which both gears share a piece of the face",
-            )
+            problem = f"the {f'{side} ' if side else ''}faces do not overlap along the axis"
+            allowed = "station, gap and face_width with which both gears share a piece of the face"
+            raise ModelError(problem, path=p.path, given=", ".join(ends), allowed=allowed)
         yield side, (middle + (left + right) / 2, right - left)
 
 
@@ -273,11 +258,8 @@ def _pin_radii(plan: Plan, distance: Mapping[str, float], log: ResolutionLog) ->
         given = given_radius(plan, plan.axis[name], log)
         radius = given.value if given is not None else radii.get(plan.axis[name])
         if radius is None:
-            raise ModelError(
-                "is missing: no mesh with a central gear says it",
-                path=f"{plan.member_path(name)}.pin_radius",
-                allowed="radius of its axes [m]",
-            )
+            problem = "is missing: no mesh with a central gear says it"
+            raise ModelError(problem, path=f"{plan.member_path(name)}.pin_radius", allowed="radius of its axes [m]")
         origin = "given" if member.pin_radius is not None else "geometry"
         log.note(f"{plan.member_path(name)}.pin_radius", radius, "m", origin)
         yield name, radius
@@ -287,28 +269,30 @@ def _ahead(plan: Plan, pin: Mapping[str, float], distance: Mapping[str, float]) 
     """Polar angle of every planet gear from the branch line [rad]: 0 for the first one and what shares its axis."""
     if not pin:
         return {}
-    angle = {plan.axis[next(iter(pin))]: 0.0}
-    joints = [p for p in plan.pairs if p.a in pin and p.b in pin]
-    for _ in joints:
-        for p in joints:
-            for known, new in ((p.a, p.b), (p.b, p.a)):
-                if plan.axis[known] in angle and plan.axis[new] not in angle:
-                    turn = _turn(plan, p, pin[known], pin[new], distance[p.name])
-                    sign = -1.0 if plan.gears[new].ahead is False else 1.0
-                    angle[plan.axis[new]] = angle[plan.axis[known]] + sign * turn
+
+    def beyond(angle: float, mesh: tuple[GearPair, str, str]) -> float:
+        p, known, new = mesh
+        turn = _turn(plan, p, pin[known], pin[new], distance[p.name])
+        return angle + (-turn if plan.gears[new].ahead is False else turn)
+
+    joints = [joint for joint in _axes_joined(plan) if joint[2][1] in pin and joint[2][2] in pin]
+    angle = spread({plan.axis[next(iter(pin))]: 0.0}, joints, beyond)
     return {name: angle.get(plan.axis[name], 0.0) for name in pin}
+
+
+def _axes_joined(plan: Plan) -> list[tuple[str, str, tuple[GearPair, str, str]]]:
+    """Axes of both gears of every pair, either way, with the pair and the gears there."""
+    meshes = [(p, *ends) for p in plan.pairs for ends in ((p.a, p.b), (p.b, p.a))]
+    return [(plan.axis[a], plan.axis[b], (p, a, b)) for p, a, b in meshes]
 
 
 def _turn(plan: Plan, p: GearPair, known: float, new: float, between: float) -> float:
     """Angle at the centre of the stage between two axes that mesh, from the three centre distances [rad]."""
     cosine = (known**2 + new**2 - between**2) / (2 * known * new)
     if not -1.0 <= cosine < 1.0:
-        raise ModelError(
-            f"the centre distances {known * 1e3:.6g}, {new * 1e3:.6g} and {between * 1e3:.6g} mm make no triangle",
-            path=f"{p.path}.centre_distance",
-            given=in_mm(between),
-            allowed=f"between {abs(known - new) * 1e3:.6g} and {(known + new) * 1e3:.6g} mm",
-        )
+        problem = f"the centre distances {known * 1e3:.6g}, {new * 1e3:.6g} and {between * 1e3:.6g} mm make no triangle"
+        allowed = f"between {abs(known - new) * 1e3:.6g} and {(known + new) * 1e3:.6g} mm"
+        raise ModelError(problem, path=f"{p.path}.centre_distance", given=in_mm(between), allowed=allowed)
     return math.acos(cosine)
 
 
@@ -319,25 +303,16 @@ def _centres(plan: Plan, distance: Mapping[str, float]) -> dict[str, Place]:
     place = {plan.axis[name]: (0.0, 0.0) for name in plan.gears if plan.central(name) and name not in fixed}
     if fixed and not place and len(fixed) == len(plan.gears):
         place[plan.axis[fixed[0]]] = (0.0, 0.0)
-    for _ in plan.gears:
-        for name in fixed:
-            if plan.axis[name] not in place:
-                _place_beside(plan, name, place, distance)
+
+    def beside(at: Place, mesh: tuple[GearPair, str, str]) -> Place:
+        angle, between = plan.gears[mesh[2]].direction or 0.0, distance[mesh[0].name]
+        return at[0] + between * math.cos(angle), at[1] + between * math.sin(angle)
+
+    place = spread(place, [joint for joint in _axes_joined(plan) if joint[2][2] in fixed], beside)
     for name in fixed:
         if plan.axis[name] not in place:
             raise ModelError("cannot be placed: it meshes with no central gear", path=plan.member_path(name))
     return {name: place[plan.axis[name]] for name in plan.gears if plan.central(name)}
-
-
-def _place_beside(plan: Plan, name: str, place: dict[str, Place], distance: Mapping[str, float]) -> None:
-    """Put the axis of one gear [m] at its distance from the first partner whose axis has a place."""
-    for p in plan.pairs:
-        partner = p.b if p.a == name else p.a if p.b == name else None
-        if partner is not None and plan.axis[partner] in place:
-            angle = plan.gears[name].direction or 0.0
-            x, y = place[plan.axis[partner]]
-            place[plan.axis[name]] = (x + distance[p.name] * math.cos(angle), y + distance[p.name] * math.sin(angle))
-            return
 
 
 def _directions(

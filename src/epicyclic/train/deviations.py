@@ -12,6 +12,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import partial
 from typing import Any, Literal
 
 import numpy as np
@@ -59,21 +60,17 @@ class DeviationScope:
 
     def relative(self, body: Body) -> Fraction | None:
         """Turns per second of a body in its frame, None without speeds."""
-        speed, frames = self.kinematics.speed, self.kinematics.frame_speed
-        if speed is None or frames is None:
-            return None
-        return (speed[body.member] - frames.get(body.frame, Fraction(0))) / 60
+        return None if self.kinematics.speed is None else self.kinematics.against(body.member, body.frame) / 60
 
     def seat_turn(self, body: Body, seats: Sequence[Link]) -> Fraction | None:
         """Turns per second, in the frame of a body, of what carries it; None for a shaft without speeds."""
-        speed, frames = self.kinematics.speed, self.kinematics.frame_speed
         if any(link.kind == "shaft" for link in seats):
             return self.relative(body)
-        if speed is None or frames is None or body.branch is not None:
+        if self.kinematics.speed is None or body.branch is not None:
             return Fraction(0)
         carrier = next((link.second for link in seats if link.second is not None), None)
-        turn = next((speed[b.member] for b in self.bodies if b.name == carrier), Fraction(0))
-        return (turn - frames.get(body.frame, Fraction(0))) / 60
+        member = next((b.member for b in self.bodies if b.name == carrier), None)
+        return self.kinematics.against(member, body.frame) / 60
 
     def seats(self, body: Body) -> list[Link]:
         """The supports or bearings that carry a body; of a gear that has none, the shaft it sits on."""
@@ -178,31 +175,24 @@ def _run_out(scope: DeviationScope, body: Body, path: str, table: DisplacementTa
     _displace(scope, body, path, table, cause="run_out", rows="own", links=pins, frequency=Fraction(0))
 
 
-def _seat_error(
-    cause: Literal["bearing_run_out", "position", "tilt"],
-) -> Callable[[DeviationScope, Body, str, DisplacementTable], None]:
+def _seat_error(cause: str, scope: DeviationScope, body: Body, path: str, table: DisplacementTable) -> None:
     """Kind of a displaced seat: run-out turns with the body and enters the links that carry it; position and
     misalignment stand still in what carries the body."""
-
-    def resolve(scope: DeviationScope, body: Body, path: str, table: DisplacementTable) -> None:
-        seats = scope.seats(body)
-        # a doubt where nothing holds the member (or the half that `path` names) in the direction of the displacement
-        whole, same = f".{body.side}." not in path, (body.member, body.branch)
-        halves = [b for b in scope.bodies if b is body or (whole and (b.member, b.branch) == same)]
-        rows = [_held_rows(link, b) for b in halves for link in scope.seats(b)]
-        first = 3 if cause == "tilt" else 0
-        components = _components(body, table)
-        for value, directions in zip(components, ((first, first + 1), (first + 2,)), strict=True):
-            if value and not any(row[i] for row in rows for i in directions):
-                names = " and ".join(DIRECTIONS[i] for i in directions)
-                text = f"{path} has no effect: no support or bearing holds {body.member} in {names}"
-                scope.log.coded("deviation-without-effect", text)
-        turns = cause == "bearing_run_out"
-        frequency = scope.relative(body) if turns else scope.seat_turn(body, seats)
-        entered: Literal["own", "seat"] = "own" if turns else "seat"
-        _displace(scope, body, path, table, cause=cause, rows=entered, links=seats, frequency=frequency)
-
-    return resolve
+    seats = scope.seats(body)
+    # a doubt where nothing holds the member (or the half that `path` names) in the direction of the displacement
+    whole, same = f".{body.side}." not in path, (body.member, body.branch)
+    halves = [b for b in scope.bodies if b is body or (whole and (b.member, b.branch) == same)]
+    rows = [_held_rows(link, b) for b in halves for link in scope.seats(b)]
+    first = 3 if cause == "tilt" else 0
+    for value, directions in zip(_components(body, table), ((first, first + 1), (first + 2,)), strict=True):
+        if value and not any(row[i] for row in rows for i in directions):
+            names = " and ".join(DIRECTIONS[i] for i in directions)
+            text = f"{path} has no effect: no support or bearing holds {body.member} in {names}"
+            scope.log.coded("deviation-without-effect", text)
+    turns = cause == "bearing_run_out"
+    frequency = scope.relative(body) if turns else scope.seat_turn(body, seats)
+    entered: Literal["own", "seat"] = "own" if turns else "seat"
+    _displace(scope, body, path, table, cause=cause, rows=entered, links=seats, frequency=frequency)
 
 
 def _displace(
@@ -391,9 +381,9 @@ def _force_angle(mesh: Mesh, gears: Sequence[Body], body: Body, *, far: bool) ->
 # (scope, body or mesh, path in the file, value of the schema); displacements and errors are added in this order
 MEMBER_KINDS: dict[str, Callable[[DeviationScope, Body, str, Any], None]] = {
     "run_out": _run_out,
-    "bearing_run_out": _seat_error("bearing_run_out"),
-    "position": _seat_error("position"),
-    "tilt": _seat_error("tilt"),
+    "bearing_run_out": partial(_seat_error, "bearing_run_out"),
+    "position": partial(_seat_error, "position"),
+    "tilt": partial(_seat_error, "tilt"),
     "unbalance": _unbalance,
     "pitch": _pitch,
 }
@@ -403,6 +393,8 @@ MESH_KINDS: dict[str, Callable[[DeviationScope, Mesh, str, Any], None]] = {
     "errors": _turning_error,
 }
 
+
+# sizes beside the module ----------------------------------------------------------------------------------------------
 
 # A gear displaced by its module has left its mates (working depth: two modules).  A tenth of a module is about ten
 # times the run-out that grade 8 of ISO 1328 allows: such gears exist, but it is more often a slip in the unit.
@@ -473,10 +465,8 @@ def module_of(member: str, bodies: Sequence[Body]) -> float:
     """Smallest module [m] of a member, of its stage where it has no teeth, of the train where it is in none."""
     stage, _, name = member.partition(".")
     pieces = [b for b in bodies if b.member == f"{stage}.{name.partition('.')[0]}"]
-    for group in (pieces, [b for b in bodies if b.frame == stage], bodies):
-        if modules := [b.gear.module for b in group if b.gear is not None]:
-            return min(modules)
-    return math.nan
+    groups = (pieces, [b for b in bodies if b.frame == stage], bodies)
+    return min(next(filter(None, ([b.gear.module for b in group if b.gear is not None] for group in groups))))
 
 
 def _reach(member: str, bodies: Sequence[Body]) -> float:
@@ -489,12 +479,8 @@ def _check(path: str, size: float, module: float, data: Mapping[str, Any], log: 
     """Raise ModelError, or warn, of one deviation [m] of a gear of a module [m]."""
     words = "moves the ends of the teeth by" if ".tilt." in path else "is"
     if size > _LARGEST * module:
-        raise ModelError(
-            f"{words} more than a module: no deviation of a gear",
-            path=path,
-            given=_written(data, path, size),
-            allowed=f"at most a module, {in_mm(module, 4)}",
-        )
+        problem, given = f"{words} more than a module: no deviation of a gear", _written(data, path, size)
+        raise ModelError(problem, path=path, given=given, allowed=f"at most a module, {in_mm(module, 4)}")
     if size > _DOUBTFUL * module:
         more = f"{words} more than a tenth of a module ({in_mm(module, 4)}); is the unit right?"
         log.coded("deviation-large", f"{path} = {_written(data, path, size)}: {more}")

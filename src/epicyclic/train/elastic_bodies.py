@@ -1,12 +1,11 @@
 """Bodies of a train that bend: rings, and bodies by the matrices of a finite-element program.
 
-Rings that bend: their section from the drawing, what their orders leave out, and bolts that turn about them.
-
 Of a rectangular rim of height h, width b and mean radius R, E I is E int y^2/(1 + y/R) dA = E b R^2 (R ln(r_o/r_i) - h)
 (Winkler), the shear stiffness 5/6 G A.  Beside plane elasticity (plane stress) the free ring has its natural
-frequencies to 1.1 % up to h/R = 0.3 and n = 8.
+frequencies to 1.1 % up to h/R = 0.3 and n = 8.  What the orders of a ring leave out is told; bolts that turn about it
+pass at evenly spaced places.
 
-Bodies by the matrices of a finite-element program: read, reduced, and joined to what stands at their interfaces.
+Matrices are read, reduced, and joined to what stands at their interfaces.
 """
 
 from __future__ import annotations
@@ -186,9 +185,7 @@ def passes(link: Link, body: Body, bodies: Sequence[Body], kinematics: Kinematic
 def _passing_speed(link: Link, body: Body, bodies: Sequence[Body], kinematics: Kinematics) -> Fraction:
     """Speed [rpm] of what is on the other side of a link of a body, against the frame of the body."""
     other = link.second if link.first == body.name else link.first
-    speed, frames = kinematics.speed or {}, kinematics.frame_speed or {}
-    seat = Fraction(0) if other is None else Fraction(speed.get(next(b.member for b in bodies if b.name == other), 0))
-    return seat - Fraction(frames.get(body.frame, 0))
+    return kinematics.against(next((b.member for b in bodies if b.name == other), None), body.frame)
 
 
 class PassingLinks(NamedTuple):
@@ -263,12 +260,11 @@ def _passed(link: Link, by_name: Mapping[str, Body], bodies: Sequence[Body], kin
     lateral = any(link.stiffness[d] for d in (0, 1, 3, 4))
     if not lateral or all(body.bending is None for body in ends) or (len(ends) == 1 and "/bolts/" not in link.name):
         return None
-    speed, frames = kinematics.speed or {}, kinematics.frame_speed or {}
     for body, other in zip(ends, ends[::-1] if len(ends) == 2 else [None], strict=True):
         bending = body.bending
         axisymmetric = body.branch is None if bending is None else bending.waves is not None
         # the axes of the link are those of the other body, which has to stand still in its frame
-        still = other is None or Fraction(speed.get(other.member, 0)) == Fraction(frames.get(other.frame, 0))
+        still = other is None or not kinematics.against(other.member, other.frame)
         if axisymmetric and still and passes(link, body, bodies, kinematics):
             return body
     return None
@@ -306,6 +302,8 @@ def _varying_share(body: ElasticBody, waves: int, bolts: Sequence[Link], z: floa
     size = np.linalg.norm(np.fft.fft(total, axis=0), axis=(1, 2))
     return float(size[1:].max() / size[0]) if size[0] else 0.0
 
+
+# bodies by matrices ---------------------------------------------------------------------------------------------------
 
 _MASS = 1e-3  # of a stated mass or inertia from that of the matrices
 
@@ -403,10 +401,9 @@ def _require_constant(
     body: Body, joined: ElasticBody, links: Sequence[Link], bodies: Sequence[Body], kinematics: Kinematics, path: str
 ) -> None:
     """Refuse a body whose matrices, or those of what holds it, would vary in time in the axes of its stage."""
-    speed, frames = kinematics.speed or {}, kinematics.frame_speed or {}
     if joined.waves is not None:
         return
-    if Fraction(speed.get(body.member, 0)) != Fraction(frames.get(body.frame, 0)):
+    if kinematics.against(body.member, body.frame):
         problem = "turns against the axes of its stage: its matrices would vary in time"
         allowed = "a carrier; a body that stands, of a train whose carrier stands; sectors of an axisymmetric body"
         raise ModelError(problem, path=path, allowed=allowed)

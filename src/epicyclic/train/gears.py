@@ -1,18 +1,17 @@
-"""The teeth of a stage: what a chain shares, hands, widths, shifts, radii.
-
-Centre distances that are given, and the profile shifts that follow from them.
-"""
+"""The teeth of a stage: what a chain shares, hands, widths, radii; given distances, and the shifts that follow."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import asdict, replace
+from operator import mul
 from typing import NamedTuple
 
 from ..document.writer import quantity_text
 from ..errors import ModelError, in_mm
 from ..teeth import geometry
+from .kinematics import spread
 from .stages import GearPair, Plan, origin_of, sides_of, stated, stated_value
 from .train import GearData, ResolutionLog, Teeth, same
 
@@ -42,12 +41,8 @@ def _chain_teeth(plan: Plan, chain: tuple[str, ...], log: ResolutionLog) -> Iter
     helix = _shared(plan, chain, "helix_angle", log)
     if 0 < helix < _HELIX:
         stating = (plan.member_path(name) for name in chain if plan.gears[name].helix_angle is not None)
-        raise ModelError(
-            "is no helix",
-            path=f"{next(stating, plan.path)}.helix_angle",
-            given=f"{math.degrees(helix):.3g} deg",
-            allowed=f"0, or from {math.degrees(_HELIX):g} deg on",
-        )
+        path, given = f"{next(stating, plan.path)}.helix_angle", f"{math.degrees(helix):.3g} deg"
+        raise ModelError("is no helix", path=path, given=given, allowed=f"0, or from {math.degrees(_HELIX):g} deg on")
     normal = _shared(plan, chain, "pressure_angle", log)
     module, from_module = _module(plan, chain, (normal, helix), log)
     hands = _hands(plan, chain, helix, log)
@@ -85,19 +80,13 @@ def _scaled_to_teeth(plan: Plan, by_teeth: Mapping[str, float], from_module: boo
     rounded = all(value <= ROUNDED_RADIUS for value in share.values())
     for name, radius in missed.items():
         if (from_module and share[name] > FAR_RADIUS) or (plan.loaded and share[name] > ROUNDED_RADIUS):
-            log.coded(
-                "base-radius-far",
-                f"{plan.member_path(name)}.base_radius = {in_mm(radius, 4)} is far from teeth and module, "
-                f"which give {in_mm(by_teeth[name], 4)}",
-            )
+            text = f"{plan.member_path(name)}.base_radius = {in_mm(radius, 4)} is far from teeth and module,"
+            log.coded("base-radius-far", f"{text} which give {in_mm(by_teeth[name], 4)}")
     if not plan.loaded or not missed or not rounded:
         return set()
     texts = [f"{name} {radius * 1e3:.6g} to {by_teeth[name] * 1e3:.6g} mm" for name, radius in missed.items()]
-    log.coded(
-        "base-radius-scaled",
-        f"{plan.path}: base radii are scaled to the ratios of the teeth, without which no torque balances: "
-        f"{', '.join(texts)}",
-    )
+    text = f"{plan.path}: base radii are scaled to the ratios of the teeth, without which no torque balances:"
+    log.coded("base-radius-scaled", f"{text} {', '.join(texts)}")
     return set(missed)
 
 
@@ -173,14 +162,8 @@ def _module(plan: Plan, chain: tuple[str, ...], angles: tuple[float, float], log
 
 def _hands(plan: Plan, chain: tuple[str, ...], helix: float, log: ResolutionLog) -> dict[str, int]:
     """Hand of every gear of a chain, +1 right, -1 left, 0 spur: one is stated, the others follow, default right."""
-    relative = {chain[0]: 1}
     pairs = [(p, 1 if p.internal else -1) for p in plan.pairs if p.a in chain]
-    for _ in pairs:
-        for p, sign in pairs:
-            if p.a in relative:
-                relative.setdefault(p.b, sign * relative[p.a])
-            elif p.b in relative:
-                relative[p.a] = sign * relative[p.b]
+    relative = spread({chain[0]: 1}, [(*ends, sign) for p, sign in pairs for ends in ((p.a, p.b), (p.b, p.a))], mul)
     for p, sign in pairs:
         if helix and relative[p.b] != relative[p.a] * sign:
             raise ModelError("these hands cannot mesh all the way round", path=p.path, given=f"{p.a}, {p.b}")
@@ -189,12 +172,8 @@ def _hands(plan: Plan, chain: tuple[str, ...], helix: float, log: ResolutionLog)
     base = given.get(first, 1) * relative[first]
     for name, hand in given.items():
         if hand != base * relative[name]:
-            raise ModelError(
-                f"contradicts its chain: it follows from {first}",
-                path=f"{plan.member_path(name)}.hand",
-                given=plan.gears[name].hand,
-                allowed="left" if hand > 0 else "right",
-            )
+            problem, path = f"contradicts its chain: it follows from {first}", f"{plan.member_path(name)}.hand"
+            raise ModelError(problem, path=path, given=plan.gears[name].hand, allowed="left" if hand > 0 else "right")
     if helix == 0.0:
         return dict.fromkeys(chain, 0)
     for name in chain:
@@ -257,11 +236,8 @@ def finish_gear(
         raise ModelError("leaves no tooth", path=f"{path}.profile_shift", given=shift[0])
     if (first.root_radius >= first.tip_radius) is not teeth.internal:
         key, radius = ("root", first.root_radius) if member.root_diameter is not None else ("tip", first.tip_radius)
-        raise ModelError(
-            "the tip lies beyond the root: no tooth is left",
-            path=f"{path}.{key}_diameter",
-            given=f"{2e3 * radius:.4g} mm",
-        )
+        problem = "the tip lies beyond the root: no tooth is left"
+        raise ModelError(problem, path=f"{path}.{key}_diameter", given=f"{2e3 * radius:.4g} mm")
     return toothed
 
 
@@ -286,6 +262,8 @@ def _gear_data(plan: Plan, name: str, teeth: Teeth, shift: float, side: str | No
         dedendum=dedendum,
     )
 
+
+# distances and shifts -------------------------------------------------------------------------------------------------
 
 LARGEST_SHIFT = 5.0  # as in the file format; far beyond any tooth
 
@@ -334,11 +312,8 @@ def _first(stated: Sequence[tuple[str, float | None]], log: ResolutionLog) -> Gi
     given = [GivenLength(path, value) for path, value in stated if value is not None]
     for path, value in given[1:]:
         if not same(value, given[0].value, 1e-6):
-            log.coded(
-                "centre-distances-differ",
-                f"centre distances differ: {given[0].path} {in_mm(given[0].value)}, "
-                f"{path} {in_mm(value)}; the first one counts",
-            )
+            text = f"centre distances differ: {given[0].path} {in_mm(given[0].value)},"
+            log.coded("centre-distances-differ", f"{text} {path} {in_mm(value)}; the first one counts")
     return given[0] if given else None
 
 
@@ -365,12 +340,10 @@ def profile_shifts(
         known[other] = (total - known.setdefault(one, (0.0, "default"))[0], "geometry")
     for name, (shift, _) in known.items():
         if abs(shift) > LARGEST_SHIFT:
-            raise ModelError(
-                f"the centre distance asks for a profile shift of {shift:.3g}, no tooth is left",
-                path=f"{plan.member_path(name)}.profile_shift",
-                given="(from the centre distance)",
-                allowed=f"a centre distance nearer to that of teeth and module, shifts within +-{LARGEST_SHIFT:g}",
-            )
+            problem = f"the centre distance asks for a profile shift of {shift:.3g}, no tooth is left"
+            path = f"{plan.member_path(name)}.profile_shift"
+            allowed = f"a centre distance nearer to that of teeth and module, shifts within +-{LARGEST_SHIFT:g}"
+            raise ModelError(problem, path=path, given="(from the centre distance)", allowed=allowed)
     return {name: known.get(name, (0.0, "default")) for name in plan.gears}
 
 

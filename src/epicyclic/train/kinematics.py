@@ -1,15 +1,13 @@
-"""Speeds, ratios, orders, torques and power of a train, exact, from one linear solve.
+"""Speeds, ratios, orders, torques and power of a train, exact, from one linear solve of small systems of fractions.
 
 Speeds and torques of members are dual: the admissible speeds are the null space of the mesh and coupling equations, and
 external torques are in equilibrium when their virtual power is zero in every admissible motion.  Derived here.
-
-Exact linear algebra on small systems of fractions.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import lru_cache
@@ -18,6 +16,7 @@ from typing import Any, TypeVar
 from ..errors import ModelError
 
 Row = list[Fraction]
+Known = TypeVar("Known")
 Label = TypeVar("Label", int, str)
 Exact = TypeVar("Exact", int, Fraction)
 
@@ -29,6 +28,21 @@ def merged(labels: Mapping[str, Label], pairs: Iterable[tuple[str, str]]) -> dic
         low, high = sorted((result[a], result[b]))
         result = {name: low if label == high else label for name, label in result.items()}
     return result
+
+
+def spread(
+    known: Mapping[str, Known], joints: Sequence[tuple[str, str, Any]], step: Callable[[Known, Any], Known]
+) -> dict[str, Known]:
+    """Values of names: known ones, and those that joints (from, to, what) lead to by step(value, what).
+
+    The nearest to a known one come first, each by the first joint that leads there.
+    """
+    found, reached = dict(known), list(known)
+    for name in reached:
+        for _, end, what in (joint for joint in joints if joint[0] == name and joint[1] not in found):
+            found[end] = step(found[name], what)
+            reached.append(end)
+    return found
 
 
 def null_space(rows: Sequence[Sequence[Fraction]], order: Sequence[int]) -> dict[int, Row]:
@@ -124,6 +138,8 @@ def _dot(a: Row, b: Row) -> Fraction:
     return sum((x * y for x, y in zip(a, b, strict=True) if x and y), Fraction(0))
 
 
+# speeds and torques ---------------------------------------------------------------------------------------------------
+
 Motion = Mapping[str, Fraction]  # speed of every member in one admissible motion
 UNBALANCED = Fraction(1, 10**6)  # torques written with six digits still balance; what is left is spread over them
 
@@ -212,6 +228,10 @@ class Kinematics:
     def locked(self) -> bool:
         """Whether what is held leaves no rigid motion: all speeds are 0, and a torque only deforms the train."""
         return not self.freedoms
+
+    def against(self, member: str | None, frame: str) -> Fraction:
+        """Speed of a member, or of the housing, against a frame [rev/min]; 0 where the file gives no speeds."""
+        return Fraction((self.speed or {}).get(member or "", 0)) - Fraction((self.frame_speed or {}).get(frame, 0))
 
     @property
     def undetermined(self) -> tuple[str, ...]:
@@ -403,12 +423,8 @@ def _speeds(
         return None
     if len(given_freedoms) < len(motions):
         other = ", ".join(end for end in motions if end not in given)
-        raise ModelError(
-            f"the train has {len(motions)} freedoms, that many speeds are needed",
-            path="operation.speed",
-            given=given_freedoms,
-            allowed=f"also the speed of {other}",
-        )
+        problem = f"the train has {len(motions)} freedoms, that many speeds are needed"
+        raise ModelError(problem, path="operation.speed", given=given_freedoms, allowed=f"also the speed of {other}")
     return {
         name: sum((m[name] * given[end] for end, m in motions.items()), Fraction(0))
         for name in next(iter(motions.values()))
@@ -503,8 +519,6 @@ def _reactions(
     motions: Sequence[Motion], loads: Mapping[str, Fraction], unknown: Sequence[str]
 ) -> dict[str, Fraction] | None:
     """Torques of the unknown members that make the virtual power of every motion zero, None where there are none."""
-    if not unknown:
-        return {} if not any(_work(loads, motion) for motion in motions) else None
     matrix = [[motion[name] for name in unknown] for motion in motions]
     found = least_norm(matrix, [-_work(loads, motion) for motion in motions])
     return None if found is None else dict(zip(unknown, found, strict=True))

@@ -1,21 +1,17 @@
-"""Kinds of stages, and the preselection of a new train.
+"""Kinds of stages, and the preselection of a new train: tooth counts, module and face width, what stands beside them.
 
-Kinds of stages: which gears each one has, which of them mesh, and what follows from their teeth alone.
+One table describes every kind: which gears it has, which of them mesh, and what follows from their teeth alone.  Teeth
+are a mapping of gears to their numbers, positive, of a ring too; lengths are per module, all gears of a stage having
+one.  Tooth counts of a ratio are those of a simple planetary set or of a pair, and each stage has its part of an
+overall ratio.
 
-One table describes every kind.  Teeth are a mapping of gears to their numbers, positive, of a ring too; lengths are per
-module, all gears of a stage having one.
-
-Preselection of a new train: tooth counts, module and face width, and what stands beside them.
-
-Tooth counts of a ratio: of a simple planetary set, of a pair, and the part of every stage in an overall ratio.
-
-Module and face width from the torque: a size to begin with, no rating of strength.  The load figure
+Module and face width from the torque are a size to begin with, no rating of strength.  The load figure
 K = F_t/b (1/d_a +- 1/d_b), of sun and planet F_t/(b d_s) (u + 1)/u, stays at or below 4 N/mm^2, about what
 case-hardened planetary gears carry, with the face width b = 0.8 d of the pinion and F_t = 1.15 T/(N d/2), 15 % for
 unequal sharing.
 
-What a running model needs beside teeth and load: bodies, supports, damping, deviations, tolerances, each by a rule.
-Nothing here is known of the train that is to be built, so every number goes under `[assumed]` with its rule.
+Bodies, supports, damping, deviations and tolerances of a running model come each by a rule.  Nothing here is known of
+the train that is to be built, so every number goes under `[assumed]` with its rule.
 """
 
 from __future__ import annotations
@@ -207,16 +203,13 @@ def fits(teeth: Teeth, planets: int, helix_angle: float, module: float | None, k
 _REACHES, _MOST_TRIED = (6, 12, 24, 48), 30_000  # teeth that a proposal may differ by; sets that are looked at
 
 
-def nearest_teeth(
-    teeth: Teeth, planets: int, kind: str = "planetary", *, helix_angle: float, module: float | None, fewest: int
-) -> Iterator[dict[str, int]]:
-    """Teeth near to given ones that assemble and fit without shift, within ever more teeth of them.
+def nearest_teeth(blank: Blank) -> Iterator[dict[str, int]]:
+    """Teeth near to those of a stage that assemble and fit without shift, within ever more teeth of them.
 
     Rings follow from the other gears.  The order is the number of teeth that change, then the change of the ratio of
-    the last gear to the first.  helix_angle : [rad].  module : normal [m], None where it is to be chosen.
-    fewest : teeth of a gear, where the given one has no fewer.
+    the last gear to the first.  No gear has fewer than `FEWEST` teeth where the given one has not.
     """
-    layout = LAYOUTS[kind]
+    layout, teeth = blank.layout, blank.teeth
     first, *_, last = layout.gears
     free = [name for name, gear in layout.gears.items() if gear.kind != "ring"]
 
@@ -226,12 +219,14 @@ def nearest_teeth(
 
     told: list[dict[str, int]] = []
     for reach in (r for r in _REACHES if (2 * r + 1) ** len(free) <= _MOST_TRIED):
-        spans = [range(max(teeth[n] - reach, min(fewest, teeth[n])), teeth[n] + reach + 1) for n in free]
+        spans = [range(max(teeth[n] - reach, min(FEWEST, teeth[n])), teeth[n] + reach + 1) for n in free]
         near = (layout.with_rings(dict(zip(free, numbers, strict=True))) for numbers in product(*spans))
-        found = [one for one in near if fits(one, planets, helix_angle, module, kind) and one not in told]
+        found = [one for one in near if blank.takes(one) and one not in told]
         yield from sorted(found, key=change)
         told += found
 
+
+# tooth counts of a ratio ----------------------------------------------------------------------------------------------
 
 FEWEST = 17  # teeth without profile shift and without undercut, 2/sin^2(20 deg) = 17.1
 RATIO_BAND = 0.005  # ratio errors within one band count as equal: half a per cent of speed decides nothing
@@ -291,18 +286,11 @@ def pair_of_ratio(ratio: float) -> dict[str, int]:
     return min(({"pinion": z, "wheel": round(ratio * z)} for z in _PINIONS), key=rank)
 
 
-def counts_of_ratio(
-    ratio: float,
-    planets: int,
-    held: str,
-    helix_angle: float = 0.0,
-    module: float | None = None,
-    band: float = RATIO_BAND,
-) -> tuple[dict[str, int], ...]:
+def counts_of_ratio(ratio: float, blank: Blank, band: float) -> tuple[dict[str, int], ...]:
     """Best teeth of a simple set of a ratio, the best first, at most three.
 
-    ratio : as of `ratio_of`; of a star of either sign.  planets : number, equally spaced.  helix_angle : [rad].
-    Preferred in this order: ratio error in bands, of 0.5 % unless said; a ring of at most 180 teeth, or twice those of
+    ratio : as of `ratio_of`; of a star of either sign.  blank : the set without its teeth.
+    Preferred in this order: ratio error in bands; a ring of at most 180 teeth, or twice those of
     the smallest one of its band (about a ratio of 4 only rings of some 300 teeth have no common factors, with teeth far
     finer than the load asks for); no common factor of sun and planet, and of planet and ring (every tooth then meets
     every tooth); z_s/N not whole (the sun's meshes then do not all strike at once, which smooths the torque and pulls
@@ -312,11 +300,9 @@ def counts_of_ratio(
     ------
     ModelError : nothing within 2 %.
     """
-    bands = [
-        (int(abs(abs(ratio_of(teeth, held)) / abs(ratio) - 1) / band), teeth)
-        for teeth in _sets(1)
-        if abs(abs(ratio_of(teeth, held) / ratio) - 1) <= RATIO_LIMIT and fits(teeth, planets, helix_angle, module)
-    ]
+    held, planets = str(blank.held), blank.planets
+    errors = ((abs(abs(ratio_of(teeth, held) / ratio) - 1), teeth) for teeth in _sets(1))
+    bands = [(int(error / band), teeth) for error, teeth in errors if error <= RATIO_LIMIT and blank.takes(teeth)]
     smallest: dict[int, int] = {}
     for number, teeth in bands:
         smallest[number] = min(teeth["ring"], smallest.get(number, teeth["ring"]))
@@ -328,10 +314,7 @@ def counts_of_ratio(
 
     best = tuple(teeth for _, teeth in sorted(bands, key=rank)[:_SEVERAL])
     if not best:
-        problem, allowed = (
-            f"no teeth give this ratio with {planets} planets",
-            _ratio_range(planets, held, helix_angle, module),
-        )
+        problem, allowed = f"no teeth give this ratio with {planets} planets", _ratio_range(blank)
         raise ModelError(problem, path="ratio", given=ratio, allowed=allowed)
     return best
 
@@ -343,14 +326,17 @@ def _sets(step: int) -> Iterable[dict[str, int]]:
             yield {"sun": z_s, "planet": (z_r - z_s) // 2, "ring": z_r}
 
 
-def _ratio_range(planets: int, held: str, helix_angle: float, module: float | None) -> str:
+def _ratio_range(blank: Blank) -> str:
     """Ratios that some set within the search has, in words."""
-    least = least_gap(module)
-    ratios = [abs(ratio_of(c, held)) for c in _sets(4) if neighbour_gap(c, planets, helix_angle) >= least]
+    least, planets = least_gap(blank.module or None), blank.planets
+    fitting = (c for c in _sets(4) if neighbour_gap(c, planets, blank.helix_angle) >= least)
+    ratios = [abs(ratio_of(c, str(blank.held))) for c in fitting]
     if not ratios:
         return "fewer planets"
     return f"about {min(ratios):.3g} to {max(ratios):.3g} with {planets} planets; else fewer planets or two stages"
 
+
+# module and face width ------------------------------------------------------------------------------------------------
 
 PairTorques = Mapping[tuple[str, str], float]
 LOAD_FIGURE = 4e6  # [Pa] K of the preselection
@@ -360,6 +346,54 @@ _SHARING = 1.15  # unequal sharing, as for floating suns
 _SERIES = tuple(m * 1e-3 for m in (1, 1.25, 1.5, 2, 2.5, 3, 4, 5, 6, 8, 10, 12, 16, 20, 25, 32, 40, 50))
 _WIDTH_STEPS = (1e-3, 5e-3)  # [m] face widths below and above 50 mm are multiples of these
 _TOOL = 1e-9  # a quotient this much above a whole number is that number
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Blank:
+    """The gears of a stage as far as they are decided.
+
+    module, face_width : normal module and face width [m], 0 until they are chosen.  Angles [rad].
+    centre_distance : given one [m], 0 where it follows.  shifts : given ones, gear -> profile shift [1].
+    texts : keyword -> the value as it was given, with its unit.
+    """
+
+    name: str = "main"
+    kind: str = "planetary"
+    teeth: Teeth
+    planets: int
+    module: float
+    face_width: float
+    helix_angle: float
+    pressure_angle: float
+    held: str | None
+    centre_distance: float = 0.0
+    shifts: Mapping[str, float] = field(default_factory=dict)
+    texts: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def layout(self) -> StageLayout:
+        """Its gears and their meshes."""
+        return LAYOUTS[self.kind]
+
+    @property
+    def pinion(self) -> str:
+        """The smallest external gear on an axis that stands still: in a simple set the sun."""
+        return min((n for n, g in self.layout.gears.items() if g.kind in ("sun", "gear")), key=self.teeth.__getitem__)
+
+    def takes(self, teeth: Teeth) -> bool:
+        """Whether its planets assemble, and have room, with other teeth."""
+        return fits(teeth, self.planets, self.helix_angle, self.module or None, self.kind)
+
+    def diameter(self, teeth: int) -> float:
+        """Reference diameter of a gear [m]."""
+        return 2 * geometry.reference_radius(teeth, self.module, self.helix_angle)
+
+    def pressure(self, pair: tuple[str, str], torque: float, pinion: int, diameter: float) -> float:
+        """F_t (1/d_a +- 1/d_b) [N/m] of one branch where a gear of `pinion` teeth has a diameter [m]."""
+        z_a, z_b = (self.teeth[name] for name in pair)
+        curvature = (1 / z_a + (-1 if self.layout.gears[pair[1]].kind == "ring" else 1) / z_b) / z_a
+        branches = self.planets if self.layout.planets else 1
+        return 2 * (_SHARING if branches > 1 else 1.0) * torque * curvature * (pinion / diameter) ** 2 / branches
 
 
 def size_of(blank: Blank, torques: PairTorques) -> Blank:
@@ -408,6 +442,8 @@ def load_figure(blank: Blank, torques: PairTorques) -> float:
     return most / blank.face_width
 
 
+# what stands beside them ----------------------------------------------------------------------------------------------
+
 _STEEL = 7850.0  # [kg/m^3] as in the model file
 _RIM = 4  # modules of ring beyond its roots: from 3.5 on it carries nearly like a solid body
 _PLANET_RIM = 3  # modules of planet under its roots, beside the bore
@@ -424,50 +460,6 @@ _MESH = 20e9
 _BEARING = 0.5  # per mesh: bearings of planets, carriers and rings that turn
 _FLOATING = 0.01  # per mesh: a sun that floats on a toothed coupling
 _BOLTED = 2.5  # per mesh: what is held by the housing
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Blank:
-    """The gears of a stage as far as they are decided.
-
-    module, face_width : normal module and face width [m], 0 until they are chosen.  Angles [rad].
-    centre_distance : given one [m], 0 where it follows.  shifts : given ones, gear -> profile shift [1].
-    texts : keyword -> the value as it was given, with its unit.
-    """
-
-    name: str = "main"
-    kind: str = "planetary"
-    teeth: Teeth
-    planets: int
-    module: float
-    face_width: float
-    helix_angle: float
-    pressure_angle: float
-    held: str | None
-    centre_distance: float = 0.0
-    shifts: Mapping[str, float] = field(default_factory=dict)
-    texts: Mapping[str, str] = field(default_factory=dict)
-
-    @property
-    def layout(self) -> StageLayout:
-        """Its gears and their meshes."""
-        return LAYOUTS[self.kind]
-
-    @property
-    def pinion(self) -> str:
-        """The smallest external gear on an axis that stands still: in a simple set the sun."""
-        return min((n for n, g in self.layout.gears.items() if g.kind in ("sun", "gear")), key=self.teeth.__getitem__)
-
-    def diameter(self, teeth: int) -> float:
-        """Reference diameter of a gear [m]."""
-        return 2 * geometry.reference_radius(teeth, self.module, self.helix_angle)
-
-    def pressure(self, pair: tuple[str, str], torque: float, pinion: int, diameter: float) -> float:
-        """F_t (1/d_a +- 1/d_b) [N/m] of one branch where a gear of `pinion` teeth has a diameter [m]."""
-        z_a, z_b = (self.teeth[name] for name in pair)
-        curvature = (1 / z_a + (-1 if self.layout.gears[pair[1]].kind == "ring" else 1) / z_b) / z_a
-        branches = self.planets if self.layout.planets else 1
-        return 2 * (_SHARING if branches > 1 else 1.0) * torque * curvature * (pinion / diameter) ** 2 / branches
 
 
 def beside(blank: Blank) -> tuple[dict[str, Any], dict[str, str], dict[str, str]]:

@@ -1,8 +1,7 @@
-"""Links of a stage and between stages: supports, bearings, necks, shafts, couplings.
+"""Links of a stage and between stages: supports, bearings, necks, shafts, couplings, bolts.
 
-Stiffness of a cylindrical shaft or neck, as springs at its middle.
-
-One link of a model file at its site, and bolts on a pitch circle, each of which is a link of its own.
+A shaft or neck has the stiffness of a cylinder, as springs at its middle.  A table of the file becomes one link at its
+site; bolts stand on a pitch circle, each a link of its own.
 """
 
 from __future__ import annotations
@@ -109,13 +108,15 @@ def solid_stiffness(table: SolidTable, length: float, material: tuple[float, flo
     return stiffness
 
 
+# links at their sites -------------------------------------------------------------------------------------------------
+
 STIFF = math.inf
 # Places of a row and laminae of a roller of the law of five rows.
 _PLACES, _LAMINAE = 36, 3
 _TOUCH = 1e-12  # force per the last one of a curve that is none
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class LinkSite:
     """Where a link sits: path in the file, name in results, its bodies.
 
@@ -138,16 +139,7 @@ class LinkSite:
     def between(cls, path: str, name: str, kind: str, first: Body, second: Body, radius: float) -> LinkSite:
         """Site of a joint, in the middle between two bodies."""
         at = (first.station + second.station) / 2
-        return cls(
-            path=path,
-            name=name,
-            kind=kind,
-            first=first,
-            second=second.name,
-            centre=at,
-            station=at,
-            radius=radius,
-        )
+        return cls(path, name, kind, first, second.name, at, at, radius)
 
 
 def link_at(site: LinkSite, name: str, table: LinkTable, rest: Mapping[str, float], log: ResolutionLog) -> Link:
@@ -444,12 +436,9 @@ def _seat(
     table, path = overlaid(plan.member_levels(name, side), "bearing" if carried else "support")
     turning = plan.carrier is not None and f"{plan.name}.{plan.carrier}" not in held
     if carried and turning and table is not None and table.to == "housing":
-        raise ModelError(
-            f"{name} goes round with {plan.carrier}, and the carrier turns in the housing",
-            path=f"{path}.to",
-            given="housing",
-            allowed=f"the carrier, which is the default; the housing where {plan.carrier} is held",
-        )
+        problem = f"{name} goes round with {plan.carrier}, and the carrier turns in the housing"
+        allowed = f"the carrier, which is the default; the housing where {plan.carrier} is held"
+        raise ModelError(problem, path=f"{path}.to", given="housing", allowed=allowed)
     seconds: list[str | None] = [_carrying(table, bodies, side, path)]
     if carried and plan.carrier is not None and (table is None or table.to is None):
         # of a split carrier the half of this side, both for a planet in one piece
@@ -521,6 +510,7 @@ def _bearings_of_seat(
     if body.member not in model.operation.held:
         unnamed["rz"] = 0.0
     kind = "support" if body.branch is None else "bearing"
+    unplaced = body.kind == "carrier" and not model.stages[body.frame].branches  # no planets, and so no radius of pins
     for second in seconds:
         plate = second.rsplit("/", 1)[-1] if second is not None and len(seconds) > 1 else None
         for i, (name, link) in enumerate(listed):
@@ -535,7 +525,7 @@ def _bearings_of_seat(
                 second=second,
                 centre=member_centre(body, model),
                 station=body.station,
-                radius=body.reference_radius,
+                radius=math.nan if unplaced else body.reference_radius,
                 share=0.5 if half else 1.0,
             )
             yield from links_at(site, name, link, free if i else unnamed, log)
@@ -612,9 +602,6 @@ def _check_halves(plan: Plan, name: str, model: ModelFile) -> None:
         sprung = any(link.rz is not None and link.rz.value != 0.0 for link in links)
         bolted_on = any(link.bolts is not None and link.bolts.tangential != 0.0 for link in links)
         if not sprung and not bolted_on and f"{key}.{side}" not in ends:
-            raise ModelError(
-                f"nothing holds the {side} half: neither neck nor hold",
-                path=plan.member_path(name),
-                given="split = true",
-                allowed="a neck, a held member, support.rz, bolts, or a coupling at each half",
-            )
+            problem = f"nothing holds the {side} half: neither neck nor hold"
+            allowed = "a neck, a held member, support.rz, bolts, or a coupling at each half"
+            raise ModelError(problem, path=plan.member_path(name), given="split = true", allowed=allowed)

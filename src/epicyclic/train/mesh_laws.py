@@ -43,6 +43,8 @@ from .stages import GearPair, Levels, Plan, Stated, elastic_constants, member_ma
 from .train import Mesh, MeshError, ResolutionLog, per_branch
 
 RING_ORDERS = 12  # of a ring that bends
+# what the form of teeth has as the gear has it
+_ALIKE = ("teeth", "module", "pressure_angle", "helix_angle", "profile_shift", "addendum", "tip_radius", "internal")
 # Where the file states no thickness of the body: a hub of half the root diameter; a rim of 3.5 modules, which the
 # standard holds for as good as solid.
 _HUB, _RIM = 0.5, 3.5
@@ -81,11 +83,9 @@ class MeshSide:
     def needed_width(self, path: str) -> float:
         """Common face width [m]. Raises ModelError where it is not stated; path : of the stiffness that needs it."""
         if math.isnan(self.width):
-            raise ModelError(
-                "is missing: the mesh stiffness needs it",
-                path=f"{self.shape.plan.path}.face_width",
-                allowed=f"a face width of the stage or of {self.pair.a} and {self.pair.b}, or {path} in N/m",
-            )
+            problem = "is missing: the mesh stiffness needs it"
+            allowed = f"a face width of the stage or of {self.pair.a} and {self.pair.b}, or {path} in N/m"
+            raise ModelError(problem, path=f"{self.shape.plan.path}.face_width", allowed=allowed)
         return self.width
 
     @property
@@ -128,16 +128,9 @@ def tooth_form(shape: StageShape, gear: str, model: ModelFile, log: ResolutionLo
     # a given root diameter is a dedendum
     depth = data.root_radius - data.reference_radius if data.internal else data.reference_radius - data.root_radius
     return GearForm(
-        teeth=data.teeth,
-        module=data.module,
-        pressure_angle=data.pressure_angle,
-        helix_angle=data.helix_angle,
-        profile_shift=data.profile_shift,
-        addendum=data.addendum,
+        **{key: getattr(data, key) for key in _ALIKE},
         dedendum=depth / data.module + data.profile_shift,
         tip_rounding=stated_value(shape.plan.levels(gear), "tip_rounding", None),
-        tip_radius=data.tip_radius,
-        internal=data.internal,
         bore=_held(shape, gear, log),
         bends=0 if (elastic := shape.plan.gears[gear].elastic) is None else elastic.modes or RING_ORDERS,
         youngs_modulus=E,
@@ -283,11 +276,7 @@ def _flank(plan: Plan, name: str, side: str | None, log: ResolutionLog) -> Flank
         crown=crown,
         slope=slope,
         profile=() if profile is None else _profile(profile.value, profile.path),
-        waves=(
-            ()
-            if wave is None
-            else (Wave(amplitude=wave.value.amplitude, order=wave.value.order, phase=wave.value.phase),)
-        ),
+        waves=() if wave is None else (Wave(**wave.value.model_dump()),),
     )
 
 
@@ -300,13 +289,12 @@ def _flank_path(plan: Plan, name: str, levels: Levels) -> str:
 def _profile(table: ProfileTable, path: str) -> tuple[tuple[float, float], ...]:
     """Measured profile: heights below the tip, missing material [m]. Raises ModelError unless heights rise."""
     if len(table.below_tip) != len(table.missing) or any(b <= a for a, b in pairwise(table.below_tip)):
-        raise ModelError(
-            "heights must rise, one for each deviation",
-            path=path,
-            given=f"{len(table.below_tip)}, {len(table.missing)}",
-        )
+        problem = "heights must rise, one for each deviation"
+        raise ModelError(problem, path=path, given=f"{len(table.below_tip)}, {len(table.missing)}")
     return tuple(zip(table.below_tip, table.missing, strict=True))
 
+
+# stiffness and its variation ------------------------------------------------------------------------------------------
 
 STEEL_GRADES = 0.1  # steels differ by less in Young's modulus
 NORMAL_RANGE = (10e9, 30e9)  # stiffness per face width of steel teeth, transverse [N/m^2]
@@ -354,11 +342,9 @@ def mesh_law(at: MeshSide, *, teeth: ToothPair | None, lean: int) -> MeshLaw:
     if value == "contact":
         at.needed_width(path)
         if teeth is None:
-            raise ModelError(
-                "is missing: loaded contact needs the face of either gear",
-                path=f"{shape.plan.path}.face_width",
-                allowed=f"a face width of the stage, or of {p.a} and of {p.b}",
-            )
+            problem = "is missing: loaded contact needs the face of either gear"
+            allowed = f"a face width of the stage, or of {p.a} and of {p.b}"
+            raise ModelError(problem, path=f"{shape.plan.path}.face_width", allowed=allowed)
         loaded = _contact_law(at, teeth, lean)
     # where mean and variation are of two methods, the series is that of the variation
     by_shape = {method: tooth_law(at, method, path) for method in _BY_SHAPE if method in (value, form)}
@@ -432,11 +418,8 @@ def _check_range(at: MeshSide, stiffness: Sequence[float]) -> None:
         per_width = value * math.cos(at.base_helix) ** 2 / at.width
         if not least <= per_width <= most:
             kind = "steel teeth" if steel else "teeth of these materials"
-            at.log.coded(
-                "stiffness-unusual",
-                f"{at.pair.path}.stiffness: {per_width / 1e9:.3g} N/(mm um) of face width, {kind} have "
-                f"{least / 1e9:.3g} .. {most / 1e9:.3g}",
-            )
+            text = f"{at.pair.path}.stiffness: {per_width / 1e9:.3g} N/(mm um) of face width, {kind} have"
+            at.log.coded("stiffness-unusual", f"{text} {least / 1e9:.3g} .. {most / 1e9:.3g}")
 
 
 def _form(at: MeshSide, method: str) -> str:
@@ -482,12 +465,9 @@ def _check_positive(series: ComplexArray, path: str) -> None:
     spectrum = np.concatenate([[1.0], 0.5 * series, np.zeros(count // 2 - series.size, complex)])
     least = float(np.fft.irfft(spectrum * count, count).min())
     if not least > 0.0:
-        raise ModelError(
-            "the mesh stiffness does not stay above 0",
-            path=path,
-            given=f"{least:.3g} of its mean at the least",
-            allowed="a variation above -1 of the mean over the whole mesh cycle",
-        )
+        problem = "the mesh stiffness does not stay above 0"
+        allowed = "a variation above -1 of the mean over the whole mesh cycle"
+        raise ModelError(problem, path=path, given=f"{least:.3g} of its mean at the least", allowed=allowed)
 
 
 # given tables ---------------------------------------------------------------------------------------------------------
@@ -524,11 +504,8 @@ def _given_law(at: MeshSide, statement: Stated) -> MeshLaw:
     tangent = "table, along the tooth normal" if transverse else "table"
     log.note(f"{statement.path}.tangent", table.stiffness, "N/m", tangent)
     if load > table.last:
-        log.coded(
-            "table-exceeded",
-            f"{statement.path}: the load {load:.4g} N lies behind the last force of the table, {table.last:.4g} N "
-            "along the normal; there the law goes on along its last tangent",
-        )
+        text = f"{statement.path}: the load {load:.4g} N lies behind the last force of the table, {table.last:.4g} N"
+        log.coded("table-exceeded", f"{text} along the normal; there the law goes on along its last tangent")
     _check_range(at, (table.stiffness,))
     return MeshLaw(
         stiffness=(table.stiffness,) * len(at.shape.plan.angles),
@@ -540,11 +517,8 @@ def _given_law(at: MeshSide, statement: Stated) -> MeshLaw:
 
 def _warn_assumed_load(at: MeshSide, force: float, why: str) -> None:
     """Warn of a tangent at a normal force [N] that is not of the operation."""
-    at.log.coded(
-        "tangent-load-assumed",
-        f"{at.pair.path}: no torque passes this mesh: verbs that take the tangent of its force take it at "
-        f"{force / 1e3:.4g} kN, {why}",
-    )
+    text = f"{at.pair.path}: no torque passes this mesh: verbs that take the tangent of its force take it at"
+    at.log.coded("tangent-load-assumed", f"{text} {force / 1e3:.4g} kN, {why}")
 
 
 # loaded tooth contact -------------------------------------------------------------------------------------------------

@@ -1,8 +1,7 @@
 """A new train: from teeth or ratio, load and speed to a whole document, with what follows from it as comments.
 
-What a person says of it is read into SI, checked for contradictions, and kept as it was typed.
-
-`epicyclic.planetary`, `star` and `differential`: a train in Python from the words of a drawing.
+What a person says of it is read into SI, checked for contradictions, and kept as it was typed.  `epicyclic.planetary`,
+`star` and `differential` say it in Python, in the words of a drawing.
 """
 
 from __future__ import annotations
@@ -35,7 +34,6 @@ from .layouts import (
     assembles,
     beside,
     counts_of_ratio,
-    fits,
     least_gap,
     nearest_teeth,
     neighbour_gap,
@@ -266,9 +264,8 @@ def _searched(blanks: list[Blank], ratio: float | None) -> tuple[list[Blank], tu
             found[i] = replace(blank, teeth=layouts.pair_of_ratio(target))
         else:
             band = RATIO_BAND if i == open_[-1] else RATIO_LIMIT  # what follows takes up the rest
-            size = (blank.helix_angle, blank.module or None, band)
             try:
-                best, *further = counts_of_ratio(target, blank.planets, str(blank.held), *size)
+                best, *further = counts_of_ratio(target, blank, band)
             except ModelError as error:
                 if alone:
                     raise
@@ -438,6 +435,9 @@ def _by_member(value: object, path: str, count: int) -> dict[str, str]:
     return texts
 
 
+# a new train in Python ------------------------------------------------------------------------------------------------
+
+
 @checked
 def planetary(
     *,
@@ -524,6 +524,8 @@ def differential(
     return dict(new_train(kind="differential", **locals()).document)
 
 
+# the train and its checks ---------------------------------------------------------------------------------------------
+
 _NORMAL_ANGLE = math.radians(20)  # the file format's default
 _UNDERCUT = 12  # fewer teeth no profile shift saves from undercut or a pointed tip
 
@@ -591,16 +593,14 @@ def _check_teeth(blank: Blank) -> None:
 
 def _near(blank: Blank) -> list[Teeth]:
     """Teeth nearest to those of a stage that take its planets, at most three."""
-    helix, module = blank.helix_angle, blank.module or None
-    near = nearest_teeth(blank.teeth, blank.planets, blank.kind, helix_angle=helix, module=module, fewest=FEWEST)
-    tried = (replace(blank, teeth=teeth) for teeth in itertools.islice(near, _MOST_TRIED))
+    tried = (replace(blank, teeth=teeth) for teeth in itertools.islice(nearest_teeth(blank), _MOST_TRIED))
     return [other.teeth for other in itertools.islice((one for one in tried if _takes(one, one.planets)), 3)]
 
 
 def _takes(blank: Blank, planets: int) -> bool:
     """Whether the gears of a stage turn, and so many planets stand beside each other without a doubt."""
     module = blank.module or _TRIAL
-    if not fits(blank.teeth, planets, blank.helix_angle, blank.module or None, blank.kind):
+    if not replace(blank, planets=planets).takes(blank.teeth):
         return False
     sized = replace(blank, module=module, face_width=10 * module, planets=planets, centre_distance=0.0, shifts={})
     size = {"module": module, "face_width": 10 * module, "helix_angle": blank.helix_angle}

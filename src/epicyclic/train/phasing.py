@@ -1,4 +1,4 @@
-"""Mesh phases of a stage: leads, assembly condition, nearest buildable angles, hunting period, clearance of neighbours.
+"""Mesh phases of a stage: leads, assembly condition, nearest buildable angles, clearance of neighbours.
 
 A stage is given by its gears and, in the order of the power path, its meshes.  At time zero the first mesh of branch 1
 is in contact at its pitch point.  Two gears mesh where a whole combination of their angles, teeth by teeth, is a phase
@@ -23,13 +23,14 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from operator import mul
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ModelError
 from ..teeth.geometry import Angle, Phase, driver_tooth, mate_tooth, shift_term
-from .kinematics import merged, whole_solution
+from .kinematics import merged, spread, whole_solution
 
 Number = Fraction | float
 ASSEMBLY_TOLERANCE = 1e-3  # [pitches] angles given with a few decimals count as buildable: far below any backlash
@@ -90,7 +91,6 @@ class StagePhases:
     step : buildable angles from branch 1 are its multiples [turns]; None = any angle can be built.
     nearest_angles : buildable angle of each branch (of its first mesh) nearest to the given one, branch 1 kept
         [turns]; None where the clocking of its shafts fits at no angle.
-    hunting_period : cycles of the first mesh after which every gear repeats its position relative to the carrier.
     clocking : of every planet gear on the shaft of another, least angle between tooth centres of the two [turns].
     """
 
@@ -101,7 +101,6 @@ class StagePhases:
     closes: bool
     step: Fraction | None
     nearest_angles: tuple[Number | None, ...]
-    hunting_period: int
     clocking: Mapping[str, tuple[Number, ...]]
 
 
@@ -110,13 +109,10 @@ def flank_of_torque(torque_on_b: float, *, internal: bool) -> int:
     return -1 if (torque_on_b if internal else -torque_on_b) < 0 else 1
 
 
-def stage_leads(
-    gears: Sequence[ToothedGear], meshes: Sequence[ToothMesh], *, sense: int, tolerance: float = ASSEMBLY_TOLERANCE
-) -> StagePhases:
+def stage_leads(gears: Sequence[ToothedGear], meshes: Sequence[ToothMesh], *, sense: int) -> StagePhases:
     """Phase leads of all meshes of a stage, at least one, and whether its branches can be assembled.
 
     sense : g, sign of the speed of gear a of the first mesh (the sun) relative to the carrier; +1 where not known.
-    tolerance : largest mismatch that can be assembled [pitches].
 
     Raises
     ------
@@ -148,11 +144,10 @@ def stage_leads(
         lead={m.pair: tuple((drives[m.pair] * b.place[m.pair] % 1).value for b in branches) for m in meshes},
         sense=drives,
         mismatch=mismatch,
-        assembles=all(abs(float(miss)) <= tolerance for miss in mismatch),
-        closes=abs(float(mismatch[0])) <= tolerance,
+        assembles=all(abs(float(miss)) <= ASSEMBLY_TOLERANCE for miss in mismatch),
+        closes=abs(float(mismatch[0])) <= ASSEMBLY_TOLERANCE,
         step=step,
         nearest_angles=nearest,
-        hunting_period=_hunting_period(table, meshes),
         clocking={
             g.name: tuple(_fitted_clocking(table, g, b) for b in branches) for g in gears if g.on and not g.central
         },
@@ -383,11 +378,6 @@ def _buildable_angles(
     return step, tuple(nearest)
 
 
-def _hunting_period(table: Mapping[str, ToothedGear], meshes: Sequence[ToothMesh]) -> int:
-    teeth = table[meshes[0].a].teeth  # cycles of the first mesh per turn of its gear
-    return math.lcm(*((speed / teeth).denominator for speed in _speeds(table, [(m.a, m.b) for m in meshes]).values()))
-
-
 def chain_signs(gears: Sequence[ToothedGear], pairs: Sequence[tuple[str, str]], first: int) -> tuple[int, ...]:
     """Sign of every mesh (a, b) of a chain, from that of its first mesh: flank d without torques, or sense of gear a.
 
@@ -407,9 +397,7 @@ def _speeds(table: Mapping[str, ToothedGear], pairs: Sequence[tuple[str, str]]) 
     joints = [(a, b, Fraction(table[a].teeth, table[b].teeth) * (1 if table[b].internal else -1)) for a, b in pairs]
     joints += [(gear.on, gear.name, Fraction(1)) for gear in table.values() if gear.on is not None]
     joints += [(b, a, 1 / ratio) for a, b, ratio in joints]
-    speeds = {pairs[0][0]: Fraction(1)}
-    while new := next((j for j in joints if j[0] in speeds and j[1] not in speeds), None):
-        speeds[new[1]] = speeds[new[0]] * new[2]
+    speeds = spread({pairs[0][0]: Fraction(1)}, joints, mul)
     lost = sorted({name for pair in pairs for name in pair} - speeds.keys())
     if lost:
         raise ModelError(

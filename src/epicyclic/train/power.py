@@ -1,4 +1,4 @@
-"""Power flow through couplings, shafts, meshes and pins, and circulating power.  Derived here.
+"""Power flow through couplings, shafts, meshes and pins, and circulating power; torques and power with losses.
 
 Seen from the housing a mesh transmits the power of its force at the pitch point, where both gears have one velocity.
 With M the moment of the force on gear b about the stage axis, T_b that about the own axis of b, and a carrier that
@@ -11,13 +11,11 @@ by rolling and to which their losses are in proportion.  M is T_b where b turns 
 between two planets it follows from the place of their axes.  What the forces on a planet do at its centre goes through
 its pin into the carrier.  The power into every member then sums to zero with its external power.
 
-Torques and power of a train whose meshes lose a share of the power they roll.  Derived here.
-
-A mesh takes its losses from its rolling power, with velocities in the frame of its carrier.  Of the share f the gear
-that drives there puts in P, and (1 - f) P goes on: the torque on a, lossless T_a, becomes T_a / (1 - f) where a drives
-and (1 - f) T_a where b does, for one torque on b; the carrier takes what balances both.  Speeds are those of
-`Kinematics`.  Which gear drives follows from the torques, so that the directions are found by iteration: those that
-follow from the torques they give are consistent.  Where none are, the train is self-locking.
+A mesh takes its losses from its rolling power.  Of the share f the gear that drives there puts in P, and (1 - f) P goes
+on: the torque on a, lossless T_a, becomes T_a / (1 - f) where a drives and (1 - f) T_a where b does, for one torque on
+b; the carrier takes what balances both.  Speeds are those of `Kinematics`.  Which gear drives follows from the torques,
+so that the directions are found by iteration: those that follow from the torques they give are consistent.  Where none
+are, the train is self-locking.  All of it is derived here.
 """
 
 from __future__ import annotations
@@ -213,6 +211,8 @@ def _edges_on_cycles(edges: Iterable[Edge]) -> set[Edge]:
     return {(start, end) for start, end in every if reached[at[end], at[start]]}
 
 
+# losses ---------------------------------------------------------------------------------------------------------------
+
 Array = NDArray[np.float64]
 Directions = tuple[int, ...]
 
@@ -284,11 +284,8 @@ def require_contact(mesh: Mesh) -> None:
     ModelError : such a mesh.
     """
     if math.isnan(mesh.overlap_ratio):
-        raise ModelError(
-            "is missing: the contact lines of helical teeth need it",
-            path=f"stages.{mesh.name.split('/')[0]}.face_width",
-            allowed="of one helix [m]",
-        )
+        problem = "is missing: the contact lines of helical teeth need it"
+        raise ModelError(problem, path=f"stages.{mesh.name.split('/')[0]}.face_width", allowed="of one helix [m]")
     if not touches_always(mesh.limits, mesh.overlap_ratio):
         ratio = f"contact ratio {mesh.limits[1] - mesh.limits[0]:.4g}"
         raise ModelError("the teeth do not keep contact", path=mesh.pair, given=ratio, allowed="1 or more")

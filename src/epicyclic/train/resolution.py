@@ -1,12 +1,9 @@
 """From a model file to the resolved Train: reading, and everything that follows from the document; and back.
 
-What a stage cannot be, and what is doubtful about it: room for the planets, one centre distance for all meshes.
-
-What turns and what loads the train: kinematics, torques on bodies, loads, gravity.
-
-Tolerances of a train: grades with the sizes that they apply to, and checks that only the resolved train allows.
-
-Written back, every value stands in the file; resolving that gives the same train.
+Checked is what a stage cannot be, and what is doubtful about it: room for the planets, one centre distance for all
+meshes.  What turns and loads the train follows: kinematics, torques on bodies, loads, gravity.  Tolerances get the
+sizes that their grades apply to, and the checks that only the resolved train allows.  Written back, every value stands
+in the file; resolving that gives the same train.
 """
 
 from __future__ import annotations
@@ -53,6 +50,8 @@ from .train import DIRECTIONS, Body, Damping, Derived, Load, Mesh, ResolutionLog
 # limit at 3.5 modules as far as remembered, 1.6 tooth heights, so what is warned of here is thin by either.
 THIN_RIM = 1.2
 ONE_DISTANCE = 1e-6  # relative; distances computed twice agree to rounding, printed radii do not
+Tell = Callable[[str, ModelError], None]
+"""Raises an error, or warns by a code where stated radii allow what teeth and module do not."""
 
 
 def check_stage(shape: StageShape, log: ResolutionLog) -> None:
@@ -63,38 +62,29 @@ def check_stage(shape: StageShape, log: ResolutionLog) -> None:
     ModelError : planets collide, gears in one plane overlap without meshing, a ring smaller than what turns in it;
         warnings instead where radii are given.
     """
-    plan = shape.plan
-    given = any(m.base_radius is not None or m.pin_radius is not None for m in plan.stage.members.values())
-    for p in plan.pairs:
+    given = any(m.base_radius is not None or m.pin_radius is not None for m in shape.plan.stage.members.values())
+
+    def tell_overlap(code: str, error: ModelError) -> None:
+        if not given:
+            raise error
+        log.coded(code, f"{error.path}: {error.problem} ({error.given})")
+
+    for p in shape.plan.pairs:
         if p.internal:
-            _check_ring(shape, p, given, log)
+            _check_ring(shape, p, tell_overlap, log)
     _check_rims(shape, log)
-    _check_neighbours(shape, given, log)
+    _check_neighbours(shape, tell_overlap, log)
     _check_distances(shape, log)
 
 
-def _complain(problem: str, path: str, given: bool, log: ResolutionLog, *, code: str, value: str, allowed: str) -> None:
-    """Raise ModelError, or warn where stated radii allow what teeth and module do not."""
-    if given:
-        log.coded(code, f"{path}: {problem} ({value})")
-    else:
-        raise ModelError(problem, path=path, given=value, allowed=allowed)
-
-
-def _check_ring(shape: StageShape, p: GearPair, given: bool, log: ResolutionLog) -> None:
+def _check_ring(shape: StageShape, p: GearPair, tell_overlap: Tell, log: ResolutionLog) -> None:
     """Check that a planet has room in its ring: roots clear of tips."""
     planet, ring = (shape.gear(name) for name in (p.a, p.b))
     room = geometry.radial_clearance(_axes(shape, p), planet.tip_radius, ring.root_radius, internal=True)
     if room < -planet.module:
-        _complain(
-            f"the ring is smaller than {p.a}, which turns in it",
-            f"{shape.plan.member_path(p.b)}.teeth",
-            given,
-            log,
-            code="ring-too-small",
-            value=str(ring.teeth),
-            allowed=f"a root radius above {in_mm(ring.root_radius - room, 4)}; it is {in_mm(ring.root_radius, 4)}",
-        )
+        problem, path = f"the ring is smaller than {p.a}, which turns in it", f"{shape.plan.member_path(p.b)}.teeth"
+        allowed = f"a root radius above {in_mm(ring.root_radius - room, 4)}; it is {in_mm(ring.root_radius, 4)}"
+        tell_overlap("ring-too-small", ModelError(problem, path=path, given=str(ring.teeth), allowed=allowed))
     elif room < 0:
         log.coded("tips-in-roots", f"{p.path}: the tips of {p.a} reach {in_mm(-room, 3)} into the roots of {p.b}")
 
@@ -119,7 +109,7 @@ def _axes(shape: StageShape, p: GearPair) -> float:
     return math.dist(shape.place(p.a, 0), shape.place(p.b, 0))
 
 
-def _check_neighbours(shape: StageShape, given: bool, log: ResolutionLog) -> None:
+def _check_neighbours(shape: StageShape, tell_overlap: Tell, log: ResolutionLog) -> None:
     """Tip circles of external gears that neither mesh nor share a shaft must not overlap in one plane.
 
     Gears of one plane: the file states where one of them stands along the axis and their faces overlap, or both are
@@ -141,9 +131,12 @@ def _check_neighbours(shape: StageShape, given: bool, log: ResolutionLog) -> Non
         beside = not plan.central(a) and not plan.central(b) and (a == b or (plan.axis[a], plan.axis[b]) == (a, b))
         both = f"{_numbered(plan, a, branch_a)} and {_numbered(plan, b, branch_b)}"
         text = f"{both} overlap by {in_mm(-gaps[i, j], 4)}"
-        _say_overlap(shape, given, log, pair=(a, b), beside=beside, text=text)
         if beside:
+            path = f"{plan.path}.planets" if plan.stage.planet_angles is None else f"{plan.path}.planet_angles"
+            words, allowed = f"{plan.branches}; {text}", "fewer planets, or smaller ones"
+            tell_overlap("planets-collide", ModelError("planets collide", path=path, given=words, allowed=allowed))
             return
+        _say_overlap(plan, (a, b), text, tell_overlap, log)
 
 
 def _numbered(plan: Plan, gear: str, branch: int) -> str:
@@ -163,39 +156,21 @@ def _apart(plan: Plan, a: str, b: str) -> bool:
     return all(x != y and (x[1] <= y[0] or y[1] <= x[0]) for x, y in pairs)
 
 
-def _say_overlap(
-    shape: StageShape, given: bool, log: ResolutionLog, *, pair: tuple[str, str], beside: bool, text: str
-) -> None:
+def _say_overlap(plan: Plan, pair: tuple[str, str], text: str, tell_overlap: Tell, log: ResolutionLog) -> None:
     """Refuse two gears that overlap in one plane; warn where the file does not say that it is one."""
-    plan = shape.plan
-    if beside:
-        _complain(
-            "planets collide",
-            f"{plan.path}.planets" if plan.stage.planet_angles is None else f"{plan.path}.planet_angles",
-            given,
-            log,
-            code="planets-collide",
-            value=f"{plan.branches}; {text}",
-            allowed="fewer planets, or smaller ones",
-        )
-        return
     stated = [name for name in pair if plan.stage.members[name].station is not None]
     suns = [name for name, m in plan.gears.items() if m.kind == "sun" and plan.chains[name] == plan.chains[pair[0]]]
     if stated:
-        _complain(
-            "gears overlap without meshing",
+        path, allowed = (
             f"{plan.member_path(stated[0])}.station",
-            given,
-            log,
-            code="gears-overlap",
-            value=text,
-            allowed="axial places that keep their faces apart, or other teeth",
+            "axial places that keep their faces apart, or other teeth",
+        )
+        tell_overlap(
+            "gears-overlap", ModelError("gears overlap without meshing", path=path, given=text, allowed=allowed)
         )
     elif plan.chains[pair[0]] == plan.chains[pair[1]] and len(suns) < 2:
-        log.coded(
-            "gears-overlap",
-            f"{plan.path}: {text} without meshing; station of each says whether they stand in different planes",
-        )
+        doubt = "without meshing; station of each says whether they stand in different planes"
+        log.coded("gears-overlap", f"{plan.path}: {text} {doubt}")
 
 
 def _check_distances(shape: StageShape, log: ResolutionLog) -> None:
@@ -208,11 +183,11 @@ def _check_distances(shape: StageShape, log: ResolutionLog) -> None:
         differs |= abs(by_teeth - between) > ONE_DISTANCE * between
         texts.append(f"{p.name} {in_mm(by_teeth)} (axes {in_mm(between)})")
     if differs:
-        log.coded(
-            "centre-distances-differ",
-            f"{plan.path}: centre distances differ, base radii and working angles fit no single one: "
-            f"{', '.join(texts)}; turning as a whole then stresses the teeth",
-        )
+        text = f"{plan.path}: centre distances differ, base radii and working angles fit no single one:"
+        log.coded("centre-distances-differ", f"{text} {', '.join(texts)}; turning as a whole then stresses the teeth")
+
+
+# what turns and loads the train ---------------------------------------------------------------------------------------
 
 
 def member_of(reference: str) -> str:
@@ -310,11 +285,8 @@ def body_torques(model: ModelFile, kinematics: Kinematics, bodies: Sequence[Body
         shares = _sided_torques(member, model, kinematics)
         if shares and pieces[0].side is None:
             key = "torque" if any(f"{member}.{side}" in model.operation.torque for side in SIDES) else "power"
-            raise ModelError(
-                "names a side of a member in one piece",
-                path=f"operation.{key}.{member}",
-                allowed="the member, or split",
-            )
+            problem = "names a side of a member in one piece"
+            raise ModelError(problem, path=f"operation.{key}.{member}", allowed="the member, or split")
         for body in pieces:
             value = shares.get(body.side, 0.0) if shares else torque / len(pieces)
             if value:
@@ -354,6 +326,9 @@ def external_loads(model: ModelFile, bodies: Sequence[Body]) -> Iterator[Load]:
                 station=member_centre(body, model) + table.at,
                 turns=table.frame == "member",
             )
+
+
+# tolerances -----------------------------------------------------------------------------------------------------------
 
 
 def tolerances_of(train: Train) -> tuple[Tolerance, ...]:
@@ -504,6 +479,8 @@ def _check_size(entry: Tolerance, read: Distribution, where: str, bodies: Sequen
         raise ModelError(problem, path=where, given=read.text, allowed=allowed)
 
 
+# back to a file -------------------------------------------------------------------------------------------------------
+
 _GEAR = (
     *("teeth", "base_radius", "module", "pressure_angle", "helix_angle", "hand", "profile_shift", "herringbone"),
     *("split", "gap", "face_width", "tip_diameter", "root_diameter", "mass", "inertia", "tilt_inertia", "pin_radius"),
@@ -580,6 +557,9 @@ def _keep_laws(data: Mapping[str, Any]) -> None:
             for table in tables:
                 if table.get("variation") == "contact":
                     del table["variation"]
+
+
+# reading --------------------------------------------------------------------------------------------------------------
 
 
 @checked
@@ -693,9 +673,7 @@ def resolve(document: Document) -> Train:
 
 def _damping(model: ModelFile, log: ResolutionLog) -> Damping:
     """Damping stated of the whole train."""
-    stated = model.damping
-    for key, unit in (("modal", ""), ("mass", "1/s"), ("stiffness", "s"), ("mesh", "")):
-        value = getattr(stated, key)
-        if value is not None:
-            log.note(f"damping.{key}", value, unit)
-    return Damping(modal=stated.modal, mass=stated.mass, stiffness=stated.stiffness, mesh=stated.mesh)
+    stated = model.damping.model_dump(exclude_none=True)
+    for key, value in stated.items():
+        log.note(f"damping.{key}", value, {"mass": "1/s", "stiffness": "s"}.get(key, ""))
+    return Damping(**stated)

@@ -1,8 +1,7 @@
 """Bodies and meshes of a stage: where bodies are, what they weigh, and how their teeth meet.
 
-Tilt of bodies: which are joined rigidly in tilt, what two bearings at a distance hold, and slices a mesh needs.
-
-Meshes: flank, phase lead, stiffness and its variation, branch by branch and side by side.
+Bodies that are joined rigidly in tilt, also by two bearings at a distance, are one group; a mesh between groups is cut
+into slices.  Meshes have flank, phase lead, stiffness and its variation, branch by branch and side by side.
 """
 
 from __future__ import annotations
@@ -11,6 +10,7 @@ import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
+from operator import add
 from typing import Any
 
 import numpy as np
@@ -24,7 +24,7 @@ from ..teeth.mesh_stiffness import ToothPair, face_average
 from .centres import StageShape
 from .elastic_bodies import ring_of
 from .gears import half_station
-from .kinematics import Kinematics, merged, tones
+from .kinematics import Kinematics, merged, spread, tones
 from .mesh_laws import MeshLaw, MeshSide, mesh_law, tooth_pair
 from .phasing import StagePhases, ToothedGear, ToothMesh, chain_signs, flank_of_torque, shift_of, stage_leads, staggered
 from .stages import GearPair, Plan, density_of, gear_below, member_material, sides_of, stated, stated_value
@@ -116,6 +116,8 @@ def link_row(link: Link, direction: int, origin: tuple[float, float, float]) -> 
         return np.concatenate([np.zeros(3), normal])
     return np.concatenate([normal, np.cross(np.subtract((*link.centre, link.station), origin), normal)])
 
+
+# bodies ---------------------------------------------------------------------------------------------------------------
 
 # Least bore per pitch circle: a body held on less has, in double precision, no stiffness about it.
 _BORE = 1e-3
@@ -302,13 +304,12 @@ def coaxial(bodies: Sequence[Body], model: ModelFile) -> list[Body]:
     """
     group = {body.name: body.frame if "." in body.member else body.name for body in bodies}
     fixed = [name for name, stage in model.stages.items() if any(m.kind == "carrier" for m in stage.members.values())]
-    offset: dict[str, complex] = dict.fromkeys([*fixed, next(iter(model.stages))], 0j)
-    joints = [[bodies_named(end, bodies)[0] for end in table.between] for table in model.couplings.values()]
-    joints += [[b, a] for a, b in joints]
-    for _ in joints:
-        for a, b in joints:
-            if group[a.name] in offset and group[b.name] not in offset:
-                offset[group[b.name]] = offset[group[a.name]] + complex(*a.centre) - complex(*b.centre)
+    joined = [[bodies_named(end, bodies)[0] for end in table.between] for table in model.couplings.values()]
+    joints = [
+        (group[a.name], group[b.name], complex(*a.centre) - complex(*b.centre))
+        for a, b in (*joined, *(ends[::-1] for ends in joined))
+    ]
+    offset = spread(dict.fromkeys([*fixed, next(iter(model.stages))], 0j), joints, add)
     by = {name: offset.get(start, 0j) for name, start in group.items()}
     return [
         replace(body, centre=(body.centre[0] + by[body.name].real, body.centre[1] + by[body.name].imag))
@@ -317,6 +318,8 @@ def coaxial(bodies: Sequence[Body], model: ModelFile) -> list[Body]:
         for body in bodies
     ]
 
+
+# meshes ---------------------------------------------------------------------------------------------------------------
 
 SHORT = 10**4  # a phase in the file this near to a fraction of small numbers is that fraction
 
@@ -550,11 +553,8 @@ def _check_shafts(plan: Plan, gears: Sequence[ToothedGear], meshes: Sequence[Too
     alike = (Fraction(0),) * len(plan.angles)
     clocked = [replace(gear, clocking=alike) if gear.name in stepped else gear for gear in gears]
     if not stage_leads(clocked, meshes, sense=1).assembles:
-        log.coded(
-            "shafts-not-alike",
-            f"{plan.path}: identical shafts of {', '.join(stepped)} do not fit all branches; "
-            "each is clocked as its place demands",
-        )
+        text = f"{plan.path}: identical shafts of {', '.join(stepped)} do not fit all branches;"
+        log.coded("shafts-not-alike", f"{text} each is clocked as its place demands")
 
 
 # slices ---------------------------------------------------------------------------------------------------------------
@@ -584,21 +584,14 @@ def _slice_count(
                 f"against tilt and shows no load along the face; left out, it is {SLICES}",
             )
         if given > 1 and unknown:
-            raise ModelError(
-                "is missing: slices of a mesh need it",
-                path=f"{plan.path}.face_width",
-                given=f"slices = {given}",
-                allowed="m",
-            )
+            problem = "is missing: slices of a mesh need it"
+            raise ModelError(problem, path=f"{plan.path}.face_width", given=f"slices = {given}", allowed="m")
         return given
     if not tilts:
         return 1
     if unknown:
-        log.coded(
-            "tilt-without-slices",
-            f"{plan.path}.face_width: is missing; without it the mesh {p.name} is one row, which has no stiffness "
-            f"against tilt, although {p.a} and {p.b} may tilt against each other",
-        )
+        text = f"{plan.path}.face_width: is missing; without it the mesh {p.name} is one row, which has no stiffness"
+        log.coded("tilt-without-slices", f"{text} against tilt, although {p.a} and {p.b} may tilt against each other")
         return 1
     log.note(path, SLICES, "", "default")
     return SLICES

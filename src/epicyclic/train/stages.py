@@ -1,12 +1,8 @@
-"""A stage of the document: its members and pairs, the keys they inherit, their material.
+"""A stage of the document: members, pairs that mesh, chains, axes, branch angles; keys they inherit, their material.
 
-Inheritance of keys: a side, else its member or mesh, else the stage, else the file.
-
-Every key that may stand at several levels of the file is read through this module.
-
-What stands in a stage: members, pairs that mesh, chains, axes and branch angles.
-
-Material of a gear or a coupling: of its own table, else the stage, else the file, else steel.
+Keys are inherited: a side's own, else of its member or mesh, else of the stage, else of the file.  Every key that may
+stand at several levels of the file is read through this module.  So is the material of a gear or coupling; what no
+level states is that of steel.
 """
 
 from __future__ import annotations
@@ -15,12 +11,14 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from operator import add
 from typing import Any, Literal, NamedTuple
 
 from ..document.schema import SIDES, MemberTable, MeshTable, ModelFile, StageTable, implied_pairs
+from ..document.tables import key_path
 from ..errors import ModelError
 from ..teeth.mesh_stiffness import STEEL_MODULUS
-from .kinematics import merged
+from .kinematics import merged, spread
 from .train import Number, ResolutionLog, turns_of
 
 LevelName = Literal["side", "member", "mesh", "stage", "file"]
@@ -56,7 +54,7 @@ def stated(levels: Levels, key: str) -> Stated | None:
     for level in levels:
         value = getattr(level.table, key, None)
         if value is not None:
-            return Stated(value, level.name, _below(level.path, key))
+            return Stated(value, level.name, key_path(level.path, key))
     return None
 
 
@@ -68,7 +66,7 @@ def stated_value(levels: Levels, key: str, default: Any) -> Any:
 
 def subtables(levels: Levels, key: str) -> Levels:
     """The tables under one key at each level, so that each of their own keys is inherited by itself."""
-    return tuple(Level(level.name, _below(level.path, key), getattr(level.table, key, None)) for level in levels)
+    return tuple(Level(level.name, key_path(level.path, key), getattr(level.table, key, None)) for level in levels)
 
 
 def overlaid(levels: Levels, key: str) -> tuple[Any, str]:
@@ -78,7 +76,7 @@ def overlaid(levels: Levels, key: str) -> tuple[Any, str]:
     """
     present = [level for level in subtables(levels, key) if level.table is not None]
     if not present:
-        return None, _below(levels[-1].path, key)
+        return None, key_path(levels[-1].path, key)
     table: Any = present[-1].table
     for level in reversed(present[:-1]):
         nearer: Any = level.table
@@ -93,10 +91,7 @@ def origin_of(statement: Stated | None) -> str:
     return "stage" if statement.level == "stage" else "given"
 
 
-def _below(path: str, key: str) -> str:
-    """Path of a key in the table at `path`, "" for the file itself."""
-    return f"{path}.{key}" if path else key
-
+# members, pairs, branches ---------------------------------------------------------------------------------------------
 
 FAR = 10**6
 
@@ -288,12 +283,9 @@ def _pairs(stage_name: str, stage: StageTable, gears: Mapping[str, MemberTable])
     tables |= {frozenset(key.split("-")): (key, keys) for key, keys in stage.meshes.items()}
     meshing = [_pair(stage_name, key, keys, gears) for key, keys in tables.values()]
     if not meshing:
-        raise ModelError(
-            "these gears do not say which of them mesh",
-            path=f"stages.{stage_name}.meshes",
-            given=list(gears),
-            allowed="a table with every mesh, e.g. meshes.sun-p, meshes.p-d, meshes.d-ring",
-        )
+        problem = "these gears do not say which of them mesh"
+        allowed = "a table with every mesh, e.g. meshes.sun-p, meshes.p-d, meshes.d-ring"
+        raise ModelError(problem, path=f"stages.{stage_name}.meshes", given=list(gears), allowed=allowed)
     return meshing
 
 
@@ -324,11 +316,8 @@ def _ordered(
 
 def _distances(roots: Iterable[str], joints: Sequence[tuple[str, str]]) -> dict[str, int]:
     """Number of joints from the nearest root, by gear."""
-    far = dict.fromkeys(roots, 0)
     both = [*joints, *((b, a) for a, b in joints)]
-    while new := [(b, far[a] + 1) for a, b in both if a in far and b not in far]:
-        far.update(new)
-    return far
+    return spread(dict.fromkeys(roots, 0), [(a, b, 1) for a, b in both], add)
 
 
 def _chains(pairs: Sequence[GearPair], gears: Mapping[str, MemberTable], path: str) -> dict[str, int]:
@@ -336,13 +325,12 @@ def _chains(pairs: Sequence[GearPair], gears: Mapping[str, MemberTable], path: s
     meshing = {name for p in pairs for name in (p.a, p.b)}
     for name in gears:
         if name not in meshing:
-            raise ModelError(
-                "meshes with nothing",
-                path=f"{path}.{name}",
-                allowed=f"a mesh in {path}.meshes with one of {', '.join(g for g in gears if g != name)}",
-            )
+            allowed = f"a mesh in {path}.meshes with one of {', '.join(g for g in gears if g != name)}"
+            raise ModelError("meshes with nothing", path=f"{path}.{name}", allowed=allowed)
     return merged({name: i for i, name in enumerate(gears)}, ((p.a, p.b) for p in pairs))
 
+
+# material -------------------------------------------------------------------------------------------------------------
 
 STEEL_DENSITY = 7850.0  # [kg/m^3]
 STEEL_POISSON = 0.3

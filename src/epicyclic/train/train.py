@@ -337,6 +337,8 @@ class ShaftSpan:
     frequency: float
 
 
+# notebooks ------------------------------------------------------------------------------------------------------------
+
 _WIDTH, _HEIGHT, _LABEL = 680.0, 300.0, 11  # of the drawing and of its letters [px]
 _FILL = {"sun": "#f2b134", "planet": "#6ea8d8", "ring": "none"}
 
@@ -472,6 +474,9 @@ def _label(body: Body, size: float) -> str:
 
 def _text(text: str, x: float, y: float) -> str:
     return f'<text x="{x:.1f}" y="{y:.1f}" fill="currentColor" stroke="none">{escape(text)}</text>'
+
+
+# what acts on it ------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -664,6 +669,8 @@ class Train:
             f"<p>{len(self.bodies)} bodies, {len(self.meshes)} meshes{cut}, {len(self.links)} links</p></div>"
         )
 
+
+# resolved values ------------------------------------------------------------------------------------------------------
 
 Number = Fraction | float
 NAN = float("nan")

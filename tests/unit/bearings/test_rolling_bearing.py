@@ -68,37 +68,23 @@ def test_bearings_that_fit_pass(bearing: RollingBearing) -> None:
 
 
 BAD: list[tuple[RollingBearing, dict[str, Any], str, str]] = [
-    (DEEP_GROOVE, {"type": "ball"}, "type", "no such bearing"),
-    (DEEP_GROOVE, {"element_diameter": -1e-3}, "element_diameter", "no size"),
-    (DEEP_GROOVE, {"element_diameter": math.nan}, "element_diameter", "no size"),
-    (DEEP_GROOVE, {"pitch_diameter": math.inf}, "pitch_diameter", "no size"),
-    (DEEP_GROOVE, {"clearance": math.nan}, "clearance", "not finite"),
     (DEEP_GROOVE, {"contact_angle": 0.3}, "contact_angle", "type deep groove ball"),
     (ANGULAR, {"contact_angle": 0.0}, "contact_angle", "type angular contact ball"),
     (TAPERED, {"contact_angle": math.radians(50)}, "contact_angle", "type tapered roller"),
     (DEEP_GROOVE, {"elements": 16}, "element_diameter", "overlap"),
-    (DEEP_GROOVE, {"elements": 3}, "elements", "too few"),
-    (DEEP_GROOVE, {"rows": 0}, "rows", "no row"),
-    (DEEP_GROOVE, {"groove": (0.5, 0.53)}, "groove", "no groove"),
-    (DEEP_GROOVE, {"groove": (0.52, 0.7)}, "groove", "no groove"),
-    (CYLINDRICAL, {"element_length": 0.0}, "element_length", "no size"),
     (CYLINDRICAL, {"element_length": 0.3}, "element_length", "does not fit"),
     (DOUBLE, {"rows": 3}, "rows", "more than two"),
     (DOUBLE, {"row_distance": 5e-3}, "row_distance", "overlap"),
     (DOUBLE, {"contact_angle": -DOUBLE.contact_angle}, "contact_angle", "both senses"),
-    (DOUBLE, {"arrangement": "T"}, "arrangement", "no such"),
     (CYLINDRICAL, {"row_distance": 5e-3}, "row_distance", "follows"),
     (SPHERICAL, {"row_distance": 20e-3}, "row_distance", "follows"),
     (CYLINDRICAL, {"preload": 1e-6}, "preload", "contact angle"),
-    (ANGULAR, {"preload": -1e-6}, "preload", "negative"),
     (ANGULAR, {"preload": 1e-3}, "preload", "limit"),
     (CYLINDRICAL, {"clearance": -1e-3}, "clearance", "too hard"),
     (CYLINDRICAL, {"clearance": 1e-3}, "clearance", "too large"),
     (DEEP_GROOVE, {"clearance": 5e-4}, "clearance", "too large"),
     (DEEP_GROOVE, {"rating": 14.0}, "rating", "wrong size"),
-    (DEEP_GROOVE, {"rating": -14e3}, "rating", "no size"),
     (DEEP_GROOVE, {"static_rating": 30e3}, "static_rating", "wrong size"),
-    (DEEP_GROOVE, {"poisson": 0.5}, "poisson", "Poisson"),
 ]
 
 

@@ -248,3 +248,15 @@ def test_places_of_gears_on_one_shaft_know_no_order(order: tuple[str, ...], on: 
     assert places["s.g2"] == places["s.g3"]
     assert math.dist(places["s.g1"], places["s.g2"]) == pytest.approx(0.060)
     assert math.dist(places["s.g3"], places["s.g4"]) == pytest.approx(0.075)
+
+
+def test_a_carrier_without_planets_has_no_radius_for_a_stiffness_in_newtons() -> None:
+    gear = {"support": {"radial": "1e9 N/m"}}
+    stage: dict[str, Any] = {
+        **{"module": "5 mm", "pinion": {"teeth": 20, **gear}, "wheel": {"teeth": 40, **gear}},
+        "carrier": {"mass": "1 kg", "inertia": "1 kg m^2", "support": {"rz": "1e6 N/m"}},
+    }
+    operation = {"speed": {"pinion": "100 rpm", "carrier": "0 rpm"}}
+    with pytest.raises(ModelError, match="no radius is known") as raised:
+        load({"format": 2, "title": "x", "stages": {"main": stage}, "operation": operation})
+    assert raised.value.path == "stages.main.carrier.support.rz"

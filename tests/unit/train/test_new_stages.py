@@ -19,7 +19,7 @@ from epicyclic.cli.main import app
 from epicyclic.document.document import read
 from epicyclic.errors import ModelError
 from epicyclic.teeth.geometry import involute
-from epicyclic.train.layouts import FEWEST, LAYOUTS, assembles, nearest_teeth, pair_of_ratio, share_of_ratio
+from epicyclic.train.layouts import LAYOUTS, Blank, assembles, nearest_teeth, pair_of_ratio, share_of_ratio
 from epicyclic.train.new_train import new_train
 from epicyclic.train.train import Train
 from epicyclic.warning_codes import code_of
@@ -276,7 +276,8 @@ def test_planets_that_collide_with_those_of_another_axis_name_teeth_too() -> Non
 def test_the_nearest_teeth_are_the_nearest() -> None:
     """Every set of sun and planet within 12 teeth, looked through one by one."""
     given = {"sun": 21, "planet": 39, "ring": 99}
-    best = next(nearest_teeth(given, 5, helix_angle=0.0, module=None, fewest=FEWEST))
+    size: dict[str, Any] = dict.fromkeys(("module", "face_width", "helix_angle", "pressure_angle"), 0.0)
+    best = next(nearest_teeth(Blank(teeth=given, planets=5, held="ring", **size)))
     changes = [
         abs(s - 21) + abs(p - 39) + abs(s + 2 * p - 99)
         for s in range(17, 34)

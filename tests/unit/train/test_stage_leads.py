@@ -1,4 +1,4 @@
-"""Leads of known stages, assembly, hunting period, neighbours; and what is refused."""
+"""Leads of known stages, assembly, neighbours; and what is refused."""
 
 from __future__ import annotations
 
@@ -109,11 +109,6 @@ def test_angles_given_with_few_decimals_are_exact_and_assemble() -> None:
     assert floats.nearest_angles == (0.0, 1 / 3, 2 / 3)
 
 
-def test_hunting_period_counts_mesh_cycles() -> None:
-    assert simple(23, 17, 57, equal(3)).hunting_period == 23 * 17 * 57 == 22287
-    assert simple(24, 12, 48, equal(3)).hunting_period == 48
-
-
 AHEAD = math.degrees(math.acos((102**2 + 114**2 - 78**2) / (2 * 102 * 114))) / 360
 
 
@@ -191,11 +186,6 @@ def test_fitted_clocking_is_told() -> None:
     # 584/2922 of a turn is a place for a shaft like the first
     alike = stepped(None, fractions("0 584/2922 1169/2922")).clocking["star2"]
     assert len(set(alike)) == 1
-
-
-def test_hunting_period_of_a_stepped_stage() -> None:
-    # n/24, n/22 and (n/22)(31/99) whole
-    assert stepped(None, equal(5)).hunting_period == math.lcm(24, 22, 22 * 99)
 
 
 def test_clocking_that_was_fitted_assembles() -> None:

@@ -10,6 +10,7 @@ import pytest
 import xarray as xr
 
 import epicyclic
+from epicyclic.train.new_train import new_train
 
 
 @pytest.fixture(scope="module")
@@ -25,6 +26,19 @@ def test_speeds_and_mesh_frequency(ren2021: xr.Dataset) -> None:
     assert float(speed.sel(member="main.planet")) == pytest.approx(-7.0840, abs=5e-5)
     assert float(ren2021.mesh_frequency.sel(stage="main")) == 27.3125  # 437/16, exact in binary
     assert float(ren2021.hunting_period.sel(stage="main")) == 23 * 17 * 57
+
+
+@pytest.mark.parametrize(
+    ("kind", "teeth", "cycles"),
+    [
+        ("planetary", "24/12/48", 48),
+        # n/21, n/60 and (n/60)(24/105) whole
+        ("compound", "21/60/24/105", math.lcm(21, 60, 525)),
+    ],
+)
+def test_hunting_period_counts_mesh_cycles(kind: str, teeth: str, cycles: int) -> None:
+    model = new_train(kind=kind, teeth=teeth, speed="1000 rpm", torque="100 N m").document
+    assert float(epicyclic.check(model).hunting_period.sel(stage="main")) == cycles
 
 
 def test_torques_balance(ren2021: xr.Dataset) -> None:
