@@ -349,6 +349,48 @@ def test_clicks_and_keys_say_the_speed_and_the_mode(page: Any) -> None:
 
 
 @browsing
+def test_the_tip_and_the_arrows_follow_the_speeds_one_by_one(page: Any) -> None:
+    show(page, frames.live(1))
+    painted(page, "sweep", 1)
+    said, speed = page.evaluate("[panes.sweep.rowsAt(40)[0][0], panes.sweep.data[0][40]]")
+    assert float(said.split()[0]) == pytest.approx(speed, rel=1e-3)
+    page.focus("#sweep")
+    places = []
+    for key in ("ArrowRight", "ArrowRight", "ArrowRight", "ArrowLeft", "End", "Home"):
+        page.keyboard.press(key)
+        places.append(page.evaluate("panes.sweep.cursor"))
+    first = places[0]  # at operation
+    assert places == [first, first + 1, first + 2, first + 1, page.evaluate("panes.sweep.data[0].length - 1"), 0]
+
+
+@browsing
+def test_loads_have_the_colours_of_their_scale(page: Any) -> None:
+    show(page, frames.live(1))
+    painted(page, "train", 1)
+    drawn, wanted = page.evaluate(
+        """() => { const { low, high, colour } = panes.train.loads;
+        return [[low, (low + high) / 2, high].map(colour), [0, 0.5, 1].map(look.loadColour)]; }"""
+    )
+    assert drawn == wanted
+    assert len(set(wanted)) == 3
+
+
+@browsing
+def test_the_number_beside_a_row_is_the_largest_of_its_meshes(page: Any) -> None:
+    written = page.evaluate(
+        """async () => {
+          const { drawSharing } = await import("/static/rows.js");
+          const context = document.createElement("canvas").getContext("2d"), written = [];
+          context.fillText = (text) => written.push(text);
+          const data = { rows: ["one"], groups: [[0, 1]], coefficient: [0.971, 1.052], half: 0.2, title: "", note: "" };
+          drawSharing(context, 560, 200, { ...data, labels: ["left", "right"], colours: ["#000", "#000"] });
+          return written; }"""
+    )
+    assert "1.052" in written
+    assert "0.971" not in written
+
+
+@browsing
 def test_texts_of_a_model_are_never_markup(page: Any) -> None:
     hostile = "<img src=x onerror=\"document.title='run'\">"
     show(page, frames.live(1, title=hostile))

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.app.canvas_page import painted, show
+from tests.unit.cockpit import canvas_frames as frames
 
 from epicyclic.cockpit.computing.job_kinds import Drawn, job_frame, lines
 from epicyclic.cockpit.state.frames import pack
@@ -73,6 +74,14 @@ def test_a_record_is_drawn_with_every_peak_and_zoomed_by_drag_and_keys(page: Any
     assert page.evaluate("panes.evidence.root.dataset.zoomed") == "true"
     page.keyboard.press("Escape")
     assert page.evaluate(ends) == [0, 500]
+
+
+def test_a_job_of_an_earlier_state_is_said_to_be_old(page: Any) -> None:
+    shown(page, "transient", lines("time [ms]", "mesh force [kN]", np.arange(3.0), {"sun": np.arange(3.0)}))
+    assert page.evaluate("panes.evidence.old.hidden")
+    show(page, frames.live(2))
+    painted(page, "sweep", 2)
+    page.wait_for_function("!panes.evidence.old.hidden")
 
 
 def test_what_is_compared_with_is_pale_and_zero_is_drawn(page: Any) -> None:

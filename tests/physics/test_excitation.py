@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from epicyclic.errors import ModelError
 from epicyclic.system.assembly import assemble
 from epicyclic.system.system import Line, System
 from epicyclic.train.train import Damping, Displacement, Load, Train
@@ -109,6 +110,21 @@ def test_a_rigid_connection_is_the_limit_of_a_stiff_one(
     assert np.abs(results[1]).max() > 1e-6
     # k_mesh / k = 5e-6 of a deflection, and 1e-16 * k / k_mesh of rounding in the stiff system
     assert results[0] == pytest.approx(results[1], abs=1e-4 * np.abs(results[1]).max())
+
+
+def test_seats_of_two_rigid_connections_do_not_part(hand_built: Maker) -> None:
+    train = hand_built(support=(INF, INF, 2e8, 1e6, 1e6, 0.0), **SPEEDS)
+    support = next(link for link in train.links if link.name == "main/sun/support")
+    rear = dataclasses.replace(support, name="main/sun/support/rear")
+    item = Displacement(
+        path="d", cause="position", body="main/sun", rows="seat", links=(support.name,), vector=rotating(1e-5, 0.3),
+        frequency=Fraction(90),
+    )  # fmt: skip
+    both = dataclasses.replace(item, links=(support.name, rear.name))
+    train = dataclasses.replace(train, links=(*train.links, rear))
+    assert turning_lines(assemble(dataclasses.replace(train, displacements=(both,))))
+    with pytest.raises(ModelError, match=r"^d: rigid connections do not admit this displacement"):
+        assemble(dataclasses.replace(train, displacements=(item,)))
 
 
 def test_own_and_seat_displace_in_opposite_senses(hand_built: Maker) -> None:

@@ -116,6 +116,15 @@ def test_show_of_several(command: Command) -> None:
     assert sorted(path.name for path in Path().glob("*.html")) == ["both.html", "x.html"]
 
 
+def test_results_of_one_name_in_two_folders_are_both_shown(command: Command) -> None:
+    for folder, changed in (("one", ()), ("two", ("--set", "title=Other"))):
+        Path(folder).mkdir()
+        command("modes", DRIVE, *changed, "-o", f"{folder}/x.nc")
+    assert command("show", "one/x.nc", "two/x.nc", "-o", "both.html").status == 0
+    page = Path("both.html").read_text()
+    assert all(f"{folder}/x.nc" in page for folder in ("one", "two"))
+
+
 def test_what_cannot_be_shown(command: Command) -> None:
     Path("x.nc").write_text("no result")
     for arguments in (("show", "nosuch.nc"), ("show", "x.nc"), ("show",)):

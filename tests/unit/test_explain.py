@@ -42,6 +42,14 @@ def test_a_path_is_told_in_full() -> None:
     assert path_of("damping.modal").allowed.endswith("0 or more and below 1")
 
 
+def test_examples_of_lengths_are_of_their_size() -> None:
+    small, large = (
+        path_of(f"stages.main.{key}").example for key in ("meshes.sun-planet.backlash", "sun.outer_diameter")
+    )
+    assert small.endswith(' = "20 um"')
+    assert large.endswith(' = "50 mm"')
+
+
 @pytest.mark.parametrize("text", ["sun.support.radial", "*.sun.support.radial", "stages.*.sun.support.radial"])
 def test_the_stage_may_be_left_out(text: str) -> None:
     own, whole = path_of(text), path_of("stages.main.sun.support.radial")

@@ -75,6 +75,12 @@ CONTRADICTED = [
 ]
 
 
+def test_a_tolerance_in_parts_is_of_the_size_of_the_number(run: Auditor) -> None:
+    for published in (11776.0, -11776.0):
+        result = run(row("not reproducible", published, extra="relative = 1e-6"))
+        assert result.tolerance.values.tolist() == pytest.approx([0.011776])
+
+
 @pytest.mark.parametrize("text", HOLDING)
 def test_a_claim_that_holds(text: str, run: Auditor) -> None:
     assert run(text).outcome.values.tolist() == ["holds"]

@@ -401,6 +401,20 @@ def test_a_snapshot_restores_the_state_and_its_file_by_a_seal(tmp_path: Path) ->
     run(test())
 
 
+def test_what_was_opened_with_overrides_is_not_kept_as_its_text_alone() -> None:
+    async def test() -> None:
+        async with worker() as one:
+            for overrides, alone in (({}, True), ({"damping.modal": 0.25}, False)):
+                session = Session(one)
+                quiet(session)
+                await session.start(PageState(name="a", base=TEXT.format("a"), overrides=overrides))
+                session.set("damping.modal", 0.125, released=True)
+                assert session.snapshot()["base_kept"] == alone
+                await session.close()
+
+    run(test())
+
+
 async def restored(one: Worker, snapshot: dict[str, Any]) -> Session:
     session = Session(one)
     quiet(session)

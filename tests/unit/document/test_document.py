@@ -198,6 +198,15 @@ def test_an_assumption_is_named_as_it_is_written() -> None:
         assert "assumed" not in str(error.value).partition(":")[2]  # it is not its own nearest path
 
 
+@pytest.mark.parametrize("axes", [("rx",), ("ry",), ("rx", "ry")])
+def test_a_body_that_tilts_needs_an_inertia_about_its_axis_of_tilt(axes: tuple[str, ...]) -> None:
+    support = {"radial": "1e8 N/m"} | dict.fromkeys(axes, "1e6 N m/rad")
+    flange = {"mass": "10 kg", "inertia": "1 kg m^2", "support": support}
+    with pytest.raises(ModelError, match=r"^bodies\.flange\.tilt_inertia: missing"):
+        read("ren2021", {"bodies": {"flange": flange}})
+    assert read("ren2021", {"bodies": {"flange": {**flange, "tilt_inertia": "0.5 kg m^2"}}}).model.bodies
+
+
 @pytest.mark.parametrize("version", [1, 0, 2.0, 1.0, 2.5, True, "2", [2]])
 def test_a_format_is_the_one_that_is_described(version: object) -> None:
     allowed = r"; allowed: format = 2, described in docs/reference/model-file\.md$"

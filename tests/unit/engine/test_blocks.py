@@ -98,6 +98,16 @@ def words_of(process: psutil.Process) -> str:
         return ""
 
 
+@pytest.mark.parametrize(("kind", "shape"), [(np.float64, (4,)), (np.float32, (3,)), (np.float32, (4,))])
+def test_a_block_of_another_type_or_shape_is_refused(kind: type, shape: tuple[int, ...], tmp_path: Path) -> None:
+    def compute(block: int) -> dict[str, np.ndarray]:
+        return {"sums": np.zeros(shape, kind) if block else np.zeros(3)}
+
+    given = BlockJob(verb="test", identity={}, count=2, compute=compute)
+    with pytest.raises(ValueError, match=r"^sums: .* after float64 \(3,\)$"):
+        results(given, store=tmp_path / "store", workers=1)
+
+
 def test_a_store_gives_back_every_bit(tmp_path: Path, undisturbed: tuple[Blocks, dict[str, bytes]]) -> None:
     log, shares = tmp_path / "log", list[float]()
     assert [number for number, _ in undisturbed[0]] == list(range(12))

@@ -95,6 +95,12 @@ def test_design_studies_in_kind() -> None:
     assert np.ptp(planets) < 0.05 * np.ptp(carrier)
 
 
+def test_run_outs_are_varied_to_four_times_the_largest() -> None:
+    given = {"operation.torque.sun": "28.75 kN m", "deviations.sun.run_out": "40 um"}
+    result = run_out_study(epicyclic.load("ren2021", overrides=given), points=3)
+    assert result.run_out.values == pytest.approx([0.0, 80.0, 160.0])
+
+
 def test_design_studies_need_something_to_vary() -> None:
     with pytest.raises(ModelError, match="run-out"):
         run_out_study(epicyclic.load("lin1999-n4"))

@@ -139,6 +139,23 @@ def test_warnings_of_points_keep_their_order() -> None:
     assert json.loads(result.attrs["warnings"]) == said
 
 
+def test_a_warning_of_every_point_that_does_not_fail_has_no_place() -> None:
+    every, one = "every [points-rounded]", "one [points-rounded]"
+
+    def point(speed: object) -> xr.Dataset:
+        if speed == 2:
+            raise ModelError("no load")
+        said = [every, one] if speed == 3 else [every]
+        return xr.Dataset({"mass": ((), 1.0)}, attrs={"verb": "check", "warnings": json.dumps(said)})
+
+    job = {"verb": "check", "model": "ren2021", "list": {"options.speed": [1, 2, 3]}}
+    result = run_study(
+        job, lambda verb: lambda model, overrides, options: point(options["speed"]), {"check": ("speed",)}
+    )
+    _, *told = json.loads(result.attrs["warnings"])
+    assert told == [every, f"at 1 of 3 points: {one}"]
+
+
 def test_one_process_workers_and_a_resumed_run_agree(folder: Path) -> None:
     pytest.importorskip("zarr")
     pytest.importorskip("distributed")

@@ -81,6 +81,16 @@ def test_the_largest_force_of_a_motion_and_when() -> None:
     assert f"2 of {lost.sizes['mesh']} meshes lose contact." in found.text
 
 
+def test_the_losses_of_the_meshes_and_where_most_is_lost() -> None:
+    result = epicyclic.efficiency("ren2021")
+    (found,) = findings_of({"": result})
+    loss = {pair: 0.0 for pair in ("sun-planet", "planet-ring")}
+    for name, value in zip(result.mesh.values, result.mesh_power_loss.values, strict=True):
+        loss[str(name).split("/")[1]] += float(value)
+    pair = max(loss, key=lambda name: loss[name])
+    assert f"{100 * loss[pair] / sum(loss.values()):.0f} % of it in {pair}." in found.text
+
+
 def test_what_moves_a_mode_most() -> None:
     result = epicyclic.sensitivity("lin1999-n3").isel(path=slice(None, None, -1))  # the verb has the largest first
     (found,) = findings_of({"": result})

@@ -171,6 +171,10 @@ def test_a_shaft_between_elastic_couplings_is_a_body(draft: Any) -> None:
     assert operation["torque"] == {"flange": "-900 N m", "sun": "balance"}  # its u axis is against z
     train = epicyclic.load(dict(found.document))
     assert any(body.name == "flange" for body in train.bodies)
+    # of two ends that take up what is left, none is the balance
+    draft.values(32)["torque_around_u_axis"] = (-100.0, "N m")
+    operation = imported(draft).document["operation"]
+    assert operation["torque"] == {"flange": "-900 N m"}
 
 
 def test_a_star_has_its_carrier_in_the_casing(draft: Any) -> None:

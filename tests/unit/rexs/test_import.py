@@ -190,6 +190,16 @@ def test_pins_and_density_that_is_not_given(draft: Any) -> None:
     assert "no density given: steel, 7850 kg/m^3" in lines(found.assumed, 103)
 
 
+def test_a_gear_on_two_sections_has_the_narrower_bore(draft: Any) -> None:
+    for i in (100, 200, 300):  # they meet at the middle of the gear
+        draft.values(i + 2).update(length=(25.0, "mm"), u_coordinate_on_shaft=(0.0, "mm"))
+        other = {**draft.values(i + 2), "u_coordinate_on_shaft": (25.0, "mm")}
+        other |= {f"inner_diameter_{end}": (40.0, "mm") for end in ("begin", "end")}
+        draft.add(i + 9, "shaft_section", "", **other)
+        draft.relate("assembly", assembly=i, part=i + 9)
+    assert stage_of(imported(draft))["planet"]["bore"] == "40 mm"
+
+
 def test_a_carrier_without_plates_is_assumed(draft: Any) -> None:
     draft.relations = [r for r in draft.relations if r[1] != {"assembly": 4, "part": 31}]
     found = imported(draft)
@@ -284,6 +294,16 @@ def test_mesh_stiffness_and_backlash(draft: Any) -> None:
     assert stage_of(imported(draft))["meshes"]["sun-planet"]["stiffness"] == "8e8 N/m"
     draft.values(205)["mean_mesh_stiffness_for_transverse_load_iso_6336_2019"] = (19.0, "N / (mm mum)")
     assert "differs from that of component 105" in lines(imported(draft).dropped, 205)
+
+
+@pytest.mark.parametrize("change", [-0.5, 0.5])
+def test_a_centre_distance_that_differs_is_told(draft: Any, change: float) -> None:
+    value, unit = draft.values(105)["center_distance"]
+    assert "center_distance" not in lines(imported(draft).dropped, 205)
+    draft.values(205)["center_distance"] = (value + change, unit)
+    told = lines(imported(draft).dropped, 205)
+    assert "center_distance" in told
+    assert "differs from" in told
 
 
 def test_flank_modifications(draft: Any) -> None:

@@ -7,13 +7,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicHermiteSpline
 
 import epicyclic
 from epicyclic.errors import ModelError
 from epicyclic.system.flank_laws import TabulatedAt, TabulatedLaw
 from epicyclic.teeth.form import Flank, Relief
 from epicyclic.teeth.gear_pair import ContactPair
-from epicyclic.teeth.loaded_contact import contact_table, loaded_contact
+from epicyclic.teeth.loaded_contact import _slopes, contact_table, loaded_contact
 from epicyclic.teeth.mesh_stiffness import evaluate_series
 from epicyclic.train.resolution import load
 
@@ -167,3 +168,12 @@ def test_needs_face_width_and_contact() -> None:
     assert given.meshes[0].table is None
     assert not given.meshes[0].variation.size
     assert not any(error.cause == "contact" and "sun" in error.mesh for error in given.mesh_errors)
+
+
+def test_slopes_never_let_the_table_fall() -> None:
+    """Tangents far above three times the secants on either side of a point."""
+    gap, force = np.array([[0.0, 1.0, 5.0, 6.0]]), np.array([0.0, 4.0, 5.0, 9.0])
+    for tangent in (0.5, 50.0):
+        slope = _slopes(gap, force, np.full((1, 3), tangent))
+        curve = CubicHermiteSpline(gap[0], force, slope[0])
+        assert (np.diff(curve(np.linspace(0.0, 6.0, 601))) >= 0).all()

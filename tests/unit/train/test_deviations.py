@@ -10,6 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from epicyclic.document.document import read
+from epicyclic.train.deviations import misaligned_bodies
 from epicyclic.train.resolution import load
 from epicyclic.train.train import Displacement
 
@@ -85,6 +87,13 @@ def test_a_side_of_its_own() -> None:
     train = load("ren2021", {"deviations.ring.left.run_out": "5 um"})
     size = {item.body: abs(item.vector[0]) for item in train.displacements if "ring" in item.body}
     assert size == {"main/ring/left": 5e-6, "main/ring/right": pytest.approx(20e-6)}
+
+
+def test_a_tilt_of_one_side_leaves_the_other_straight() -> None:
+    bodies = load("ren2021").bodies
+    for path, askew in (("ring.left", {"main/ring/left"}), ("ring", {"main/ring/left", "main/ring/right"})):
+        model = read("ren2021", {f"deviations.{path}.tilt": {"x": "1e-3 rad"}}).model
+        assert misaligned_bodies(model, bodies) == askew
 
 
 def test_bearing_run_out_turns_with_the_shaft_in_its_bearing() -> None:

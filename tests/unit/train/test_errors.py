@@ -57,6 +57,11 @@ REFUSED = [
         "too large",
     ),
     ({"stages.main.centre_distance": "50 mm"}, "stages.main.planet.profile_shift", "no tooth is left"),
+    (
+        {"stages.main.centre_distance": "40 mm", "stages.main.sun.profile_shift": 4.5},
+        "stages.main.planet.profile_shift",
+        "profile shift of -5.28",
+    ),
     ({"stages.main.sun.module": "2 mm", "stages.main.ring.module": "3 mm"}, "stages.main.ring.module", "contradicts"),
     (
         {"stages.main.sun.helix_angle": "9 deg", "stages.main.planet.helix_angle": 0.2},

@@ -242,6 +242,26 @@ def test_shifts_against_undercut_keep_the_centre_distance() -> None:
     assert shifts_of(blank) == {"sun": 0.19, "planet": -0.19, "ring": 0.19}  # 1 - 14 sin^2 20 deg / 2 = 0.181
 
 
+@pytest.mark.parametrize(
+    ("sun", "planets", "torque", "sideways"),
+    [
+        (24, 3, "adds up", "cancel"),
+        (23, 4, "cancels", "add up"),
+        (25, 4, "cancels", "add up"),
+        (22, 4, "cancels", "cancel"),
+    ],
+)
+def test_what_the_meshes_with_the_sun_do_together(sun: int, planets: int, torque: str, sideways: str) -> None:
+    """Sums over the planets of exp(2 pi i z_s k/N), and of that across the axis of the sun."""
+    turn = np.exp(2j * np.pi * np.arange(planets) / planets)
+    assert (abs((turn**sun).sum()) > 0.5) == (torque == "adds up")
+    assert any(abs((turn ** (sun + way)).sum()) > 0.5 for way in (1, -1)) == (sideways == "add up")
+    teeth = next(f"{sun}/{n}/{sun + 2 * n}" for n in range(33, 60) if (2 * sun + 2 * n) % planets == 0)
+    (words,) = (text for text in new_train(teeth=teeth, planets=planets, **LOAD).remarks if "z_s/N" in text)
+    assert ("torque adds up" in words) == (torque == "adds up")
+    assert ("across its axis add up" in words) == (sideways == "add up")
+
+
 @pytest.mark.parametrize("shift", [np.float32(0.25), np.int64(0), np.array([0.25, 0.5], np.float32)[1]])
 def test_a_profile_shift_may_be_a_number_of_numpy(shift: Any) -> None:
     one, other = (new_train(**BOX, **LOAD, profile_shift={"sun": value}) for value in (shift, float(shift)))

@@ -143,6 +143,23 @@ def answers_of_job(frame: PageFrame) -> dict[str, Any]:
     return {answer["key"]: answer for answer in frame.head["answers"]}
 
 
+def test_loads_of_contact_are_shares_of_the_load_of_operation() -> None:
+    options = {**SMALL["contact"], "loads": (0.5, 0.75, 1.25), "mesh": "sun-planet"}
+    result = contact("ren2021", **options)
+    shown = JOBS["contact"].shown(result, load("ren2021"), {}).head["job"]["lines"]["curves"]
+    assert [curve["label"] for curve in shown] == ["50 % load", "75 % load", "100 % load", "125 % load"]
+
+
+def test_what_lowers_a_frequency_is_ranked_by_its_size() -> None:
+    _, result, _ = done("sensitivity")
+    values = np.zeros((result.sizes["path"], result.sizes["mode"]))
+    values[2, :2], values[1, :2] = [-0.5, 0.1], [0.0, 0.25]
+    ranked_by = ("mode", np.arange(result.sizes["mode"]) < 2)
+    one_root = result.assign(sensitivity=(("path", "mode"), values), ranked_by=ranked_by)
+    shown = JOBS["sensitivity"].shown(one_root, load("lin1999-n4"), {})
+    assert shown.arrays["job/bar"][:2].tolist() == [-0.5, 0.25]
+
+
 def test_tolerances_are_ranked_as_the_verb_ranks_them() -> None:
     frame, result, _ = done("tolerance")
     printed = tolerance("ren2021", samples=1024, effects="shares")

@@ -106,6 +106,13 @@ def test_a_lever_follows_what_is_laid_over_the_file() -> None:
     assert full in {lever.path for lever in levers_of(tables_of("ren2021"), {full: "[0, 12, 0] um"})}
 
 
+def test_the_lever_of_pins_is_that_of_the_one_farthest_off() -> None:
+    overrides = {"deviations.planet.position.y": "[10, -30, 20] um"}
+    found = {lever.path: lever for lever in levers_of(tables_of("ren2021"), overrides)}
+    pin = found["deviations.planet.position.y"]
+    assert (pin.entry, pin.value, pin.others) == (1, -30.0, (10.0, -30.0, 20.0))
+
+
 def test_a_lever_of_another_spelling_keeps_it() -> None:
     tables = tables_of("ren2021")
     tables["deviations"] = {"main": {"carrier": {"run_out": {"amplitude": "15 um"}}}}

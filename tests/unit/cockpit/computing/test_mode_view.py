@@ -52,6 +52,7 @@ def test_planets_of_a_translational_mode_move_alike_in_the_axes_of_the_stage() -
     ("drive", "number", "label"),
     [
         ("ren2021", 2, "carrier moves sideways"),
+        ("ren2021", 3, "carrier moves sideways"),
         ("ren2021", 4, "carrier slides along the axis"),
         ("ren2021", 5, "carrier rotates with the planets"),
         ("xu2020", 11, "planets rotate against the ring"),

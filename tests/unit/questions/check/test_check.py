@@ -10,6 +10,7 @@ import pytest
 import xarray as xr
 
 import epicyclic
+from epicyclic.show.views import tables_of
 from epicyclic.train.new_train import new_train
 
 
@@ -108,3 +109,9 @@ def test_without_speeds() -> None:
 def test_saved_and_reopened(ren2021: xr.Dataset, tmp_path: object) -> None:
     path = epicyclic.save_result(ren2021, f"{tmp_path}/check.nc")
     xr.testing.assert_identical(epicyclic.load_result(path)["speed"], ren2021["speed"])
+
+
+def test_phases_of_deviations_are_shown_in_degrees(ren2021: xr.Dataset) -> None:
+    (table,) = (one for one in tables_of(ren2021) if "phase [deg]" in one.columns)
+    assert table.columns["phase [deg]"] == pytest.approx(np.degrees(ren2021.deviation_phase.values))
+    assert np.abs(ren2021.deviation_phase).max() > 1

@@ -168,6 +168,13 @@ def test_what_grows_is_said_to(train: Any) -> None:
     assert found.multiplier.imag == 0
 
 
+def test_a_motion_of_unknown_stability_is_not_stable(train: Any) -> None:
+    refinement, state = moved(replace(train(ratio=Fraction(89, 55), swing=0.3), zeta=0.05), 1.4)
+    at = Solution(balance=refinement.problem(12), harmonics=12, state=state, residual=0.0)
+    assert with_stability(refinement, at).stable
+    assert not at.stable
+
+
 def test_a_state_near_the_circle_is_run_longer(train: Any) -> None:
     system = replace(train(ratio=Fraction(89, 55), swing=0.3), zeta=0.01)
     near, _ = growth(system, 1.4)

@@ -146,6 +146,9 @@ def test_what_parts_is_said_and_saved(train: Train, tmp_path: Any) -> None:
     assert "+1 main" in labels
     amplitude = result.combination_force.values
     assert amplitude[0, labels.index("mean")].real == pytest.approx(600.0, rel=1e-5)
+    # the mean over the slow phases holds the mesh orders alone, at their phases
+    wave = 2 * np.fft.rfft(result.mesh_force.values[0]) / result.sizes["mesh_phase"]
+    assert amplitude[0, labels.index("+1 main")] == pytest.approx(wave[1], rel=1e-3)
     spectrum = 0.5 * (np.abs(amplitude[0, 1:]) ** 2).sum()
     # Parseval: the lattice points hold all but what was dropped
     assert np.sqrt(spectrum) == pytest.approx(result.mesh_force_rms.values[0], rel=1e-2)

@@ -7,6 +7,7 @@ import json
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -19,8 +20,9 @@ from epicyclic.engine.plain_data import write_plain
 from epicyclic.engine.run_folder import RunFolder, segment_path
 from epicyclic.errors import ModelError
 from epicyclic.questions.flanks import ReliefOptions
-from epicyclic.questions.flanks.relief import genetic_search
+from epicyclic.questions.flanks.relief import _drawn_candidate, genetic_search
 from epicyclic.show.charts.flanks import relief_effect, relief_search
+from epicyclic.teeth.form import Flank, Relief
 from epicyclic.verbs.record import model_in
 
 pytest.importorskip("pymoo")
@@ -236,6 +238,18 @@ def test_the_model_written_differs_in_its_flanks_alone(single: xr.Dataset, tmp_p
     np.testing.assert_array_equal(contact.loaded_transmission_error, single.relieved_error[1, 0])
     # one piece across the face in the search, twenty in the verb: the same teeth
     assert float(single.objective_after[0]) == pytest.approx(float(single.relieved_peak_to_peak[1, 0, 3]), rel=1e-9)
+
+
+def test_flanks_drawn_differently_are_no_candidate() -> None:
+    variable = SimpleNamespace(
+        key="tip_relief.amount", paths=("sun", "planet"), coordinate=lambda amount: amount / 4e-5
+    )
+    problem: Any = SimpleNamespace(variables=[variable])
+    one, other = (Flank(tip_relief=Relief(amount=amount, length=2e-3, shape="linear")) for amount in (1e-5, 2e-5))
+    alike = _drawn_candidate(problem, {"sun": one, "planet": one})
+    assert alike is not None
+    assert alike.tolist() == [[0.25]]
+    assert _drawn_candidate(problem, {"sun": one, "planet": other}) is None
 
 
 def test_a_relief_drawn_keeps_what_is_not_varied() -> None:

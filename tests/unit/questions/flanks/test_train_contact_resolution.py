@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,9 @@ import pytest
 import epicyclic
 from epicyclic.errors import ModelError
 from epicyclic.questions.flanks.contact_resolution import Ladder
-from epicyclic.teeth.path_of_contact import largest_part_mean
+from epicyclic.questions.flanks.train_contact import _corner_times
+from epicyclic.system.tooth_pairs import pair_of
+from epicyclic.teeth.path_of_contact import corner_phases, largest_part_mean
 
 # one helical pair between stiff supports: its mesh force is that of the torque at every instant
 PAIR: dict[str, Any] = {
@@ -49,6 +52,17 @@ def test_a_pair_in_a_train_has_the_largest_load_of_the_pair_alone(flank: dict[st
         assert even.largest_load_per_length.values.item() < 0.98 * largest
     assert math.isnan(even.attrs["estimated_error"])
     assert (even.attrs["samples"], even.sizes["time"]) == (5, 5)
+
+
+def test_a_corner_at_an_even_instant_is_no_instant_of_its_own() -> None:
+    train = epicyclic.load(PAIR)
+    pair = pair_of(train, train.meshes[0], slices=4)
+    corner = corner_phases(pair.plane)
+    law: Any = SimpleNamespace(pair=pair, meshes=(0,), lead=(corner[0] - 0.25,), sense=(1.0,))
+    record: Any = SimpleNamespace(count=1, samples=4)
+    times = _corner_times([law], record, np.ones(1))
+    assert times.size == np.unique(np.round(corner, 9)).size - 1
+    assert np.abs(times - 0.25).min() > 1e-9
 
 
 def test_means_do_not_take_the_corners_for_even_instants() -> None:

@@ -160,6 +160,9 @@ def test_families_of_trains_as_drawn(system_of: Make) -> None:
         families = set(result.family.values)
         wanted = {"mesh", "planets passing"} | (set() if group.startswith("even") else {"uneven planets"})
         assert families == wanted, group
+        causes = {family: set(result.causes.values[result.family.values == family]) for family in wanted}
+        assert all(text.startswith("tooth meshing") for text in causes["mesh"])
+        assert all(text.startswith("fault-free: planets passing") for text in causes["planets passing"])
         amplitude, healthy = np.abs(result.signal_amplitude.values), np.abs(result.fault_free_amplitude.values)
         assert healthy == pytest.approx(amplitude, rel=1e-9)  # nothing to leave out: solved twice alike
 

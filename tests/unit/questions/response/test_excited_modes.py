@@ -12,6 +12,7 @@ from scipy.linalg import eigh
 import epicyclic
 from epicyclic.errors import ModelError
 from epicyclic.questions.modes.views import modes_findings, modes_key_figures
+from epicyclic.questions.response.sweep_table import with_resonances
 from epicyclic.system.system import System
 
 N = 5
@@ -115,3 +116,10 @@ def test_the_force_of_a_mode_is_that_per_mean_of_its_own_mesh() -> None:
 def test_no_band_in_hertz(found: tuple[int, System, xr.Dataset], band: str) -> None:
     with pytest.raises(ModelError, match="band"):
         epicyclic.modes(found[1], band=band)
+
+
+@pytest.mark.parametrize("band", [0.0, -0.1, np.nan, np.inf])
+def test_a_band_without_width_is_refused(band: float) -> None:
+    train = epicyclic.load("ren2021")
+    with pytest.raises(ModelError, match=r"^band = .*: not a share of the operating speed"):
+        with_resonances(epicyclic.modes(train), epicyclic.assemble(train), band=band)

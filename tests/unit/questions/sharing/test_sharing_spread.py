@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from math import lcm
 from typing import Any
 
@@ -15,6 +16,7 @@ import epicyclic
 from epicyclic import assemble, load
 from epicyclic.errors import ModelError
 from epicyclic.questions.sharing import SharingOptions
+from epicyclic.questions.sharing.definitions import _LOOKED, _recurrences
 from epicyclic.questions.sharing.sharing import sharing, spread_sharing
 from epicyclic.statics.record import spread_cycles
 
@@ -148,3 +150,10 @@ def test_a_common_period_shorter_than_what_is_asked_for_is_passed_once() -> None
     whole = sharing(system, SharingOptions(method="static"))["load_sharing"].sel(definition="cycle-peak")
     assert spread.ratio.shape[1] == spread.period
     np.testing.assert_allclose(spread.cycle_peak, whole.values, rtol=1e-3)  # of fewer instants a cycle
+
+
+def test_phases_of_a_long_block_follow_each_other_by_the_finest() -> None:
+    ratios = (Fraction(1, 7), Fraction(2, 29))
+    ((step, moved),) = _recurrences(ratios, (0, 1), _LOOKED + 1)
+    assert step == 1
+    assert moved == pytest.approx(1 / 29)

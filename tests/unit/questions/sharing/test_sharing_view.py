@@ -70,6 +70,11 @@ def test_a_mesh_that_a_drag_alone_loads_is_not_judged() -> None:
         assert ("next to none" in result.attrs["warnings"]) != shares
         judged = next(one for one in findings_of({"": result}) if one.limit > 0)
         assert ("large" in judged.text) == shares
+        rattling = result.assign(contact_lost=("mesh", idle))
+        ((count, _),) = (one for one in key_figures(rattling) if "teeth part" in one[1])
+        assert count == (f"{idle.sum()} of {idle.size}" if shares else f"none of {np.sum(~idle)}")
+        (table, *_) = tables(rattling)
+        assert table.columns["contact"][:-1] == [("lost" if shares else "no load") if one else "" for one in idle]
         drawn_k = epicyclic.tolerance(model, overrides=overrides, samples=256, effects="none")
         assert ("next to none" in drawn_k.attrs["warnings"]) != shares
         assert any("large-long" in str(pair) for pair in drawn_k["pair"].values) == shares

@@ -60,6 +60,15 @@ def test_closed_forms() -> None:
     assert half_width(1.7, first=0.0, second=1.0) == np.inf
 
 
+@pytest.mark.parametrize("pair", [(2.0, 2.0), (0.3, 0.5), (1.0, 9.0)])
+def test_a_range_opens_where_growth_begins(pair: tuple[float, float]) -> None:
+    decay = {"first": pair[0], "second": pair[1]}
+    below, above = (part * np.sqrt(pair[0] * pair[1]) for part in (0.999, 1.001))
+    assert growth(below, **decay) < 0 < growth(above, **decay)
+    assert half_width(below, **decay) == 0
+    assert half_width(above, **decay) > 0
+
+
 def test_the_ranges_are_those_of_the_closed_form(case: Any) -> None:
     system = case.two(0.5, zeta=0.004)
     modal = modal_form(system)

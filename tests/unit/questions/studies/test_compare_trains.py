@@ -324,6 +324,10 @@ def test_long_lists_are_summed_up() -> None:
         int(part.split(" of ")[0].split()[-1]) for part in table.notes[0].split(": ")[1].split(";")[0].split(", ")
     ]
     assert sum(counts) == found.sizes["difference"] - 12
+    rows = [row for row in compared_rows(found) if row.group == "modes" and row.largest]
+    shown = [what for group, what in zip(table.columns[""], table.columns["what"], strict=True) if group == "modes"]
+    assert len(shown) == 12 < len(rows)
+    assert set(shown) == {row.name for row in sorted(rows, key=lambda row: -row.largest)[:12]}
 
 
 def test_the_command_gives_the_same(floating: xr.Dataset, tmp_path: Path) -> None:

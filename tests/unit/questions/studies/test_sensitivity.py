@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,8 @@ from numpy.typing import NDArray
 import epicyclic
 from epicyclic.errors import ModelError
 from epicyclic.questions.modes.modal import modal
-from epicyclic.questions.studies.sensitivity import all_parameters, parameter_at
+from epicyclic.questions.studies.sensitivity import _aligned, all_parameters, parameter_at
+from epicyclic.system.assembly import assemble
 
 Array = NDArray[np.float64]
 # Both sides are differences: five-point ones of the answer with a step of 2e-4 leave some 1e-12 of truncation and, of
@@ -305,3 +307,15 @@ def test_a_soft_spring_has_its_sensitivity(spring: float) -> None:
     found = epicyclic.sensitivity(model, paths=["stages.main.sun.support.rz"])
     # beside bearings of 4e8 N/m, in whose rounding a step of it is lost
     np.testing.assert_allclose(found.sensitivity.values[0, 0], 0.5, rtol=1e-5)
+
+
+def test_lines_that_meet_beside_a_speed_have_no_derivative() -> None:
+    system = assemble(epicyclic.load("ren2021"))
+    faster = replace(system, tones=tuple(2 * tone for tone in system.tones))
+    _aligned(faster, system, system)
+    for other in (
+        replace(faster, lines=system.lines[:-1]),
+        replace(faster, tones=(*faster.tones, faster.tones[0] / 3)),
+    ):
+        with pytest.raises(ModelError, match="frequencies meet or part"):
+            _aligned(other, system, system)

@@ -11,10 +11,11 @@ import plotly.graph_objects as go
 import pytest
 import xarray as xr
 
+import epicyclic
 from epicyclic.show.charts.effects import study
 from epicyclic.show.charts.mode_shapes import mode_shapes
 from epicyclic.show.charts.modes import campbell, crossings, energy_shares, frequencies
-from epicyclic.show.charts.over_speed import bearing_forces, speed_sweep
+from epicyclic.show.charts.over_speed import bearing_forces, mode_marks, speed_sweep
 from epicyclic.show.charts.over_time import mesh_forces
 from epicyclic.show.charts.renderers import DASHES, PALETTE, branch_colour
 from epicyclic.show.charts.sharing import (
@@ -374,6 +375,16 @@ def test_the_waterfall_has_a_ray_for_every_line(ren: Datasets) -> None:
 def _peaks(x: np.ndarray, *places: tuple[float, float]) -> np.ndarray:
     """Amplitude over x with peaks of given place and height."""
     return np.asarray(sum(height * np.exp(-(((x - at) / 1.5) ** 2)) for at, height in places))
+
+
+def test_resonances_that_nothing_excites_are_not_marked() -> None:
+    modes, speed = epicyclic.modes("ren2021", band=0.2), np.linspace(0.8, 1.2, 9)
+    marks = mode_marks(modes, xr.Dataset(coords={"speed": speed}), 100 * speed)
+    excited = modes.resonance_excited.values != "no"
+    driven, idle = (100 * modes.resonance_speed.values[one] for one in (excited, ~excited))
+    assert marks
+    assert idle.size
+    assert {mark.x for mark in marks} <= set(driven) - set(idle)
 
 
 def test_the_strongest_resonances_are_ringed(ren: Datasets) -> None:

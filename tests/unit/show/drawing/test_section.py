@@ -96,6 +96,17 @@ def test_bearings_stand_where_the_file_has_them(one_stage: dict[str, Any]) -> No
     assert any(word.startswith("sun") and "floats" in word for word in words(drawn))
 
 
+def test_what_holds_against_tilt_alone_holds_nothing_axially(one_stage: dict[str, Any]) -> None:
+    stage = {**one_stage["stages"]["main"]}
+    front = {"at": "-90 mm", "radial": 0, "z": "1e8 N/m", "tilt": 0}
+    rear = {"at": "90 mm", "radial": "1e8 N/m", "z": 0, "tilt": "1e6 N m/rad"}
+    stage["sun"] = {**stage["sun"], "support": {"front": front, "rear": rear}}
+    drawn = train_section(epicyclic.check({**one_stage, "stages": {"main": stage}}))
+    held = np.array([z for z, r in named(drawn, "holds axially") if abs(r) < 20])
+    assert np.mean(held[held < 0]) == pytest.approx(-90, abs=1e-6)
+    assert np.abs(held - 90).min() > 20
+
+
 def test_bodies_without_teeth_stand_between_what_they_couple() -> None:
     differential = checked("encased-differential")
     layout = layout_of(differential, drawn_train(differential))
