@@ -158,6 +158,9 @@ def log_rings(
         if one.second is None:
             text += f", of the stiffness up to {passing.varying:.2g} varies; forces are those of one bolt at"
             text += f" {passing.places} places that it passes, and in static sensors of force have all bolts alike"
+            ring = next(body.elastic for body in bodies if body.name == one.first)
+            if isinstance(ring, ThinRing) and ring.orders < count:
+                text += f"; with {ring.orders} orders the force of a bolt is not whole, from {count} on it is"
         else:
             text += ", which joins only motions along and about the axis"
         if passing.series.shape[1] > _MANY:

@@ -225,6 +225,8 @@ def test_few_bolts_are_taken_by_their_mean_and_the_rest_is_named() -> None:
     (text,) = [text for text in few.warnings if text.endswith("[bolts-averaged]")]
     assert "6 bolts pass" in text
     assert "up to 0.54 varies" in text  # .5436 by the norms of K_1 and K_0, computed apart
+    assert "with 5 orders the force of a bolt is not whole, from 6 on it is" in text
+    assert not any("not whole" in text for text in assemble(train_of(modes=6, more=bolts(6))).warnings)
     scale = np.abs(uniform.K).max()
     np.testing.assert_allclose(few.K, uniform.K, atol=1e-12 * scale)
     standing = {"operation": {"held": ["carrier"], "speed": {"sun": "0 rpm"}}}
