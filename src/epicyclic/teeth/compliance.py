@@ -33,6 +33,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -305,13 +306,13 @@ class ComplianceParts:
     body: Array
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class ToothCompliance:
     """Compliance of a tooth against the radius of the load on the gear itself (not on its virtual gear).
 
     knots : (n,) rising radii from the start of the involute to the tip (of a ring from the tip outward) [m].
-    table : over them bending, shear, compression [m^2/N], depth [m], and the load of 1 N/m on the root (3,) in the
-        components of the gear body.  roots : (NEIGHBOURS + 1, 3, 3) compliance of the roots, see `root_compliance`.
+    table : (n, 7) over them bending, shear, compression [m^2/N], depth [m], and the load of 1 N/m on the root (3,) in
+        the components of the gear body.  roots : (NEIGHBOURS + 1, 3, 3) compliance of the roots, see `root_compliance`.
     shared : winding of the body, common to all teeth of the gear and part of the body compliance [m^2/N].
     height : of the tooth above its critical section [m].  thickness : of the tooth there [m].
     """
@@ -319,7 +320,7 @@ class ToothCompliance:
     gear: GearForm
     outline: Outline
     knots: Array
-    table: CubicSpline
+    table: Array
     roots: Array
     shared: float
     height: float
@@ -381,9 +382,15 @@ class ToothCompliance:
         loads, roots = self.body_factors(radius, tooth)
         return np.asarray(loads @ roots @ loads.swapaxes(-1, -2))
 
+    @cached_property
+    def _spline(self) -> CubicSpline:
+        from scipy.interpolate import CubicSpline  # a sixth of the start of a command that asks no tooth
+
+        return CubicSpline(self.knots, self.table)
+
     def _at(self, radius: ArrayLike) -> Array:
         """Columns of the table (..., 7) at radii (...) [m]."""
-        return np.asarray(self.table(np.clip(radius, *self.limits)))
+        return np.asarray(self._spline(np.clip(radius, *self.limits)))
 
 
 def columns_of_teeth(values: Array, tooth: ArrayLike) -> Array:
@@ -402,8 +409,6 @@ def tooth_compliance(gear: GearForm, *, path: str = "") -> ToothCompliance:
     ------
     ModelError : pointed or undercut teeth, no body under them (see `outline.tooth_outline`).
     """
-    from scipy.interpolate import CubicSpline  # a sixth of the start of a command that asks no tooth
-
     shape = tooth_outline(gear, path=path)
     low, high = sorted((shape.form_radius, shape.tip))
     radius = low + (high - low) * 0.5 * (1 - np.cos(np.pi * np.arange(_KNOTS) / (_KNOTS - 1)))
@@ -431,7 +436,7 @@ def tooth_compliance(gear: GearForm, *, path: str = "") -> ToothCompliance:
         gear=gear,
         outline=shape,
         knots=knots,
-        table=CubicSpline(knots, table),
+        table=table,
         roots=root_compliance(root, NEIGHBOURS, **elastic),
         shared=torsional_compliance(root, shape.base, **elastic),
         height=float(shape.depth[section]),

@@ -277,26 +277,15 @@ def _arc(shape: Outline, rho: float) -> tuple[float, float, float]:
     """Point at which an arc of radius rho [m] touches the flank: radius [m], polar angle from the centre of the arc
     [rad], and psi of that centre [rad].
 
-    The centre lies rho off the flank along the normal, away from the tooth, and rho inside the root circle.
+    The centre lies rho off the flank along the normal, away from the tooth, and rho inside the root circle.  A curve
+    parallel to an involute is one of the same base circle, whose roll length is less by rho.
     """
-    from scipy.optimize import brentq  # heavy, and needed by rings alone
-
-    def centre(radius: float) -> tuple[float, float, float]:
-        psi, normal = (float(v[0]) for v in shape.flank_angle(np.array([radius])))
-        return radius * math.sin(psi) + rho * math.cos(normal), radius * math.cos(psi) - rho * math.sin(normal), normal
-
-    def outside(radius: float) -> float:
-        return math.hypot(*centre(radius)[:2]) - (shape.root - rho)
-
-    low, high = max(shape.base, shape.tip * 0.5), shape.root
-    # without a change of sign the arc would touch beyond an end of the flank, which the caller refuses
-    if outside(low) >= 0:
-        radius = low
-    elif outside(high) <= 0:
-        radius = high
-    else:
-        radius = brentq(outside, low, high, xtol=_XTOL * high, rtol=_RTOL)
-    x, y, normal = centre(radius)
+    reach = (shape.root - rho) ** 2 - shape.base**2
+    roll = rho + math.sqrt(reach) if reach > 0 else 0.0
+    # beyond an end of the flank the arc touches none, which the caller refuses
+    radius = min(max(math.hypot(shape.base, roll), shape.base, shape.tip * 0.5), shape.root)
+    psi, normal = (float(v[0]) for v in shape.flank_angle(np.array([radius])))
+    x, y = radius * math.sin(psi) + rho * math.cos(normal), radius * math.cos(psi) - rho * math.sin(normal)
     return radius, math.pi - normal, math.atan2(x, y)
 
 
