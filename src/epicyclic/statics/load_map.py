@@ -102,7 +102,12 @@ def _orders(frequency: Sequence[Fraction]) -> tuple[int, ...]:
 
 def largest_sum(phases: SlowPhases, amplitude: ComplexArray) -> Array:
     """Largest Re sum a exp(j theta) (...) over the phases, of amplitudes a (G, ...)."""
-    return _summed(amplitude, units_of_largest(phases, amplitude))
+    tied = tuple(waves for waves in phases if len(waves) > 1)
+    alone = np.abs(amplitude[[waves[0][0] for waves in phases if len(waves) == 1]]).sum(axis=0)
+    if not tied:
+        return np.asarray(alone)
+    places = [place for waves in tied for place, _ in waves]
+    return np.asarray(alone + _summed(amplitude[places], units_of_largest(tied, amplitude)[places]))
 
 
 def units_of_largest(phases: SlowPhases, amplitude: ComplexArray) -> ComplexArray:
