@@ -553,8 +553,12 @@ _REDUCE: Mapping[str, Callable[[xr.DataArray, list[Any]], xr.DataArray]] = {
 
 
 _COMBINE = {
-    **{"ratio": np.divide, "product": np.multiply, "difference": np.subtract},
-    **{"sum": np.add, "greatest": np.maximum, "least": np.minimum},
+    "ratio": np.divide,
+    "product": np.multiply,
+    "difference": np.subtract,
+    "sum": np.add,
+    "greatest": np.maximum,
+    "least": np.minimum,
 }
 
 

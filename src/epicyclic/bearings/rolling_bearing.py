@@ -97,7 +97,7 @@ class RollingBearing:
         stand where their contact lines meet on the axis.
     arrangement : of two rows with a contact angle; "O": contact lines meet the axis outside of the rows, "X": inside.
     groove : r/D_w of inner and outer race, of balls.
-    rating, static_rating : C, C_0 of the catalogue [N]; None: from geometry (`rating_life`).
+    rating, static_rating : C, C_0 of the catalogue [N]; None: from geometry.
     fatigue_limit : C_u of the catalogue [N]; None: estimated from C_0.
     youngs_modulus [Pa], poisson : of races and elements.
     """

@@ -36,7 +36,9 @@ _WORDS = {
     **dict.fromkeys(("int_type", "int_from_float"), "a whole number"),
     **dict.fromkeys(("dict_type", "model_type", "model_attributes_type"), "a table"),
     **dict.fromkeys(("tuple_type", "list_type"), "a list"),
-    **{"bool_type": "true or false", "string_type": "a text", "float_type": "a number"},
+    "bool_type": "true or false",
+    "string_type": "a text",
+    "float_type": "a number",
 }
 _FAULTS = {
     "missing": ("missing", ""),

@@ -1,19 +1,16 @@
-"""Laws of links, and of sets of contacts between the rings of a bearing.
+"""Laws of links, each from one convex potential: contact sets of bearings, radial laws, friction with a memory.
 
-Law of a bearing that carries axial load or tilt: contacts between its rings, each a power of its own approach.
-
-With the motion q (r,) of the inner ring against the outer one, at most x, y, z [m], rx, ry [rad], contact j of normal
-n_j, gap g_j and coefficient c_j has the energy c_j <n_j . q - g_j>^(p + 1) / (p + 1), convex in q, so that
+A contact set is the law of a bearing that carries axial load or tilt: contacts between its rings, each a power of its
+own approach. With the motion q (r,) of the inner ring against the outer one, at most x, y, z [m], rx, ry [rad], contact
+j of normal n_j, gap g_j and coefficient c_j has the energy c_j <n_j . q - g_j>^(p + 1) / (p + 1), convex in q, so that
 
     F(q) = sum_j c_j <n_j . q - g_j>^p n_j        K(q) = sum_j p c_j <n_j . q - g_j>^(p - 1) n_j n_j'
 
 K is symmetric and has no negative eigenvalue.  The contacts are fixed in the frame of the link and evenly spread about
 its axis: an integral over rolling elements, without what varies as these pass by.
 
-Laws of links, each from one convex potential: radial laws, by a formula or by a table, friction with a memory, and
-contact sets (`contact_sets`).
-
-A radial law is force = f(rho) delta / rho with rho = |delta|.  Play, rolling elements and splines:
+A radial law, by a formula or by a table, is force = f(rho) delta / rho with rho = |delta|. Play, rolling elements and
+splines:
 
     f(rho) = min(k rho, F_m) + C <rho - S_2>^n        S_1 = F_m / k,  S_2 = S_1 + clearance
 

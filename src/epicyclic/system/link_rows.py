@@ -1,13 +1,10 @@
-"""Rows of links, also of those that pass a body, before their reduction.
-
-Rows of links before their reduction: coefficients of gaps on all coordinates of all bodies.
+"""Rows of links before their reduction, coefficients of gaps on all coordinates of all bodies; also of links that pass.
 
 A force along the unit vector n at the point r of a body does the work n . (u + theta x r), hence the row [n, r x n]; a
 moment along n has the row [0, n] (docs/conventions.md, The mesh row).
 
-Rows of links that pass a body: their mean stiffness as rows that stand, and rows of what varies beside it.
-
-Bolts in the housing stand at evenly spaced places of the body (`train.rings.PassingLinks`), and so do their mean and
+Links that pass a body have their mean stiffness as rows that stand, and beside it rows of what varies.  Bolts in the
+housing stand at evenly spaced places of the body (`train.elastic_bodies.PassingLinks`), and so do their mean and
 what varies.  Between two bodies each link stands at all places of the one; of all links the sum is taken, matrices K_0
 of the mean and K_l of each order on the coordinates of both, and rows are their eigenvectors.
 """

@@ -525,7 +525,10 @@ class Faces:
         return np.asarray(self.count[self.row] > 1, bool)
 
     def total(self, values: NDArray[Number], axis: int = 0) -> NDArray[Number]:
-        """Sums (..., w, ...) over the rows of each mesh of values (..., m, ...), in their unit, along `axis`."""
+        """Sums (..., w, ...) over the rows of each mesh of values (..., m, ...), in their unit, along `axis`.
+
+        The values themselves where no mesh is cut.
+        """
         return np.add.reduceat(values, self.first, axis=axis) if self.cut.any() else values
 
     def least(self, values: Array, axis: int = 0) -> Array:

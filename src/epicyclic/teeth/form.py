@@ -278,7 +278,7 @@ def _arc(shape: Outline, rho: float) -> tuple[float, float, float]:
     [rad], and psi of that centre [rad].
 
     The centre lies rho off the flank along the normal, away from the tooth, and rho inside the root circle.  A curve
-    parallel to an involute is one of the same base circle, whose roll length is less by rho.
+    parallel to an involute is one of the same base circle, whose roll length is less by rho; derived here.
     """
     reach = (shape.root - rho) ** 2 - shape.base**2
     roll = rho + math.sqrt(reach) if reach > 0 else 0.0

@@ -1,4 +1,4 @@
-"""The five answers of the page, those on load sharing first, and what fails in a model, with its code.
+"""The five answers of the page, those on load sharing first; changes that move a resonance away; what fails in a model.
 
 The planet that carries most, what a floating sun buys and the error that hurts most propose an override as a person
 writes it: half of a tolerance, or the deviations of ISO class 6 where a model gives none, the rule of `epicyclic new`,

@@ -366,8 +366,6 @@ _NEAR = 0.01
 _MOST_STEPS = 20_000
 # Mesh frequencies where none are given.
 _POINTS = 200
-# Types of the fields of `FloquetScan`.
-_KINDS = (complex, float, float, object, np.int64, object, bool)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -466,9 +464,15 @@ def floquet_scan(
 
     work = partial(_point_or_reason, ready)
     points = each(work, mesh_frequency.tolist(), arrived=arrived, kept=kept, meanwhile=import_results)
-    kinds: dict[str, Any] = dict(zip(FloquetScan._fields, _KINDS, strict=True))
-    columns = {name: np.array([getattr(point, name) for point in points], kind) for name, kind in kinds.items()}
-    return FloquetScan(**columns | {"multipliers": columns["multipliers"].reshape(P, 2 * n)})
+    return FloquetScan(
+        multipliers=np.array([point.multipliers for point in points], complex).reshape(P, 2 * n),
+        largest=np.array([point.largest for point in points], float),
+        growth=np.array([point.growth for point in points], float),
+        kind=np.array([point.kind for point in points], object),
+        steps=np.array([point.steps for point in points], np.int64),
+        status=np.array([point.status for point in points], object),
+        alone=np.array([point.alone for point in points], bool),
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
