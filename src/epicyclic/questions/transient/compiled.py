@@ -102,17 +102,18 @@ def _stiffness(flank: FlankNumbers, at: Index, tones: Array, least: float, tau: 
 
     All rows go through the orders together.  Rows of one tone share its cosine and sine.
     """
-    F, tone, c1, s1 = k.size, -1, 1.0, 0.0
+    # an array with a name of its own: read from its tuple in the loop, no rows would go side by side
+    F, wave, tone, c1, s1 = k.size, flank.wave, -1, 1.0, 0.0
     for f in range(F):
         if at[f] != tone:
             tone = at[f]
             angle = TURN * tau * tones[tone]
             c1, s1 = np.cos(angle), np.sin(angle)
         turns[0, f], turns[1, f], turns[2, f], turns[3, f], k[f] = c1, s1, c1, s1, 1.0
-    for order in range(flank.wave.shape[1]):
+    for order in range(wave.shape[1]):
         for f in range(F):
             c, w = turns[2, f], turns[3, f]
-            k[f] += flank.wave[0, order, f] * c - flank.wave[1, order, f] * w
+            k[f] += wave[0, order, f] * c - wave[1, order, f] * w
             turns[2, f], turns[3, f] = c * turns[0, f] - w * turns[1, f], c * turns[1, f] + w * turns[0, f]
     for f in range(F):
         k[f] = flank.mean[f] * max(k[f], least)
