@@ -41,7 +41,7 @@ lint: $(VENV)/.installed-dev
 	$(BIN)/codespell
 
 types: $(VENV)/.installed-dev
-	$(BIN)/mypy --explicit-package-bases src tests examples
+	$(BIN)/mypy --explicit-package-bases src tests examples benchmarks
 
 # The process that has the tests of the page waits for the browser: one more than cores, up to four.
 PROCESSES = $(shell $(BIN)/python -c "import os; print(min(4, os.cpu_count() + 1))")

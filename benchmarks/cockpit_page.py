@@ -86,7 +86,7 @@ class Running:
     def memory(self) -> float:
         """Resident memory of the server and its processes [MB]."""
         family = [self.process, *self.process.children(recursive=True)]
-        return sum(one.memory_info().rss for one in family) / 1e6
+        return float(sum(one.memory_info().rss for one in family)) / 1e6
 
 
 @contextmanager

@@ -179,7 +179,8 @@ STATES: dict[str, Callable[[Page], None]] = {
 
 @contextmanager
 def page_of(browser: Browser, running: Running) -> Iterator[Page]:
-    context = browser.new_context(viewport=dict(zip(("width", "height"), SIZES["1280x800"], strict=True)))
+    width, height = SIZES["1280x800"]
+    context = browser.new_context(viewport={"width": width, "height": height})
     try:
         page = context.new_page()
         page.goto(running.address)
@@ -227,7 +228,7 @@ def _in_all_sizes(page: Page, folder: Path, name: str) -> None:
     for size, (width, height) in SIZES.items():
         page.set_viewport_size({"width": width, "height": height})
         for theme in ("light", "dark"):
-            page.emulate_media(color_scheme=theme)  # type: ignore[arg-type]
+            page.emulate_media(color_scheme=theme)
             time.sleep(DRAWN)
             page.screenshot(path=folder / f"{name}-{size}-{theme}.png")
 

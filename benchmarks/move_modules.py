@@ -25,6 +25,7 @@ import subprocess
 import sys
 import tomllib
 from collections import Counter, defaultdict
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -52,7 +53,7 @@ class Plan:
         text = tomllib.loads(path.read_text(encoding="utf-8"))
         names = {tuple(key.split(":")): value for key, value in text.get("names", {}).items()}
         modules = {new: olds for new, olds in text["modules"].items() if not room or f"{new}.".startswith(f"{room}.")}
-        plan = cls(modules, text.get("docstrings", {}), names)  # type: ignore[arg-type]
+        plan = cls(modules, text.get("docstrings", {}), names)
         plan.home = {old: new for new, olds in plan.modules.items() for old in olds}
         if twice := [old for old, n in Counter(o for olds in plan.modules.values() for o in olds).items() if n > 1]:
             raise PlanError(f"in two modules: {twice}")
@@ -144,9 +145,7 @@ def bound_names(tree: ast.Module) -> dict[str, str]:
             continue
         elif isinstance(
             node,
-            ast.Assign | ast.AnnAssign | ast.AugAssign | ast.For | ast.With | ast.TypeAlias
-            if sys.version_info >= (3, 12)
-            else ast.Assign | ast.AnnAssign | ast.AugAssign | ast.For | ast.With,
+            ast.Assign | ast.AnnAssign | ast.AugAssign | ast.For | ast.With,
         ):
             for name in ast.walk(node):
                 if isinstance(name, ast.Name) and isinstance(name.ctx, ast.Store):
@@ -155,7 +154,7 @@ def bound_names(tree: ast.Module) -> dict[str, str]:
     return bound
 
 
-def top_nodes(tree: ast.Module):
+def top_nodes(tree: ast.Module) -> Iterator[ast.stmt]:
     """Nodes at the top of a module, those under `if` and `try` too."""
     todo = list(tree.body)
     while todo:
@@ -229,13 +228,13 @@ class Rewriter:
             elif target in self.plan.home:
                 new = self.plan.home[target]
                 name = self.plan.names.get((target, alias.name), alias.name)
-                local = alias.asname or (alias.name if name != alias.name else None)
+                known = alias.asname or (alias.name if name != alias.name else None)
                 if new == self.new:
-                    if local and local != name:
-                        self.notes.append(f"{self.source.path}:{node.lineno}: {name} was {local} here")
+                    if known and known != name:
+                        self.notes.append(f"{self.source.path}:{node.lineno}: {name} was {known} here")
                     continue
                 stub = self.source.path.suffix == ".pyi"  # there `as` says that the name is given on
-                groups[new].append(ast.alias(name, local if local != name or stub else None))
+                groups[new].append(ast.alias(name, known if known != name or stub else None))
             else:
                 groups[target].append(alias)
         if not groups and node.names:
@@ -257,7 +256,7 @@ class Rewriter:
                     continue
                 if text == "":
                     start = source.starts[node.lineno - 1] if not line.strip() else start
-                    end = source.starts[node.end_lineno] if not line.strip() else end
+                    end = source.starts[node.end_lineno or node.lineno] if not line.strip() else end
                     out.append(Edit(start, end, "" if not self.only_statement(node) else f"{line}pass\n"))
                 elif text != source.bytes[start:end].decode():
                     out.append(Edit(start, end, text))
@@ -342,7 +341,7 @@ def merged(plan: Plan, new: str) -> tuple[str, list[str]]:
         cut = []
         for node in source.tree.body:  # an assignment that stands in a module before, word for word
             if isinstance(node, ast.Assign) and (text := ast.unparse(node)) in alike:
-                cut.append((source.starts[node.lineno - 1], source.starts[node.end_lineno]))
+                cut.append((source.starts[node.lineno - 1], source.starts[node.end_lineno or node.lineno]))
                 same |= {n.id for t in node.targets for n in ast.walk(t) if isinstance(n, ast.Name)}
             elif isinstance(node, ast.Assign):
                 alike.add(text)
@@ -355,7 +354,7 @@ def merged(plan: Plan, new: str) -> tuple[str, list[str]]:
             if foreign.setdefault(name, origin) != origin:
                 notes.append(f"{new}: {name} is imported from {foreign[name]} and {origin}")
         for node in header_nodes(source.tree):
-            start, end = source.starts[node.lineno - 1], source.starts[node.end_lineno]
+            start, end = source.starts[node.lineno - 1], source.starts[node.end_lineno or node.lineno]
             if isinstance(node, ast.Expr):
                 text = ast.get_docstring(source.tree, clean=False) or ""
                 docstring = docstring or text

@@ -6,14 +6,16 @@ import statistics
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import TypeVar
 
 import numpy as np
 import table
 import xarray as xr
+from numpy.typing import NDArray
 from scipy.optimize import differential_evolution
 
-from epicyclic.questions.flanks.relief import relief
+from epicyclic import relief
 from epicyclic.system.tooth_pairs import pair_of
 from epicyclic.teeth.form import Flank, Relief
 from epicyclic.teeth.loaded_contact import loaded_contact, microgeometry_contact
@@ -22,7 +24,7 @@ from epicyclic.train.resolution import load
 
 __all__ = ["rows"]
 
-Array = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+Array = NDArray[np.float64]
 T = TypeVar("T")
 
 _SECONDS = 60.0
@@ -44,7 +46,7 @@ def rows(quick: bool) -> list[table.Row]:
     segments, force = _segments()
     result_rows: list[table.Row] = []
     for name, bounds in _BOUNDS.items():
-        took, result = _timed(lambda bounds=bounds: _search(bounds, size), 1 if quick else 3)
+        took, result = _timed(partial(_search, bounds, size), 1 if quick else 3)
         value = float(result.objective_after[0])
         count = result.sizes["evaluation"]
         least = min(_grid(segments, force, bounds), _differential_evolution(segments, force, bounds))
@@ -76,10 +78,9 @@ def _segments() -> tuple[ContactSegments, float]:
     return contact_segments(pair_of(train, mesh, slices=1), phase), force
 
 
-def _search(bounds: tuple[tuple[float, float], ...], size: int) -> object:
+def _search(bounds: tuple[tuple[float, float], ...], size: int) -> xr.Dataset:
     vary = dict(zip(("tip_relief.amount", "tip_relief.length"), bounds, strict=True))
-    options = {"mesh": "p-d", "torque": 43.0, "population": size, "generations": size, "samples": _SAMPLES}
-    return relief("yue2014-i", vary=vary, **options)
+    return relief("yue2014-i", vary=vary, mesh="p-d", torque=43.0, samples=_SAMPLES, population=size, generations=size)
 
 
 def _helical_search(size: int) -> xr.Dataset:
@@ -93,7 +94,7 @@ def _peak_to_peak(segments: ContactSegments, force: float, places: Array) -> Arr
     pair = segments.pair
     shapes = [Flank(tip_relief=Relief(amount=float(d), length=float(h))) for d, h in places]
     pairs = [replace(pair, flank_a=shape, flank_b=shape) for shape in shapes]
-    return np.ptp(microgeometry_contact(segments, pairs, force).approach[:, 0], axis=1)
+    return np.asarray(np.ptp(microgeometry_contact(segments, pairs, force).approach[:, 0], axis=1))
 
 
 def _grid(segments: ContactSegments, force: float, bounds: tuple[tuple[float, float], ...]) -> float:

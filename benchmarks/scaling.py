@@ -157,10 +157,10 @@ def main() -> int:
     """Print the rows; exit status 1 where a target is missed."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true", help="the two smallest trains")
-    parser.add_argument("--memory", nargs=2, help=argparse.SUPPRESS)
+    parser.add_argument("--memory", type=int, help=argparse.SUPPRESS)
     given = parser.parse_args()
     if given.memory:
-        _print_memory(int(given.memory[0]), given.memory[1])
+        _print_memory(given.memory)
         return 0
     found = rows(given.quick)
     table.show(found)

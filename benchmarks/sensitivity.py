@@ -94,7 +94,7 @@ def _gradients(system: System, speed: NDArray[np.float64], meshes: NDArray[np.in
 def _stiffness_changes(system: System) -> list[SystemNumbers]:
     """One change for each mesh: its mean stiffness by 1 N/m; the variation is a share of it and follows."""
     blank = combined([0.0], [numbers(system)])
-    return [replace(blank, stiffness=row) for row in np.eye(len(system.meshes.name))]
+    return [blank._replace(stiffness=row) for row in np.eye(len(system.meshes.name))]
 
 
 def _error(system: System, speed: float) -> float:

@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 from epicyclic.questions.contact_loss.shaft_orders import torus_outputs
 from epicyclic.questions.contact_loss.torus import Torus, TorusPoint, respond_torus, torus_of
 from epicyclic.questions.response.response import response
-from epicyclic.system.system import Line, System
+from epicyclic.system.system import Line, System, faces
 
 Array = NDArray[np.float64]
 BACKLASH, RUN_OUT = 100e-6, 10e-6
@@ -79,7 +79,8 @@ def _compare(
     errors = [_error(given, point, cycles) for point in points]
     error, settled = max(e for e, _ in errors), max(s for _, s in errors)
     status = ", ".join(dict.fromkeys(point.status for point in points))
-    apart = max(float(1.0 - point.state.touching[:, : len(given.face.row)].mean()) for point in points)
+    loaded = faces(system.meshes).row.size
+    apart = max(float(1.0 - point.state.touching[:, :loaded].mean()) for point in points)
     shown = ", ".join(f"{1e3 * each:.0f}" for each in took)
     middle = statistics.median(took)
     target = "" if seconds is None else f"<= {seconds:g} s"
@@ -133,7 +134,6 @@ def _slices() -> list[table.Row]:
     from epicyclic.questions.contact_loss.branch_set import mesh_force
     from epicyclic.questions.contact_loss.continuation import linear_start, solve
     from epicyclic.questions.contact_loss.problem import flank_force, mesh_problem
-    from epicyclic.system.system import faces
 
     # downwards, as a sweep goes: each from the motion at the last
     speeds = [2000.0, 1800.0, 1600.0, 1500.0, 1400.0, 1300.0]
@@ -152,7 +152,7 @@ def _slices() -> list[table.Row]:
             values.append(mesh_force(system, flank_force(made, found.state)).std(axis=0))
             if slices == 8:
                 took.append(spent)
-                apart = max(apart, float(1 - found.state.touching[:, : len(face.row)].mean()))
+                apart = max(apart, float(1 - found.state.touching[:, : face.row.size].mean()))
                 lost += not found.converged
     middle = statistics.median(took)
     error = max(float(np.abs(few - many).max() / many.max()) for few, many in zip(rms[8], rms[32], strict=True))
