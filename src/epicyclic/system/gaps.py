@@ -75,7 +75,7 @@ class Flanks:
     def at(self, phases: Array) -> FlanksAt:
         """Laws of all rows at phases (P, D) of the mesh tones [cycles]."""
         F = len(self.mesh)
-        parts = tuple((block.law.at(phases), _together(block.rows, F)) for block in self.laws)
+        parts = tuple((block.law.at(phases), contiguous(block.rows)) for block in self.laws)
         return FlanksAt(parts=parts, count=F)
 
     def _gathered(self, value: Callable[[Any], Array]) -> Array:
@@ -125,7 +125,7 @@ class FlanksAt:
             chosen_rows = number[rows]
             kept = np.flatnonzero(chosen_rows >= 0)
             if kept.size:
-                parts.append((law.rows(kept), _together(chosen_rows[kept], wanted.size)))
+                parts.append((law.rows(contiguous(kept)), contiguous(chosen_rows[kept])))
         return FlanksAt(parts=tuple(parts), count=wanted.size)
 
     def evaluate(self, delta: Array) -> tuple[Array, Array]:
@@ -157,9 +157,12 @@ def linear_flanks(stiffness: Array) -> FlanksAt:
     return FlanksAt(parts=((LinearAt(stiffness=stiffness), slice(0, F)),), count=F)
 
 
-def _together(rows: NDArray[np.int64], count: int) -> Rows:
-    """All of the rows 0 .. count - 1 in order as a slice, of which NumPy makes no copy; others as they are."""
-    return slice(0, count) if rows.size == count and bool(np.all(rows == np.arange(count))) else rows
+def contiguous(chosen: NDArray[Any] | np.bool_) -> Rows:
+    """Places chosen, or places (k,) in any order: a slice, which NumPy does not copy, where one follows the other."""
+    rises = chosen.dtype == bool
+    places: NDArray[np.int64] = np.flatnonzero(chosen) if rises else np.asarray(chosen)
+    whole = places.size > 0 and places[-1] - places[0] + 1 == places.size and (rises or np.all(np.diff(places) == 1))
+    return slice(int(places[0]), int(places[-1]) + 1) if whole else places
 
 
 def flanks(system: System, *, far: bool = True) -> Flanks:

@@ -40,10 +40,10 @@ from scipy import fft
 from scipy.linalg.lapack import dgetrf, dgetrs
 
 from ...engine.run_folder import KeptPart, RunFolder
+from ...system.gaps import contiguous
 from ...system.system import Array, ComplexArray, Index
 from ..response.balance import gmres
 from .problem import Problem, State, balanced_forces, dynamic_size, evaluate, jacobian, speed_derivative, unknowns
-from .rows import contiguous
 
 Operator = Callable[[Array], Array]
 NewtonStep = Callable[[Problem, State, Array, float], tuple[Array, int]]

@@ -20,11 +20,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import reduce
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...system.gaps import contiguous
 from ...system.system import Array, Faces, Index, LinkRows, faces
 from ..modes.eigen import Modal
 from ..response.balance import diagonal_inverse, diagonal_product
@@ -36,7 +38,6 @@ from .rows import (
     Grid,
     GridLaws,
     WidthTangents,
-    contiguous,
     edges,
     gap_rows_of,
     grid,
@@ -428,17 +429,21 @@ def _forces(balance: Problem, opened: Array, speed: float) -> tuple[Array, _Cont
 
     Samples at an edge of contact as of `edges`.
     """
-    rows, laws = balance.rows, balance.laws
-    F, last = rows.count, rows.count + (0 if rows.links is None else rows.links.rows.size)
-    delta = balance.grid.values(opened[:, :last])
+    rows = balance.rows
+    F, last, J = rows.count, rows.count + (0 if rows.links is None else rows.links.rows.size), len(opened) // 2
+    # a gap cannot rise above its mean and all amplitudes: far flanks mostly stay away
+    reach = opened[0, :F] + np.hypot(opened[1:J, :F], opened[J + 1 :, :F]).sum(axis=0)
+    reaching = reach > balance.laws.least_touch - _ROUNDING
+    near, laws, damping = contiguous(reaching), balance.laws.of(reaching), rows.damping[reaching]
+    delta = balance.grid.values(opened[:, near])
     force, tangent = np.zeros((2, len(delta), len(rows.linear)))
     if rows.links is not None:
-        force[:, F:last], tangent[:, F:] = rows.links.evaluate(delta[:, F:])
-    delta = delta[:, :F]
+        force[:, F:last], tangent[:, F:] = rows.links.evaluate(balance.grid.values(opened[:, F:last]))
     closed = laws.opening(delta)
     idle = lift_idle(delta, closed)
-    pressed = closed > 0
-    edge = edges(closed, balance.grid.counts, rows.axis)
+    pressed = np.zeros((len(delta), F), bool)
+    pressed[:, near] = closed > 0
+    edge = edges(closed, balance.grid.counts, rows.axis[near])
     if edge is not None:
         edge.enter_penetration(delta, closed)
     flank, slope = laws.evaluate(delta)
@@ -450,15 +455,17 @@ def _forces(balance: Problem, opened: Array, speed: float) -> tuple[Array, _Cont
     change_of_links = np.ptp(tangent[:, F:], axis=0)
     unchanging &= bool(np.all(change_of_links <= _CONSTANT * np.abs(rows.linear).max(initial=0.0)))
     acting, rise = None, None
-    if rows.damping.any():
-        rate = balance.grid.values(rate_rows(opened[:, :F], speed * balance.omega))
-        acting, rise = pressed.astype(float), np.zeros_like(rate)
+    if damping.any():
+        rate = balance.grid.values(rate_rows(opened[:, near], speed * balance.omega))
+        share, turn = pressed[:, near].astype(float), np.zeros_like(rate)
         if edge is not None and change is not None:
-            acting[edge.at], rise[edge.at] = edge.share, np.where(edge.inside, rate[edge.at] / edge.width, 0.0)
-            change -= rows.damping[edge.at[1]] * rise[edge.at] * (edge.share - 0.5)
-        flank += rows.damping * rate * acting
-    force[:, :F], tangent[:, :F] = flank, slope
-    width = None if edge is None or change is None else edge.tangents(change)
+            share[edge.at], turn[edge.at] = edge.share, np.where(edge.inside, rate[edge.at] / edge.width, 0.0)
+            change -= damping[edge.at[1]] * turn[edge.at] * (edge.share - 0.5)
+        flank += damping * rate * share
+        acting, rise = np.zeros((2, len(delta), F))
+        acting[:, near], rise[:, near] = share, turn
+    force[:, :F][:, near], tangent[:, :F][:, near] = flank, slope
+    width = None if edge is None or change is None else edge.tangents(change, np.flatnonzero(reaching))
     return force, _Contact(tangent, pressed, unchanging, acting, rise, width)
 
 
@@ -572,6 +579,6 @@ def _coupling(balance: Problem, speed: float) -> tuple[Array | None, Array | Non
 
     def together(*names: str) -> Array | None:
         parts = [factors[name] * matrices[name] for name in names if name in matrices]
-        return np.sum(parts, axis=0) if parts else None
+        return reduce(np.add, parts) if parts else None
 
     return together("Kg", "Cskew"), together("G", "C")

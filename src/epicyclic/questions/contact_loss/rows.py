@@ -34,7 +34,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from itertools import product
 from typing import Any, NamedTuple
@@ -45,7 +45,7 @@ from numpy.typing import NDArray
 from ...statics.record import group_gap
 from ...statics.tangent import mean_stretch, small_motion_tangent
 from ...system.flank_laws import eased
-from ...system.gaps import Flanks, FlanksAt, flanks
+from ...system.gaps import Flanks, FlanksAt, Rows, contiguous, flanks
 from ...system.link_laws import Laws, stacked
 from ...system.system import Array, ComplexArray, Index, Line, System
 from ...warning_codes import CodedText, coded
@@ -112,9 +112,9 @@ class Grid:
     points : (J, D) orders, the first one never below 0, the origin first.  counts : (D,) samples of each phase, more
     than twice the highest order.
     take : (J,) place of each point in a box of S rests (orders of the other phases) times H + 1 first orders.
-    turn : (2 Ns, 2 S), unturn : (2 S, 2 Ns) between rests and the Ns samples of the other phases, re and im apart; of
-    one phase there is one rest and one such sample.
-    wave : (N_1, 2 H + 2), back : (2 H + 2, N_1) along the first phase.
+    turn : (2 Ns, 2 S), unturn : (2 S, 2 Ns) between rests and the Ns samples of the other phases, re and im apart.
+    wave : (N_1, 2 H + 2), back : (2 H + 2, N_1) along the first phase; of one phase, (N, 2 J) and (2 J, N), at its
+    points, between rows and values.
     """
 
     points: Index
@@ -128,6 +128,8 @@ class Grid:
     def values(self, rows: Array) -> Array:
         """Values (N, c) of rows (2 J, c)."""
         orders, columns = self.wave.shape[1] // 2, rows.shape[1]
+        if len(self.counts) == 1:
+            return self.wave @ rows
         if not columns:
             return np.zeros((len(self.wave) * len(self.turn) // 2, 0))
         box = np.zeros((2, len(self.unturn) // 2 * orders, columns))
@@ -142,9 +144,10 @@ class Grid:
         if not columns:
             return np.zeros((2 * len(self.points), 0))
         along = self.back @ values.reshape(len(self.wave), -1)
-        turned = along.reshape(2, orders, -1, columns).transpose(2, 0, 1, 3).reshape(self.turn.shape[0], -1)
-        box = (self.unturn @ turned).reshape(2, -1, columns)
-        projected: Array = box[:, self.take]
+        if len(self.counts) > 1:
+            turned = along.reshape(2, orders, -1, columns).transpose(2, 0, 1, 3).reshape(self.turn.shape[0], -1)
+            along = (self.unturn @ turned).reshape(2, -1, columns)[:, self.take]
+        projected: Array = along.reshape(2, -1, columns)
         projected[0, 0] /= 2
         projected[1, 0] = 0
         return projected.reshape(-1, columns)
@@ -165,34 +168,27 @@ class Grid:
 def grid(points: Index, counts: tuple[int, ...]) -> Grid:
     """Transforms of lattice points (J, D) on a grid of (D,) samples."""
     rests, which = np.unique(points[:, 1:], axis=0, return_inverse=True)
-    highest = int(points[:, 0].max(initial=0))
+    first = points[:, 0] if len(counts) == 1 else np.arange(int(points[:, 0].max(initial=0)) + 1)
     angle = 2 * np.pi * phases_of(counts[1:]) @ rests.T
     cos, sin = np.cos(angle), np.sin(angle)
     turn = np.stack([np.hstack([cos, -sin]), np.hstack([sin, cos])], axis=1).reshape(2 * len(angle), -1)
-    fast = 2 * np.pi * np.outer(np.arange(counts[0]) / counts[0], np.arange(highest + 1))
+    fast = 2 * np.pi * np.outer(np.arange(counts[0]) / counts[0], first)
     wave = np.concatenate([np.cos(fast), -np.sin(fast)], axis=1)
     total = counts[0] * len(angle)
     return Grid(
         points=points,
         counts=counts,
-        take=which.ravel() * (highest + 1) + points[:, 0],
+        take=which.ravel() * first.size + points[:, 0],
         turn=turn,
-        unturn=np.ascontiguousarray(turn.T) * (2 / total),
+        unturn=np.ascontiguousarray(turn.T),
         wave=wave,
-        back=np.ascontiguousarray(wave.T),
+        back=np.ascontiguousarray(wave.T) * (2 / total),
     )
 
 
 def phases_of(counts: tuple[int, ...]) -> Array:
     """Phases (N, D) of the samples of a grid [cycles], the last one fastest."""
     return np.asarray(np.indices(counts).reshape(len(counts), math.prod(counts)).T / np.array(counts))
-
-
-def contiguous(chosen: NDArray[Any] | np.bool_) -> slice | Index:
-    """Places chosen, or rising places (k,): a slice, of which numpy makes no copy, where they stand together."""
-    places: Index = np.flatnonzero(chosen) if chosen.dtype == bool else np.asarray(chosen)
-    whole = places.size > 0 and places[-1] - places[0] + 1 == places.size
-    return slice(int(places[0]), int(places[-1]) + 1) if whole else places
 
 
 # --- edges of contact -------------------------------------------------------------------------------------------------
@@ -249,9 +245,9 @@ class Edges:
         by_width = np.where(self.inside, a * k / 4 - (a - 0.5) * f / w, 0.0)
         return by_width - excess * (self.spline - self.place * self.slope)
 
-    def tangents(self, change: Array) -> WidthTangents:
-        """Tangents by the width, from the change of forces with it (E,) [N/m]."""
-        return WidthTangents(at=self.at, samples=self.samples, tangent=change * self.turn)
+    def tangents(self, change: Array, rows: Index) -> WidthTangents:
+        """Tangents by the width, from the change of forces with it (E,) [N/m]; rows : (c,) of the columns."""
+        return WidthTangents(at=(self.at[0], rows[self.at[1]]), samples=self.samples, tangent=change * self.turn)
 
 
 def edges(closed: Array, counts: tuple[int, ...], axis: Index) -> Edges | None:
@@ -503,12 +499,31 @@ class GridLaws:
     """Laws of F flanks over N samples of a grid, the last phase fastest; none is spread over the other phases.
 
     parts : of each phase that flanks follow the laws at its samples, which of the F columns they are, and the phase.
-    counts : (D,) samples of each phase.  count : F.
+    counts : (D,) samples of each phase.  count : F.  made : laws of some of the flanks.
     """
 
-    parts: tuple[tuple[FlanksAt, slice | Index, int], ...]
+    parts: tuple[tuple[FlanksAt, Rows, int], ...]
     counts: tuple[int, ...]
     count: int
+    made: dict[bytes, GridLaws] = field(default_factory=dict)
+
+    @cached_property
+    def touches(self) -> tuple[Array, ...]:
+        """First touch of the flanks of each part at its samples (P, c) [m]."""
+        return tuple(laws.touch for laws, _, _ in self.parts)
+
+    @cached_property
+    def least_touch(self) -> Array:
+        """Least gap at which each flank touches (F,) [m]."""
+        return np.asarray(-self.opening(np.zeros((math.prod(self.counts), self.count))).max(axis=0))
+
+    def of(self, chosen: NDArray[np.bool_]) -> GridLaws:
+        """The laws of some of the flanks (F,), which become the columns."""
+        key, place = chosen.tobytes(), np.cumsum(chosen) - 1
+        if key not in self.made:
+            kept = [(laws.rows(chosen[at]), contiguous(place[at][chosen[at]]), axis) for laws, at, axis in self.parts]
+            self.made[key] = replace(self, parts=tuple(kept), count=int(chosen.sum()), made={})
+        return self.made[key]
 
     @cached_property
     def first_tangent(self) -> Array:
@@ -526,8 +541,8 @@ class GridLaws:
     def opening(self, delta: Array) -> Array:
         """delta less first touch (N, F) [m]: a flank presses where it is above zero."""
         result = np.empty_like(delta)
-        for laws, columns, axis in self.parts:
-            result[:, columns] = self._back(self._own(delta[:, columns], axis) - laws.touch, axis)
+        for touch, (_, columns, axis) in zip(self.touches, self.parts, strict=True):
+            result[:, columns] = self._back(self._own(delta[:, columns], axis) - touch, axis)
         return result
 
     def constant(self, low: Array, high: Array) -> bool:
@@ -540,15 +555,15 @@ class GridLaws:
         for laws, columns, axis in self.parts:
             own = tuple((eased(law, mean[columns][rows], part), rows) for law, rows in laws.parts)
             parts.append((replace(laws, parts=own), columns, axis))
-        return replace(self, parts=tuple(parts))
+        return replace(self, parts=tuple(parts), made={})
 
     def _own(self, values: Array, axis: int) -> Array:
         """Values (N, c) with the own phase next to the last axis, (..., P, c)."""
-        return np.moveaxis(values.reshape(*self.counts, -1), axis, -2)
+        return values if len(self.counts) == 1 else np.moveaxis(values.reshape(*self.counts, -1), axis, -2)
 
     def _back(self, values: Array, axis: int) -> Array:
         """Values (..., P, c) as (N, c) again."""
-        return np.moveaxis(values, -2, axis).reshape(-1, values.shape[-1])
+        return values if len(self.counts) == 1 else np.moveaxis(values, -2, axis).reshape(-1, values.shape[-1])
 
 
 def grid_laws(rows: GapRows, counts: tuple[int, ...], *, cycles: int) -> GridLaws:
