@@ -45,7 +45,7 @@ class FullModel:
     @property
     def diagonal(self) -> Array:
         """Mass and inertia of every rigid coordinate, 0 of others, (N,)."""
-        return np.pad(self.mass.ravel(), (0, len(self.T) - self.mass.size))
+        return np.concatenate([self.mass.ravel(), np.zeros(len(self.T) - self.mass.size)])
 
 
 @dataclass(slots=True)
