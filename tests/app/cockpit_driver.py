@@ -62,7 +62,10 @@ def absent(reason: str) -> None:
 
 def chromium() -> str:
     """Path of the system's browser."""
-    found = next(filter(None, map(shutil.which, ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome"))), "")
+    found = next(
+        filter(None, map(shutil.which, ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome"))),
+        "",
+    )
     if not found:
         absent("no Chromium here")
     return found

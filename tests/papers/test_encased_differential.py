@@ -134,7 +134,7 @@ def test_torques_and_the_power_of_both_paths() -> None:
 
 
 def test_power_split_by_paths() -> None:
-    result = check(load("encased-differential"))
+    result = check(load("encased-differential"), {})
     share = dict(zip(result.path.values.tolist(), (result.path_power.values / 20e6).tolist(), strict=True))
     # printed to five digits; power flows from the sun's stage to the output on both ways
     assert share["couplings.carrier-output"] == pytest.approx(0.37298, abs=5e-6)

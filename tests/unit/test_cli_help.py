@@ -6,7 +6,7 @@ import pytest
 import typer.main
 from typer.testing import CliRunner
 
-from epicyclic.cli.command import PANELS
+from epicyclic.cli.command import panels
 from epicyclic.cli.main import app
 from epicyclic.cli.output import progress_bar
 
@@ -17,10 +17,10 @@ def commands() -> dict[str, object]:
 
 
 def test_every_command_stands_below_one_question() -> None:
-    listed = [name for names in PANELS.values() for name in names]
+    listed = [name for names in panels().values() for name in names]
     assert len(listed) == len(set(listed))
     assert set(commands()) == set(listed)
-    assert "modes" in PANELS["How does it vibrate?"]
+    assert "modes" in panels()["How does it vibrate?"]
 
 
 def test_help_is_one_screen() -> None:
@@ -28,7 +28,7 @@ def test_help_is_one_screen() -> None:
     assert shown.exit_code == 0
     lines = shown.output.splitlines()
     # a line for each command and question, and a few for usage and options
-    assert len(lines) <= min(len(commands()) + len(PANELS) + 8, 50)
+    assert len(lines) <= min(len(commands()) + len(panels()) + 8, 50)
     assert max(map(len, lines)) <= 96
     for name in commands():
         assert sum(line.split()[:1] == [name] for line in lines) == 1
@@ -36,7 +36,7 @@ def test_help_is_one_screen() -> None:
 
 
 def test_lines_of_the_panels_are_short() -> None:
-    for names in PANELS.values():
+    for names in panels().values():
         for words in names.values():
             assert len(words) <= 76
             assert words.endswith(".")

@@ -27,7 +27,7 @@ from typer.core import TyperGroup
 from ..errors import ModelError
 from ..options import Option, default_words, shape_of
 from ..results.files import write_text
-from ..verbs.record import Options, Verb, help_of, keywords, verbs
+from ..verbs.record import Options, Verb, help_of, keywords, records, verbs
 from .output import (
     FORMATS,
     complain,
@@ -46,59 +46,42 @@ from .output import (
 if TYPE_CHECKING:
     import xarray as xr
 
-PANELS: Mapping[str, Mapping[str, str]] = {
+_COMMANDS: Mapping[str, Mapping[str, str]] = {
     "Where do I begin?": {
         "new": "Write a model file from teeth or ratio, power and speed.",
         "app": "A page on this machine: sliders, and a train that answers.",
         "import": "Write a model file from a REXS file.",
         "systems": "The ready drives: names that stand for a model file.",
-        "spectrum": "Load cases from a history of torque and speed.",
         "explain": "What a key, a variable or a warning means.",
         "schema": "The JSON Schema of the model file, for editors.",
     },
     "What does the drawing say?": {
-        "check": "Ratio, speeds, torques, mesh frequencies, assembly; all values by --all.",
         "compare": "What differs between trains, and what it does.",
         "audit": "Published numbers of the ready drives beside ours.",
     },
-    "How does it vibrate?": {
-        "modes": "Natural frequencies, kinds of modes, resonances near operation.",
-        "campbell": "Natural frequencies over speed.",
-        "steady": "Steady vibration at one speed: mesh and bearing forces, K_v.",
-        "sweep": "Steady vibration over speed; --contact-loss lets teeth part.",
-        "stability": "Parametric stability over speed, or a map over two numbers.",
-        "transient": "Motion in time: start-up, torque steps, ramps.",
-        "modulation": "What an accelerometer on the ring sees as planets pass.",
-    },
-    "How do planets share the load?": {
-        "static": "Equilibrium under load, with teeth in contact or apart.",
-        "output": "Stiffness, hysteresis and lost motion at the output, the input locked.",
-        "sharing": "Load-sharing coefficients by definition.",
-        "tolerance": "K_gamma as a distribution, from the tolerances of the drawing.",
-    },
-    "How do the teeth carry it?": {
-        "stiffness": "Mesh stiffness over the mesh cycle.",
-        "contact": "Load over all faces, stress in the roots; --mesh: one pair, its error too.",
-        "efficiency": "Power lost in the meshes, efficiency, self-locking.",
-        "life": "Life and load zones of rolling bearings, over load cases.",
-        "load-factors": "K factors, load cycles and equivalent torques, for a gear rating.",
-    },
-    "Which number do I change?": {
-        "sensitivity": "Which number moves frequencies or forces most.",
-        "detune": "What moves a resonance away from operation, computed again.",
-        "track": "Modes along a number: crossings and veerings.",
-        "allocate": "The cheapest grades that keep K_gamma below a target.",
-        "relief": "Tip relief and lead modification that are best.",
-    },
+    "How does it vibrate?": {},
+    "How do planets share the load?": {},
+    "How do the teeth carry it?": {},
+    "Which number do I change?": {},
     "How do I take it away?": {
         "report": "Everything in one HTML file that opens offline.",
         "study": "A verb over many points, from a job file.",
         "show": "Tables and figures of a saved result again.",
-        "matrices": "The linear system M, C, G, K as .mat or .npz.",
         "export": "A REXS file of a train.",
     },
 }
-"""Question -> command -> what it does in a line; each command stands once."""
+"""Question -> command that is no verb -> what it does in a line."""
+
+
+def panels() -> dict[str, dict[str, str]]:
+    """Question -> command -> what it does in a line: the verbs of a report, commands, the other verbs."""
+    every = sorted(records().values(), key=lambda verb: (verb.in_report, verb.name))
+    lines: dict[str, dict[str, str]] = {}
+    for question, commands in _COMMANDS.items():
+        own = {verb.name.replace("_", "-"): verb for verb in every if verb.question == question}
+        first = {name: verb.line for name, verb in own.items() if verb.in_report}
+        lines[question] = {**first, **commands, **{name: verb.line for name, verb in own.items()}}
+    return lines
 
 
 class Commands(TyperGroup):
@@ -118,7 +101,7 @@ class Commands(TyperGroup):
         """Write usage, commands by question, options."""
         width = max(map(len, self.commands)) + 2
         lines = [self.help or "", "Usage: epicyclic COMMAND [MODEL] [OPTIONS]; epicyclic COMMAND --help tells more."]
-        for question, names in PANELS.items():
+        for question, names in panels().items():
             lines.append(typer.style(question, bold=True))
             lines += [_line(name, words, width) for name, words in names.items()]
         lines.append(typer.style("Options", bold=True))

@@ -10,7 +10,9 @@ import logging
 import os
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
+from importlib import import_module
 from pathlib import Path
+from pkgutil import iter_modules
 from typing import TYPE_CHECKING, Any
 
 from ..errors import ModelError
@@ -23,39 +25,16 @@ if TYPE_CHECKING:
 
     from .elements import Company, Part
 
-KINDS: Mapping[str, Mapping[str, tuple[str, ...]]] = {
-    "audits": {"audit": ()},
-    "statics": {"static": ("static-forces", "static-errors", "sensors", "ring-bending", "load-zones")},
-    "questions.check": {"check": ("front", "section", "members", "orders", "phases", "stiffness"), "matrices": ()},
-    "questions.flanks": {
-        "contact": ("faces", "factors", "flanks", "contact", "roots"),
-        "efficiency": ("losses", "sliding"),
-        "relief": ("relief", "relief-effect"),
-        "stiffness": ("stiffness",),
-    },
-    "questions.rating": {"life": ("load-zones",), "load_factors": (), "spectrum": ("load-spectrum", "rainflow")},
-    "questions.modes": {
-        "campbell": ("campbell",),
-        "modes": ("frequencies", "shapes", "energy", "campbell", "operating-range"),
-    },
-    "questions.modulation": {"modulation": ("modulation",)},
-    "questions.output": {"output": ("torque-angle", "kinematic-error")},
-    "questions.response": {
-        "contact_sweep": ("contact-sweep",),
-        "steady": ("steady-forces", "steady-range", "steady-errors", "sensors"),
-        "sweep": ("sweep", "waterfall", "bearings", "error-sweep", "sensors"),
-    },
-    "questions.sharing": {"sharing": ("sharing", "history", "forces")},
-    "questions.stability": {"stability": ("stability",)},
-    "questions.studies": {"compare": ("compared",), "detune": (), "sensitivity": ("sensitivity",), "track": ("track",)},
-    "questions.tolerance": {
-        "allocate": ("grade-prices",),
-        "tolerance": ("k-gamma", "tolerance-shares", "k-gamma-by-tolerance", "k-gamma-by-design", "worst-branches"),
-    },
-    "questions.transient": {"transient": ("transient", "spectrogram", "sensors")},
-    "": {"study": ("study",)},
-}
-"""Room whose module `views` shows them -> kind of result -> names of its figures; any other kind is a study."""
+
+def _kinds() -> dict[str, Mapping[str, tuple[str, ...]]]:
+    """Room whose module `views` shows them -> kind of result -> names of its figures; any other kind is a study."""
+    questions = import_module("..questions", __package__)
+    rooms = ("audits", "statics", *(f"questions.{room.name}" for room in iter_modules(questions.__path__)))
+    shown = {room: getattr(import_module(f"..{room}", __package__), "FIGURES", {}) for room in rooms}
+    return {**shown, "": {"study": ("study",)}}
+
+
+KINDS = _kinds()
 FIGURES = {kind: names for kinds in KINDS.values() for kind, names in kinds.items()}
 _COMPANIONS = {
     ("check", "stiffness"): ("stiffness",),

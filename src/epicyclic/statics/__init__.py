@@ -7,6 +7,9 @@ from dataclasses import dataclass
 
 from ..options import Cycles, Of, Samples, Turns
 
+FIGURES = {"static": ("static-forces", "static-errors", "sensors", "ring-bending", "load-zones")}
+"""Kind of result -> names of its figures."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StaticOptions:

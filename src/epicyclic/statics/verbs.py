@@ -35,4 +35,13 @@ def static(drive: "Drive", options: StaticOptions, progress: Progress | None = N
     return with_bearings(result, drive.drawing, {str(row): force for own in forces for row, force in own})
 
 
-VERBS = (Verb(run=static, gives=("static",), examples=({"cycles": 2}, {"cycles": 1, **EXAMPLE})),)
+VERBS = (
+    Verb(
+        run=static,
+        gives=("static",),
+        question="How do planets share the load?",
+        line="Equilibrium under load, with teeth in contact or apart.",
+        needs="equations balance",
+        examples=({"cycles": 2}, {"cycles": 1, **EXAMPLE}),
+    ),
+)

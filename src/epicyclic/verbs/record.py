@@ -47,6 +47,8 @@ if TYPE_CHECKING:
     from ..train.train import Train
 
 Analysis = Callable[..., "xr.Dataset"]
+RESPONSE = "equations inertia damping speed balance"
+"""What a train must have for its linear response."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,6 +56,9 @@ class Verb:
     """One verb.
 
     run : source and keywords -> Dataset.  gives : kinds of result, values of the attribute `verb` of the Dataset.
+    question : the one of the help of all commands that it answers.  line : what it does, in a line below it.
+    needs : what a train must have, names of methods of `Readiness` in questions/check/check.py; options may need less
+    (``sharing --method static``) or more.
     drawing : whether the source must have its drawing; a System will not do.
     in_report : place in the order in which a report runs verbs; 0: not part of a report.
     examples : keywords of short runs of a ready drive, which give each of the kinds; pages and tests take them.
@@ -65,6 +70,9 @@ class Verb:
 
     run: Callable[..., xr.Dataset]
     gives: tuple[str, ...]
+    question: str
+    line: str
+    needs: str = ""
     drawing: bool = False
     in_report: int = 0
     examples: tuple[Mapping[str, Any], ...] = (MappingProxyType({}),)

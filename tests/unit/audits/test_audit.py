@@ -176,7 +176,7 @@ def test_a_run_is_computed_once(run: Auditor, monkeypatch: pytest.MonkeyPatch) -
         calls.append(options)
         return epicyclic.modes(source, **options)
 
-    monkeypatch.setattr(module, "verbs", lambda: {"modes": Verb(run=counting, gives=("modes",))})
+    monkeypatch.setattr(module, "verbs", lambda: {"modes": Verb(run=counting, gives=("modes",), question="", line="")})
     run(row("reproduced"), row("reproduced"), row("not reproducible", "a curve", ours="", extra=""))
     assert calls == [{}]
 
@@ -185,7 +185,7 @@ def test_no_convergence_is_an_outcome(run: Auditor, monkeypatch: pytest.MonkeyPa
     def failing(source: Any, **options: Any) -> xr.Dataset:
         raise ConvergenceError("no contact state found")
 
-    monkeypatch.setattr(module, "verbs", lambda: {"modes": Verb(run=failing, gives=("modes",))})
+    monkeypatch.setattr(module, "verbs", lambda: {"modes": Verb(run=failing, gives=("modes",), question="", line="")})
     result = run(row("reproduced"), row("not reproducible"))
     assert result.outcome.values.tolist() == ["no convergence: no contact state found"] * 2
     assert np.isnan(result.ours.values).all()

@@ -54,7 +54,7 @@ def findings(result: xr.Dataset, company: Company) -> list[Finding]:
 
 
 VIEW = ResultView("crowding", 500, tables_of_any, sections_of_any, findings=findings)
-VERB = Verb(run=crowding, gives=("crowding",))
+VERB = Verb(run=crowding, gives=("crowding",), question="", line="")
 KIND = JobKind(
     name="crowding",
     label="Crowding",

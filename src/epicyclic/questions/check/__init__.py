@@ -4,6 +4,9 @@ from dataclasses import dataclass
 
 from ...options import RelativeSpeed
 
+FIGURES = {"check": ("front", "section", "members", "orders", "phases", "stiffness"), "matrices": ()}
+"""Kind of result -> names of its figures."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MatricesOptions:

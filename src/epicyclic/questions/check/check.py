@@ -123,12 +123,12 @@ def _normal(mesh: Mesh, body: Body, angle: float) -> NDArray[np.float64]:
 # --- the verb --------------------------------------------------------------------------------------------------------
 
 
-def check(train: Train) -> xr.Dataset:
+def check(train: Train, needed: Mapping[str, Sequence[str]]) -> xr.Dataset:
     """Derived data of a train as one Dataset over bodies, gears, meshes, stages, links, orders and power paths.
 
     Parameters
     ----------
-    train : resolved train.
+    train : resolved train.  needed : of every verb what a train must have, methods of `Readiness`.
 
     Returns
     -------
@@ -155,7 +155,7 @@ def check(train: Train) -> xr.Dataset:
     variables = {name: column for name, column in columns.items() if name != column[0]}
     coords: dict[Hashable, object] = {name: column for name, column in columns.items() if name == column[0]}
     ready = Readiness(train)
-    lacking, chosen = ready.lacking(), choices(train)
+    lacking, chosen = ready.lacking(needed), choices(train)
     result = dataset(
         {
             **variables,
@@ -617,32 +617,6 @@ def _slices(mesh: Mesh, group: dict[str, str], origins: dict[str, str]) -> Choic
 
 # --- what a verb lacks -----------------------------------------------------------------------------------------------
 
-_RESPONSE = ("equations", "inertia", "damping", "speed", "balance")
-NEEDS: dict[str, tuple[str, ...]] = {
-    "allocate": ("equations", "torque", "balance", "tolerances", "prices"),
-    "campbell": ("equations", "inertia", "speed"),
-    "contact": ("equations", "torque", "teeth", "balance"),
-    "detune": ("equations", "inertia", "speed"),
-    "efficiency": ("flow", "contact_lines"),
-    "life": ("equations", "speed", "balance", "rolling"),
-    "load_factors": (*_RESPONSE, "torque"),
-    "matrices": ("equations", "inertia"),
-    "modes": ("equations", "inertia"),
-    "modulation": (*_RESPONSE, "ring"),
-    "output": ("torque",),
-    "relief": ("torque", "any_teeth"),
-    "sensitivity": ("equations", "inertia"),
-    "sharing": (*_RESPONSE, "torque"),
-    "stability": ("equations", "inertia", "speed"),
-    "static": ("equations", "balance"),
-    "steady": _RESPONSE,
-    "stiffness": (),
-    "sweep": _RESPONSE,
-    "tolerance": ("equations", "torque", "balance", "tolerances"),
-    "track": ("equations", "inertia"),
-    "transient": ("equations", "inertia", "speed", "balance"),
-}
-"""Verb -> what it needs, methods of `Readiness`; options may need less (``sharing --method static``) or more."""
 # Needs that ask the assembled train: without it they say the same as `equations`.
 _ASSEMBLED = ("inertia", "damping", "balance")
 
@@ -657,10 +631,13 @@ class Readiness:
         self.train = train
         self._problems: dict[str, str] = {}
 
-    def lacking(self) -> dict[str, list[str]]:
-        """Verb -> what it still needs, messages with their paths; none where it is ready."""
+    def lacking(self, needed: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
+        """Verb -> what it still needs, messages with their paths; none where it is ready.
+
+        needed : of every verb the names of methods; options may need less (``sharing --method static``) or more.
+        """
         lacking: dict[str, list[str]] = {}
-        for verb, needs in NEEDS.items():
+        for verb, needs in needed.items():
             asked = needs if not self.problem("equations") else [need for need in needs if need not in _ASSEMBLED]
             lacking[verb] = list(dict.fromkeys(text for need in asked if (text := self.problem(need))))
         return lacking

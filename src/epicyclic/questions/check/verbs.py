@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from ...results.files import MATRIX_FILES, save_matrices
-from ...verbs.record import Verb, takes
+from ...verbs.record import Verb, takes, verbs
 from ..rating import EXAMPLE
 from . import MatricesOptions
 
@@ -23,7 +23,7 @@ def check(drive: "Drive") -> "xr.Dataset":
     """
     from .check import check as run
 
-    return run(drive.train)
+    return run(drive.train, {name: verb.needs.split() for name, verb in verbs().items() if name != "check"})
 
 
 @takes(MatricesOptions)
@@ -48,6 +48,21 @@ def matrices(drive: "Drive", options: MatricesOptions) -> "xr.Dataset":
 
 
 VERBS = (
-    Verb(run=check, gives=("check",), drawing=True, in_report=10, examples=({}, EXAMPLE)),
-    Verb(run=matrices, gives=("matrices",), writers=dict.fromkeys(MATRIX_FILES, save_matrices)),
+    Verb(
+        run=check,
+        gives=("check",),
+        question="What does the drawing say?",
+        line="Ratio, speeds, torques, mesh frequencies, assembly; all values by --all.",
+        drawing=True,
+        in_report=10,
+        examples=({}, EXAMPLE),
+    ),
+    Verb(
+        run=matrices,
+        gives=("matrices",),
+        question="How do I take it away?",
+        line="The linear system M, C, G, K as .mat or .npz.",
+        needs="equations inertia",
+        writers=dict.fromkeys(MATRIX_FILES, save_matrices),
+    ),
 )

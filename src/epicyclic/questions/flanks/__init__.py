@@ -10,6 +10,15 @@ from typing import Annotated, Any, Literal
 
 from ...options import ChosenSlices, Corner, Folder, LinearAt, LoadPoints, Misalignment, Of, Option, Tolerance, Turns
 
+FIGURES = {
+    "contact": ("faces", "factors", "flanks", "contact", "roots"),
+    "efficiency": ("losses", "sliding"),
+    "relief": ("relief", "relief-effect"),
+    "stiffness": ("stiffness",),
+}
+"""Kind of result -> names of its figures."""
+
+
 TOLERANCE = 0.01
 """Relative error by default: far below what models of teeth differ by."""
 End = Literal["left", "right"]

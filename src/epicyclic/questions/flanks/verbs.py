@@ -99,10 +99,20 @@ def efficiency(drive: "Drive", options: EfficiencyOptions) -> "xr.Dataset":
 
 
 VERBS = (
-    Verb(run=stiffness, gives=("stiffness",), drawing=True, in_report=20),
+    Verb(
+        run=stiffness,
+        gives=("stiffness",),
+        question="How do the teeth carry it?",
+        line="Mesh stiffness over the mesh cycle.",
+        drawing=True,
+        in_report=20,
+    ),
     Verb(
         run=contact,
         gives=("contact",),
+        question="How do the teeth carry it?",
+        line="Load over all faces, stress in the roots; --mesh: one pair, its error too.",
+        needs="equations torque teeth balance",
         examples=(
             {"samples": 4, "slices": 2, "loads": (1.0,)},
             {"mesh": "sun-planet", "samples": 8, "slices": 4},
@@ -113,6 +123,9 @@ VERBS = (
     Verb(
         run=relief,
         gives=("relief",),
+        question="Which number do I change?",
+        line="Tip relief and lead modification that are best.",
+        needs="torque any_teeth",
         examples=(
             {
                 **{"mesh": "sun-planet", "vary": {"tip_relief.amount": "0..40 um", "tip_relief.length": "1..3 mm"}},
@@ -125,6 +138,9 @@ VERBS = (
     Verb(
         run=efficiency,
         gives=("efficiency",),
+        question="How do the teeth carry it?",
+        line="Power lost in the meshes, efficiency, self-locking.",
+        needs="flow contact_lines",
         drawing=True,
         in_report=35,
         examples=({}, {"viscosity": 0.02, "roughness": 0.6e-6}),

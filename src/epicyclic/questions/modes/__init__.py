@@ -9,6 +9,9 @@ from typing import Annotated
 
 from ...options import Option, RelativeSpeed
 
+FIGURES = {"campbell": ("campbell",), "modes": ("frequencies", "shapes", "energy", "campbell", "operating-range")}
+"""Kind of result -> names of its figures."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ModesOptions:

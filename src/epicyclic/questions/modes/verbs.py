@@ -55,6 +55,20 @@ def campbell(drive: "Drive", options: CampbellOptions, progress: Progress | None
 
 
 VERBS = (
-    Verb(run=modes, gives=("modes",), in_report=40),
-    Verb(run=campbell, gives=("campbell",), in_report=50),
+    Verb(
+        run=modes,
+        gives=("modes",),
+        question="How does it vibrate?",
+        line="Natural frequencies, kinds of modes, resonances near operation.",
+        needs="equations inertia",
+        in_report=40,
+    ),
+    Verb(
+        run=campbell,
+        gives=("campbell",),
+        question="How does it vibrate?",
+        line="Natural frequencies over speed.",
+        needs="equations inertia speed",
+        in_report=50,
+    ),
 )

@@ -12,6 +12,9 @@ from ...options import Option, RelativeSpeed
 if TYPE_CHECKING:
     from .spectrum import Transfer, Window
 
+FIGURES = {"modulation": ("modulation",)}
+"""Kind of result -> names of its figures."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ModulationOptions:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from ...document.units import factor
 from ...errors import ModelError
-from ...verbs.record import Verb, takes
+from ...verbs.record import RESPONSE, Verb, takes
 from . import ModulationOptions
 
 if TYPE_CHECKING:
@@ -107,4 +107,12 @@ def _in(columns: Columns, name: str, unit: str, path: str | Path) -> list[float]
     return [value * scale for value in values]
 
 
-VERBS = (Verb(run=modulation, gives=("modulation",)),)
+VERBS = (
+    Verb(
+        run=modulation,
+        gives=("modulation",),
+        question="How does it vibrate?",
+        line="What an accelerometer on the ring sees as planets pass.",
+        needs=f"{RESPONSE} ring",
+    ),
+)

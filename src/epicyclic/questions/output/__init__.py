@@ -9,6 +9,9 @@ from typing import Annotated
 
 from ...options import Option
 
+FIGURES = {"output": ("torque-angle", "kinematic-error")}
+"""Kind of result -> names of its figures."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OutputOptions:

@@ -32,4 +32,15 @@ def output(drive: "Drive", options: OutputOptions, progress: Progress | None = N
     return run(drive.train, options, progress=progress)
 
 
-VERBS = (Verb(run=output, gives=("output",), drawing=True, examples=({"points": 8, "phases": 2},), in_report=66),)
+VERBS = (
+    Verb(
+        run=output,
+        gives=("output",),
+        question="How do planets share the load?",
+        line="Stiffness, hysteresis and lost motion at the output, the input locked.",
+        needs="torque",
+        drawing=True,
+        examples=({"points": 8, "phases": 2},),
+        in_report=66,
+    ),
+)

@@ -22,6 +22,9 @@ from ...options import Option, Tolerance
 if TYPE_CHECKING:
     from ...engine.source import Source
 
+FIGURES = {"life": ("load-zones",), "load_factors": (), "spectrum": ("load-spectrum", "rainflow")}
+"""Kind of result -> names of its figures."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LifeOptions:

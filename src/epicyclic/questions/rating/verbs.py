@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from ...errors import ModelError
 from ...options import ALL_CASES, Progress
-from ...verbs.record import Verb, takes
+from ...verbs.record import RESPONSE, Verb, takes
 from . import EXAMPLE, LifeOptions, LoadFactorOptions, SpectrumOptions
 
 if TYPE_CHECKING:
@@ -135,13 +135,32 @@ def _cases_text(result: "xr.Dataset") -> str:
 
 _READS = "A history in time or a table of bins (.csv, .xlsx): time [s], torque [kN m], speed [rpm]."
 VERBS = (
-    Verb(run=life, gives=("life",), drawing=True, in_report=64, examples=_EXAMPLES),
+    Verb(
+        run=life,
+        gives=("life",),
+        question="How do the teeth carry it?",
+        line="Life and load zones of rolling bearings, over load cases.",
+        needs="equations speed balance rolling",
+        drawing=True,
+        in_report=64,
+        examples=_EXAMPLES,
+    ),
     Verb(
         run=load_factors,
         gives=("load_factors",),
+        question="How do the teeth carry it?",
+        line="K factors, load cycles and equivalent torques, for a gear rating.",
+        needs=f"{RESPONSE} torque",
         drawing=True,
         examples=({}, {"flanks": "contact", "tolerance": 0.1}),
         writers=dict.fromkeys((".rexs", ".rexsj", ".rexsz"), _rexs),
     ),
-    Verb(run=spectrum, gives=("spectrum",), model_text=_cases_text, reads=_READS),
+    Verb(
+        run=spectrum,
+        gives=("spectrum",),
+        question="Where do I begin?",
+        line="Load cases from a history of torque and speed.",
+        model_text=_cases_text,
+        reads=_READS,
+    ),
 )

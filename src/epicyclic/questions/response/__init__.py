@@ -29,6 +29,13 @@ goes on along its branch, and from the end of one to the nearest motion, of stab
 that, and stability is not computed.
 """
 
+FIGURES = {
+    "contact_sweep": ("contact-sweep",),
+    "steady": ("steady-forces", "steady-range", "steady-errors", "sensors"),
+    "sweep": ("sweep", "waterfall", "bearings", "error-sweep", "sensors"),
+}
+"""Kind of result -> names of its figures."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SteadyOptions:

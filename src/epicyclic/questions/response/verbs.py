@@ -4,7 +4,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ...verbs.options import mesh_frequencies
-from ...verbs.record import Verb, check_range, nondefault, recorded_options, refuse_without, takes
+from ...verbs.record import RESPONSE, Verb, check_range, nondefault, recorded_options, refuse_without, takes
 from . import SteadyOptions, SweepOptions
 
 if TYPE_CHECKING:
@@ -76,10 +76,20 @@ def sweep(drive: "Drive", options: SweepOptions, progress: "Callable[[int, int],
 
 
 VERBS = (
-    Verb(run=steady, gives=("steady",), examples=({}, {"contact_loss": True})),
+    Verb(
+        run=steady,
+        gives=("steady",),
+        question="How does it vibrate?",
+        line="Steady vibration at one speed: mesh and bearing forces, K_v.",
+        needs=RESPONSE,
+        examples=({}, {"contact_loss": True}),
+    ),
     Verb(
         run=sweep,
         gives=("sweep", "contact_sweep"),
+        question="How does it vibrate?",
+        line="Steady vibration over speed; --contact-loss lets teeth part.",
+        needs=RESPONSE,
         examples=({"points": 3, "stop": 40.0}, {"points": 3, "stop": 40.0, "contact_loss": True}),
         in_report=70,
     ),

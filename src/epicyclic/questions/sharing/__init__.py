@@ -5,6 +5,9 @@ from typing import Annotated, Literal
 
 from ...options import MOST_SPEED, Cycles, Limit, Of, Option, Samples, Turns
 
+FIGURES = {"sharing": ("sharing", "history", "forces")}
+"""Kind of result -> names of its figures."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SharingOptions:

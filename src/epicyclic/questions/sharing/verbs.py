@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 from ...errors import ModelError
 from ...options import Progress
-from ...verbs.record import Verb, nondefault, takes
+from ...verbs.record import RESPONSE, Verb, nondefault, takes
 from . import SharingOptions
 
 if TYPE_CHECKING:
@@ -29,4 +29,14 @@ def sharing(drive: "Drive", options: SharingOptions, progress: Progress | None =
     return run(drive.system, options, progress=progress)
 
 
-VERBS = (Verb(run=sharing, gives=("sharing",), examples=({"cycles": 2},), in_report=60),)
+VERBS = (
+    Verb(
+        run=sharing,
+        gives=("sharing",),
+        question="How do planets share the load?",
+        line="Load-sharing coefficients by definition.",
+        needs=f"{RESPONSE} torque",
+        examples=({"cycles": 2},),
+        in_report=60,
+    ),
+)

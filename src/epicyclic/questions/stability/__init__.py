@@ -6,6 +6,9 @@ from typing import Annotated, Any, Literal
 
 from ...options import Folder, FrameSpeed, MeshFrequencies, Option, RelativeSpeeds, Resume, Start, Stop
 
+FIGURES = {"stability": ("stability",)}
+"""Kind of result -> names of its figures."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class StabilityOptions:

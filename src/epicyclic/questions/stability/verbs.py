@@ -77,6 +77,9 @@ VERBS = (
     Verb(
         run=stability,
         gives=("stability",),
+        question="How does it vibrate?",
+        line="Parametric stability over speed, or a map over two numbers.",
+        needs="equations inertia speed",
         examples=({"points": 3}, {"points": 2, "over": "damping", "values": (1.0, 2.0)}),
     ),
 )

@@ -10,6 +10,9 @@ from typing import Annotated, Literal
 from ...limits import RESONANCE_BAND
 from ...options import MOST_SPEED, Option
 
+FIGURES = {"compare": ("compared",), "detune": (), "sensitivity": ("sensitivity",), "track": ("track",)}
+"""Kind of result -> names of its figures."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SensitivityOptions:

@@ -106,11 +106,28 @@ VERBS = (
     Verb(
         run=sensitivity,
         gives=("sensitivity",),
+        question="Which number do I change?",
+        line="Which number moves frequencies or forces most.",
+        needs="equations inertia",
         examples=({"paths": ("stages.main.sun.mass",)}, {"of": "force", "paths": ("stages.main.sun.mass",)}),
         drawing=True,
     ),
-    Verb(run=detune, gives=("detune",), examples=({"changes": 1},), drawing=True),
     Verb(
-        run=track, gives=("track",), examples=({"over": "stages.main.sun.support.radial", "points": 5},), drawing=True
+        run=detune,
+        gives=("detune",),
+        question="Which number do I change?",
+        line="What moves a resonance away from operation, computed again.",
+        needs="equations inertia speed",
+        examples=({"changes": 1},),
+        drawing=True,
+    ),
+    Verb(
+        run=track,
+        gives=("track",),
+        question="Which number do I change?",
+        line="Modes along a number: crossings and veerings.",
+        needs="equations inertia",
+        examples=({"over": "stages.main.sun.support.radial", "points": 5},),
+        drawing=True,
     ),
 )

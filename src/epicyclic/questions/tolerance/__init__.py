@@ -16,6 +16,12 @@ SolvedContact = Annotated[
     Option("Contact closed where it stays closed, closed always, or solved for every sample."),
 ]
 
+FIGURES = {
+    "allocate": ("grade-prices",),
+    "tolerance": ("k-gamma", "tolerance-shares", "k-gamma-by-tolerance", "k-gamma-by-design", "worst-branches"),
+}
+"""Kind of result -> names of its figures."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ToleranceOptions:

@@ -49,6 +49,9 @@ VERBS = (
     Verb(
         run=tolerance,
         gives=("tolerance",),
+        question="How do planets share the load?",
+        line="K_gamma as a distribution, from the tolerances of the drawing.",
+        needs="equations torque balance tolerances",
         examples=({"samples": 256, "effects": "all", "raw": True, "reference": ("table=1.25",)},),
         drawing=True,
         in_report=65,
@@ -56,6 +59,9 @@ VERBS = (
     Verb(
         run=allocate,
         gives=("allocate",),
+        question="Which number do I change?",
+        line="The cheapest grades that keep K_gamma below a target.",
+        needs="equations torque balance tolerances prices",
         examples=({"target": 1.5, "samples": 1024, "fresh_samples": 1024},),
         drawing=True,
         model_text=model_in("allocated_model"),

@@ -13,6 +13,9 @@ if TYPE_CHECKING:
 
     from .scenario import History
 
+FIGURES = {"transient": ("transient", "spectrogram", "sensors")}
+"""Kind of result -> names of its figures."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class TransientOptions:

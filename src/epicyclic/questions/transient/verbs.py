@@ -90,4 +90,13 @@ def read_history(path: str | Path) -> "History":
     return History(time=time, torque=values, where=[f"{path}, line {line}" for line in table.lines[1:]])
 
 
-VERBS = (Verb(run=transient, gives=("transient",), examples=({"cycles": 2},)),)
+VERBS = (
+    Verb(
+        run=transient,
+        gives=("transient",),
+        question="How does it vibrate?",
+        line="Motion in time: start-up, torque steps, ramps.",
+        needs="equations inertia speed balance",
+        examples=({"cycles": 2},),
+    ),
+)
