@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from epicyclic.system.flank_laws import FlankAt, FlankLaw, LawRows, LinearLaw, TabulatedLaw, phase_cubics
-from epicyclic.system.gaps import Flanks, FlanksAt, flanks, past_the_end
+from epicyclic.system.gaps import Flanks, FlanksAt, contiguous, flanks, past_the_end
 from epicyclic.system.system import MeshRows, System
 
 Array = NDArray[np.float64]
@@ -256,6 +256,12 @@ def test_the_cubics_of_a_table_are_its_curves() -> None:
     at = law.at(PHASES)
     np.testing.assert_allclose(np.cumsum(values[:, : LOADS.size], axis=1), at.gap[:, 0], atol=1e-17)
     np.testing.assert_allclose(values[:, LOADS.size :], at.slope[:, 0], rtol=1e-12)
+
+
+def test_rows_one_after_the_other_are_a_slice() -> None:
+    assert contiguous(np.array([3, 4, 5])) == contiguous(np.isin(np.arange(8), (3, 4, 5))) == slice(3, 6)
+    for apart in ([0, 2, 1, 3], [4, 3], [1, 3], []):
+        np.testing.assert_array_equal(contiguous(np.array(apart, np.int64)), apart)
 
 
 def test_kinks_of_laws_with_one_and_with_two_stand_side_by_side() -> None:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.unit.system.test_flank_laws import composite
 
 import epicyclic
 from epicyclic.questions.contact_loss.continuation import linear_start, solve, truncated_orders, truncation_residual
@@ -21,6 +22,7 @@ from epicyclic.questions.contact_loss.problem import (
     speed_derivative,
     unknowns,
 )
+from epicyclic.questions.contact_loss.rows import GridLaws
 from epicyclic.questions.response.response import FrameSpeed, respond, response
 from epicyclic.statics.tangent import linear
 
@@ -88,6 +90,47 @@ def test_the_jacobian_of_a_drive_is_the_derivative_at_edges_of_contact(name: str
     differences = (ahead.residual - behind.residual) / (2 * h)
     # 2e-10 .. 2e-9: h^2 of a third derivative, and rounding 1e-16 / h
     np.testing.assert_allclose(jacobian(given, at)(step), differences, atol=1e-8 * np.abs(differences).max(), rtol=0)
+
+
+def test_the_jacobian_where_far_flanks_alone_come_near(made: Any) -> None:
+    """The loaded flanks, the first rows, are left out of the laws."""
+    given = mesh_problem(response(made.coupled()), harmonics=4)
+    rows, random = given.rows, np.random.default_rng(0)
+    far = rows.count // 2
+    mean = given.error[0, : rows.count] - np.repeat([1e-3, 0.0], far)  # open by a millimetre; just touching
+    y = np.zeros(unknowns(given))
+    y[0, 0] = np.linalg.lstsq(rows.gaps[: rows.count], mean)[0]
+    y[:, 1:] = 2e-5 * random.standard_normal(y[:, 1:].shape)
+    step = random.standard_normal(y.shape)
+    step[1, 0] = 0.0
+    at = evaluate(given, y, 0.9)
+    assert not at.touching[:, :far].any()
+    assert at.width is not None
+    assert at.width.at[1].min() >= far
+    h = 1e-5 * np.linalg.norm(y[:, 1:])
+    ahead, behind = (evaluate(given, y + sign * h * step, 0.9) for sign in (1, -1))
+    differences = (ahead.residual - behind.residual) / (2 * h)
+    np.testing.assert_allclose(jacobian(given, at)(step), differences, atol=1e-7 * np.abs(differences).max(), rtol=0)
+
+
+@pytest.mark.parametrize("axes", [(0,), (0, 1)])
+def test_laws_of_some_flanks_are_those_of_all_at_their_columns(axes: tuple[int, ...]) -> None:
+    """Linear flanks and tables, all along one phase or some along another; and with a part of their curvature."""
+    whole, counts = composite(), (12, 5)[: len(axes)]
+    parts = []
+    for axis, columns in zip(axes, np.array_split(np.arange(7), len(axes)), strict=True):
+        phases = np.zeros((counts[axis], 2))
+        phases[:, axis] = np.arange(counts[axis]) / counts[axis]
+        parts.append((whole.at(phases).rows(columns), columns, axis))
+    laws, chosen = GridLaws(parts=tuple(parts), counts=counts, count=7), np.array([0, 1, 0, 1, 0, 0, 1], bool)
+    delta = np.random.default_rng(1).uniform(-8e-6, 2e-5, (np.prod(counts), 7))
+    for every in (laws, laws.eased(np.full(7, 4e8), 0.5)):
+        for some, one in zip(every.of(chosen).evaluate(delta[:, chosen]), every.evaluate(delta), strict=True):
+            np.testing.assert_array_equal(some, one[:, chosen])
+        np.testing.assert_array_equal(every.of(chosen).opening(delta[:, chosen]), every.opening(delta)[:, chosen])
+    presses = np.array([laws.evaluate(laws.least_touch + gap + 0 * delta)[0].any(axis=0) for gap in (-1e-12, 1e-12)])
+    assert not presses[0].any()
+    assert presses[1].all()
 
 
 def test_truncation_residual_is_the_residual_on_the_orders_dropped(made: Any) -> None:
