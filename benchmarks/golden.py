@@ -30,7 +30,7 @@ KEPT = HERE.parent / "tests/golden"
 NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?(?![\w]*[a-zA-Z_]\d)")
 PLACE = "\N{CURRENCY SIGN}"  # stands for a number among the words
 # files that the repository holds: of the drives named, what commands print and axes of figures
-KEPT_FILES = ("ren2021/*.txt", "encased-differential/*.txt", "desk/*.txt")
+KEPT_FILES = ("ren2021/*.txt", "desk/*.txt")
 KEPT_WHOLE = 1_000_000  # bytes of all that the repository holds
 KEPT_LARGEST = 30_000  # bytes of one file: no tables of many thousand numbers
 
@@ -134,6 +134,8 @@ def keep(folder: Path) -> None:
             text, found = split(file.read_text(encoding="utf-8"))
             words.append(f"==== {file.name}\n{text}")
             numbers.append(" ".join([f"{file.name}:", *found]))
+        if not words:
+            raise SystemExit(f"{folder / drive} holds nothing to keep: collect it first")
         texts |= {f"{drive}.words": "".join(words), f"{drive}.numbers": "\n".join(numbers) + "\n"}
     others = (path.stat().st_size for path in KEPT.glob("*") if path.name not in texts)
     size = sum(len(text.encode()) for text in texts.values()) + sum(others)
@@ -157,11 +159,13 @@ def kept(drive: str) -> dict[str, str]:
 
 
 def check(folder: Path) -> int:
-    """Print what differs from the part that the repository holds, of the files that both have; how many lines do."""
+    """Print what differs from the part that the repository holds, or is not collected; how many lines do."""
     compared, result = 0, list[str]()
     for drive in sorted(path.name for path in folder.iterdir() if path.is_dir()):
         for name, text in kept(drive).items():
-            if (file := folder / drive / name).exists():
+            if not (file := folder / drive / name).exists():
+                result.append(f"{drive}/{name}: not collected")
+            else:
                 compared += 1
                 result += [f"{drive}/{name}:{line}" for line in differences(text, file.read_text(encoding="utf-8"))]
     print(*result, f"{compared} files compared", sep="\n")

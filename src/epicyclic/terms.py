@@ -17,8 +17,10 @@ from typing import Any
 
 from .document.deviations import FORMS
 from .document.document import ready_drives
+from .document.schema import KIND_BY_NAME
 from .document.tables import keyed, value_text
 from .document.units import KINDS
+from .document.validation import MEMBER_KEYS
 from .document.writer import json_schema
 from .errors import ModelError
 from .results.variables import OF_KIND, VARIABLES
@@ -277,7 +279,10 @@ def _nodes() -> Mapping[Path, Schema]:
     found: dict[Path, Schema] = {}
 
     def visit(node: Schema, path: Path, above: tuple[str, ...]) -> None:
+        kind = KIND_BY_NAME.get(path[2], "") if len(path) == 3 and path[0] == "stages" else ""
         for name, entry in children(node):
+            if kind and name not in MEMBER_KEYS[kind]:
+                continue
             own = (*path, name)
             reference = tuple(_references(entry))
             if own not in found:

@@ -42,9 +42,14 @@ def test_a_path_is_told_in_full() -> None:
     assert path_of("damping.modal").allowed.endswith("0 or more and below 1")
 
 
+@pytest.mark.parametrize(("key", "member"), [("pin_radius", "planet"), ("ahead", "planet"), ("outer_diameter", "ring")])
+def test_a_key_of_some_members_is_explained_at_one_of_them(key: str, member: str) -> None:
+    assert epicyclic.explain(key)[0].name == f"stages.*.{member}.{key}"
+
+
 def test_examples_of_lengths_are_of_their_size() -> None:
     small, large = (
-        path_of(f"stages.main.{key}").example for key in ("meshes.sun-planet.backlash", "sun.outer_diameter")
+        path_of(f"stages.main.{key}").example for key in ("meshes.sun-planet.backlash", "planet.pin_radius")
     )
     assert small.endswith(' = "20 um"')
     assert large.endswith(' = "50 mm"')

@@ -108,7 +108,7 @@ class Commands(TyperGroup):
         for parameter in self.get_params(ctx):
             words = getattr(parameter, "help", None)
             if words:
-                lines.append(_line(", ".join(parameter.opts), words.split(",")[0].rstrip("."), max(width, 20)))
+                lines.append(_line(", ".join(parameter.opts), words.split(",")[0].rstrip("."), max(width, 22)))
         formatter.write("\n".join(lines) + "\n")
 
 

@@ -174,13 +174,14 @@ _GEAR = (
     set(MemberTable.model_fields)
     - {"bearing", "support", "pin_radius", "ahead", "direction", "rim", "outer_diameter", "elastic"}
 ) | (_COMMON)
-_ALLOWED: dict[str, set[str]] = {
+MEMBER_KEYS: dict[str, set[str]] = {
     "sun": _GEAR | {"support"},
     "ring": _GEAR - {"bore"} | {"support", "rim", "outer_diameter", "elastic"},
     "gear": _GEAR | {"support", "direction"},
     "planet": _GEAR | {"bearing", "pin_radius", "ahead"},
     "carrier": _COMMON | {"support", "pin_radius", "shaft_sections"},
 }
+"""Kind of member -> keys that its table may have."""
 
 # 50 stages take a second; 500 bodies have 3000 coordinates, matrices of 72 MB and minutes for their modes
 MOST_BODIES = 500
@@ -265,8 +266,8 @@ def _check_member(path: str, stage_name: str, member: MemberTable, stage: StageT
         raise ModelError(
             "contradicts the name", path=f"{path}.kind", given=member.kind, allowed=f"{named}, or another name"
         )
-    for key in sorted(member.model_fields_set - _ALLOWED[member.kind]):
-        allowed = f"one of {', '.join(sorted(_ALLOWED[member.kind]))}"
+    for key in sorted(member.model_fields_set - MEMBER_KEYS[member.kind]):
+        allowed = f"one of {', '.join(sorted(MEMBER_KEYS[member.kind]))}"
         near = {"support": "; a planet has a bearing", "bearing": f"; a {member.kind} has a support"}.get(key, "")
         raise ModelError(f"no key of a {member.kind}{near}", path=f"{path}.{key}", allowed=allowed)
     if member.kind != "carrier" and member.teeth is None:
@@ -288,8 +289,8 @@ def _check_member(path: str, stage_name: str, member: MemberTable, stage: StageT
     for side in SIDES:
         of_side: SideTable | None = getattr(member, side)
         _check_bolts(f"{path}.{side}.bearing", None if of_side is None else of_side.bearing)
-        for key in sorted(of_side.model_fields_set - _ALLOWED[member.kind] if of_side else ()):
-            allowed = ", ".join(sorted(set(SideTable.model_fields) & _ALLOWED[member.kind]))
+        for key in sorted(of_side.model_fields_set - MEMBER_KEYS[member.kind] if of_side else ()):
+            allowed = ", ".join(sorted(set(SideTable.model_fields) & MEMBER_KEYS[member.kind]))
             raise ModelError(f"no key of a {member.kind}", path=f"{path}.{side}.{key}", allowed=f"one of {allowed}")
     _check_counts(member, path, stage.branches if member.kind == "planet" else 0)
 
