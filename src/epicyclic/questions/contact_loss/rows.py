@@ -127,9 +127,9 @@ class Grid:
 
     def values(self, rows: Array) -> Array:
         """Values (N, c) of rows (2 J, c)."""
-        orders, columns = self.wave.shape[1] // 2, rows.shape[1]
         if len(self.counts) == 1:
             return self.wave @ rows
+        orders, columns = self.wave.shape[1] // 2, rows.shape[1]
         if not columns:
             return np.zeros((len(self.wave) * len(self.turn) // 2, 0))
         box = np.zeros((2, len(self.unturn) // 2 * orders, columns))
@@ -140,14 +140,15 @@ class Grid:
 
     def rows(self, values: Array) -> Array:
         """Rows (2 J, c) of values (N, c); orders that are no lattice points are dropped."""
+        if len(self.counts) == 1:
+            return self.back @ values
         orders, columns = self.wave.shape[1] // 2, values.shape[1]
         if not columns:
             return np.zeros((2 * len(self.points), 0))
         along = self.back @ values.reshape(len(self.wave), -1)
-        if len(self.counts) > 1:
-            turned = along.reshape(2, orders, -1, columns).transpose(2, 0, 1, 3).reshape(self.turn.shape[0], -1)
-            along = (self.unturn @ turned).reshape(2, -1, columns)[:, self.take]
-        projected: Array = along.reshape(2, -1, columns)
+        turned = along.reshape(2, orders, -1, columns).transpose(2, 0, 1, 3).reshape(self.turn.shape[0], -1)
+        box = (self.unturn @ turned).reshape(2, -1, columns)
+        projected: Array = box[:, self.take]
         projected[0, 0] /= 2
         projected[1, 0] = 0
         return projected.reshape(-1, columns)
@@ -174,7 +175,10 @@ def grid(points: Index, counts: tuple[int, ...]) -> Grid:
     turn = np.stack([np.hstack([cos, -sin]), np.hstack([sin, cos])], axis=1).reshape(2 * len(angle), -1)
     fast = 2 * np.pi * np.outer(np.arange(counts[0]) / counts[0], first)
     wave = np.concatenate([np.cos(fast), -np.sin(fast)], axis=1)
-    total = counts[0] * len(angle)
+    back = np.ascontiguousarray(wave.T) * (2 / (counts[0] * len(angle)))
+    if len(counts) == 1:  # half of the mean, and no imaginary part of it
+        back[0] /= 2
+        back[first.size] = 0
     return Grid(
         points=points,
         counts=counts,
@@ -182,7 +186,7 @@ def grid(points: Index, counts: tuple[int, ...]) -> Grid:
         turn=turn,
         unturn=np.ascontiguousarray(turn.T),
         wave=wave,
-        back=np.ascontiguousarray(wave.T) * (2 / total),
+        back=back,
     )
 
 

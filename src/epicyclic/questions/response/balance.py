@@ -183,7 +183,7 @@ def gmres(
     residual, norm = right, _norm(right)
     calls = 0
     for _ in range(restarts):
-        if not np.any(norm > target):
+        if not (norm > target).any():
             break
         step, used = _cycle(apply, residual, norm, target=target, basis=basis)
         trial = x + step
@@ -193,7 +193,7 @@ def gmres(
         # a singular system may come out worse than it went in: keep what it had (not finite is kept, to be seen)
         worse = (new >= last)[:, None]
         x, residual, norm = np.where(worse, x, trial), np.where(worse, residual, left), np.where(new >= last, last, new)
-        if not np.any((norm > target) & (norm < 0.9 * last)):
+        if not ((norm > target) & (norm < 0.9 * last)).any():
             break
     return x, norm, calls
 
@@ -219,7 +219,7 @@ def _cycle(
             V[k + 1] = w / left[:, None]
             H[:, : k + 1, k], H[:, k + 1, k] = along, left
             null[:, k + 1] = -np.einsum("pi,pi->p", null[:, : k + 1], along) / left
-            if not np.any(norm > 0.5 * target * _norm(null[:, : k + 2])):
+            if not (norm > 0.5 * target * _norm(null[:, : k + 2])).any():
                 break
     Q, R = np.linalg.qr(H[:, : k + 2, : k + 1])
     R += np.eye(k + 1) * (R == 0)
