@@ -220,6 +220,7 @@ def test_the_first_page_is_read_without_a_click(browser: Any, crowded_path: Path
     page.locator("nav a[href='#modes']").click()
     page.locator("#modes figure").first.wait_for()  # the link opens it once the address has changed
     opened.wait()
+    assert page.locator("#modes figure").first.is_visible()
     assert "figure-campbell" in page.evaluate(drawn)
     assert page.locator("#sharing figure").first.is_hidden()
     page.close()

@@ -28,7 +28,7 @@ def test_help_is_one_screen() -> None:
     assert shown.exit_code == 0
     lines = shown.output.splitlines()
     # a line for each command and question, and a few for usage and options
-    assert len(lines) <= min(len(commands()) + len(panels()) + 8, 55)
+    assert len(lines) <= min(len(commands()) + len(panels()) + 8, 50)
     assert max(map(len, lines)) <= 96
     for name in commands():
         assert sum(line.split()[:1] == [name] for line in lines) == 1

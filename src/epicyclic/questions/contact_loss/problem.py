@@ -455,15 +455,15 @@ def _forces(balance: Problem, opened: Array, speed: float) -> tuple[Array, _Cont
     change_of_links = np.ptp(tangent[:, F:], axis=0)
     unchanging &= bool(np.all(change_of_links <= _CONSTANT * np.abs(rows.linear).max(initial=0.0)))
     acting, rise = None, None
-    if damping.any():
+    if rows.damping.any():  # the mean system has its dampers also where no flank is near
         rate = balance.grid.values(rate_rows(opened[:, near], speed * balance.omega))
-        share, turn = pressed[:, near].astype(float), np.zeros_like(rate)
+        share, growth = pressed[:, near].astype(float), np.zeros_like(rate)
         if edge is not None and change is not None:
-            share[edge.at], turn[edge.at] = edge.share, np.where(edge.inside, rate[edge.at] / edge.width, 0.0)
-            change -= damping[edge.at[1]] * turn[edge.at] * (edge.share - 0.5)
+            share[edge.at], growth[edge.at] = edge.share, np.where(edge.inside, rate[edge.at] / edge.width, 0.0)
+            change -= damping[edge.at[1]] * growth[edge.at] * (edge.share - 0.5)
         flank += damping * rate * share
         acting, rise = np.zeros((2, len(delta), F))
-        acting[:, near], rise[:, near] = share, turn
+        acting[:, near], rise[:, near] = share, growth
     force[:, :F][:, near], tangent[:, :F][:, near] = flank, slope
     width = None if edge is None or change is None else edge.tangents(change, np.flatnonzero(reaching))
     return force, _Contact(tangent, pressed, unchanging, acting, rise, width)

@@ -102,7 +102,7 @@ def _stiffness(flank: FlankNumbers, at: Index, tones: Array, least: float, tau: 
 
     All rows go through the orders together.  Rows of one tone share its cosine and sine.
     """
-    # an array with a name of its own: read from its tuple in the loop, no rows would go side by side
+    # a name of its own: a loop that reads the array from its tuple is not vectorized
     F, wave, tone, c1, s1 = k.size, flank.wave, -1, 1.0, 0.0
     for f in range(F):
         if at[f] != tone:
