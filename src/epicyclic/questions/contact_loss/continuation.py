@@ -70,7 +70,7 @@ _SAME, _SOFT = 1e-3, 0.1
 # phases no points are coupled: those few save less than they cost (bench56 with two shaft tones: 1.50 s with, 1.40 s).
 _MOST = 300
 # Products of one solution up to which the preconditioner of another state is kept: a new one costs as many.
-_KEPT = 8
+_KEPT = 7
 # Rounding of a sum of shaft orders per highest order, which is 1 at the edge of the lattice, and of a bound of some
 # hundred terms, with a wide margin.
 _ROUNDING = 1e-9
@@ -164,6 +164,7 @@ def newton_step(*, forcing: float = _FORCING, restarts: int = 2) -> NewtonStep:
             start.reshape(1, -1),
             target=np.array([max(forcing * size, target)]),
             restarts=restarts,
+            checked=False,
         )
         return x.reshape(shape), kept.calls
 
@@ -582,13 +583,14 @@ def _bordered(path: Path, at: State, tangent: Tangent, right: Array, last: float
 
     def apply(x: Array) -> Array:
         """Product (1, 2 J n + 1) with the preconditioned bordered matrix."""
-        step, ds = x[0, :-1], float(x[0, -1])
-        out = inverse(product(step.reshape(shape))).ravel() + ds * by_speed
-        return np.append(out, border @ step + tangent.speed * ds)[None]
+        step, ds, out = x[0, :-1], float(x[0, -1]), np.empty_like(x)
+        np.add(inverse(product(step.reshape(shape))).ravel(), ds * by_speed, out=out[0, :-1])
+        out[0, -1] = border @ step + tangent.speed * ds
+        return out
 
     whole = np.append(inverse(right).ravel(), last)
     wanted = max(_BORDERED_FORCING * float(np.linalg.norm(whole)), target)
-    (x,), _, kept.calls = gmres(apply, whole[None], target=np.array([wanted]), restarts=3)
+    (x,), _, kept.calls = gmres(apply, whole[None], target=np.array([wanted]), restarts=3, checked=False)
     return x[:-1].reshape(shape), float(x[-1])
 
 

@@ -48,3 +48,21 @@ def test_a_singular_system_reports_what_is_left() -> None:
     b = np.array([[1.0, 1.0]])
     _, left, _ = gmres(lambda v: v * np.array([1.0, 0.0]), b, target=np.array([1e-10]))
     assert 1.0 <= left[0] <= np.sqrt(2)  # the second equation cannot be met, and it never gets worse than at the start
+
+
+def test_unchecked_gives_the_same_solution_by_a_product_less() -> None:
+    A, b = systems(3)
+    target = 1e-3 * np.linalg.norm(b, axis=1)
+    once, twice = (
+        gmres(lambda v: np.einsum("pij,pj->pi", A, v), b, target=target, checked=checked) for checked in (False, True)
+    )
+    np.testing.assert_array_equal(once[0], twice[0])
+    np.testing.assert_allclose(once[1], twice[1], rtol=1e-9)
+    assert (once[1] <= target).all()
+    assert once[2] == twice[2] - 1
+
+
+def test_unchecked_believes_no_singular_system() -> None:
+    b = np.array([[1.0, 1.0]])
+    _, left, _ = gmres(lambda v: v * np.array([1.0, 0.0]), b, target=np.array([1e-3]), checked=False)
+    assert 1.0 <= left[0] <= np.sqrt(2)
