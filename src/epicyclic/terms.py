@@ -366,7 +366,8 @@ def _mistyped(path: Path, words: Path) -> bool:
     """Whether a word that would be a name is rather a key with a slip: `radail` beside `radial`."""
     names = [(place, word) for place, word in enumerate(words) if path[place] == ANY and word != ANY]
     near = [(word, get_close_matches(word, _keys(path[:place]), n=1, cutoff=0.8)) for place, word in names]
-    return any(keys and not word.startswith(keys[0]) for word, keys in near)  # planet_b is a second planet
+    # planet_b is a second planet, planet the key itself
+    return any(keys and (word == keys[0] or not word.startswith(keys[0])) for word, keys in near)
 
 
 @cache

@@ -45,6 +45,8 @@ def test_a_path_is_told_in_full() -> None:
 @pytest.mark.parametrize(("key", "member"), [("pin_radius", "planet"), ("ahead", "planet"), ("outer_diameter", "ring")])
 def test_a_key_of_some_members_is_explained_at_one_of_them(key: str, member: str) -> None:
     assert epicyclic.explain(key)[0].name == f"stages.*.{member}.{key}"
+    with pytest.raises(epicyclic.ModelError, match=rf"sun.{key}: not known; did you mean .*\b{key}\b"):
+        epicyclic.explain(f"sun.{key}")
 
 
 def test_examples_of_lengths_are_of_their_size() -> None:

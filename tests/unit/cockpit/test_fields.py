@@ -47,6 +47,21 @@ def test_every_field_is_a_real_path_and_replays(drive: str) -> None:
     assert {k: v for k, v in again.items() if k != "assumed"} == {k: v for k, v in own.items() if k != "assumed"}
 
 
+def test_a_member_is_offered_no_key_of_another_kind() -> None:
+    """`check` refuses these: no key of a sun."""
+    offered = {field.path for field in all_fields(current_tables(opened("ren2021")))}
+    for member, has, has_not in (
+        ("sun", "bore", "outer_diameter pin_radius rim.kind bearing.radial"),
+        ("sun.left", "addendum", "bearing.radial"),
+        ("planet", "pin_radius ahead bearing.radial", "support.radial outer_diameter"),
+        ("ring", "outer_diameter support.radial", "bore bearing.radial"),
+        ("carrier", "pin_radius support.radial mass", "teeth profile_shift bore"),
+    ):
+        named = {path.removeprefix(f"stages.main.{member}.") for path in offered if f"main.{member}." in path}
+        assert set(has.split()) <= named, member
+        assert not set(has_not.split()) & named, member
+
+
 def test_fields_are_explained() -> None:
     tables = current_tables(opened("ren2021"))
     fields = [field for field in all_fields(tables) if not field.path.startswith("tolerance.")]
