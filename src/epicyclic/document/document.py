@@ -17,7 +17,7 @@ import os
 import re
 import tomllib
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from importlib import resources
 from io import BytesIO
@@ -31,7 +31,7 @@ from ..warning_codes import CodedText, coded
 from .cases import of_case
 from .overrides import check_alternatives, follow_teeth, layer_of, replace_alternatives, settings_of, stepwise
 from .schema import FORMAT, ModelFile, Names, check_names, collect, nearest
-from .schema_fields import MATRIX_FILES, curve_fault
+from .schema_fields import MATRIX_FILES, Unit, curve_fault
 from .tables import PlainTable, as_written, clean, dotted_line, expand, expand_path, leaves, merge, value_at
 from .tolerances import check_tolerance, still_toleranced
 from .units import KINDS, BareNumber, finite_float, to_si
@@ -393,6 +393,7 @@ class Document:
     source : name of the ready drive, path of the file, or "dict".
     warnings : what was assumed of a REXS file; numbers that follow teeth an override sets.
     hints : those of the warnings that say what else to set, for errors that follow.
+    toleranced : what may stand at the path of each entry of `[tolerance]`.
     """
 
     model: ModelFile
@@ -401,6 +402,7 @@ class Document:
     source: str
     warnings: tuple[CodedText, ...] = ()
     hints: tuple[CodedText, ...] = ()
+    toleranced: Mapping[str, Unit] = field(default_factory=dict)
 
 
 def read(source: Source, overrides: Mapping[str, object] | None = None) -> Document:
@@ -443,9 +445,17 @@ def read(source: Source, overrides: Mapping[str, object] | None = None) -> Docum
         raise
     if has_bare:
         _check_units_stated(data, names, as_written, typed, overridden)
-    check_tolerance(data, names)
+    toleranced = check_tolerance(data, names)
     origin: dict[str, Origin] = {path: "set" if path in overridden | moved else "given" for path, _ in leaves(data)}
-    return Document(model=model, data=data, origin=origin, source=name, warnings=(*followed, *hints), hints=hints)
+    return Document(
+        model=model,
+        data=data,
+        origin=origin,
+        source=name,
+        warnings=(*followed, *hints),
+        hints=hints,
+        toleranced=toleranced,
+    )
 
 
 def ready_drives() -> tuple[str, ...]:

@@ -154,6 +154,7 @@ ALTERNATIVES: tuple[tuple[tuple[str, ...], ...], ...] = (
     (("force",), ("coefficient", "radius")),
     (("count",), ("angles",)),
 )
+_ALTERNATIVE = {key for groups in ALTERNATIVES for group in groups for key in group}
 
 
 def check_alternatives(layer: PlainTable) -> None:
@@ -193,8 +194,8 @@ def _operations(layer: PlainTable) -> Iterator[tuple[tuple[str, ...], PlainTable
 
 def _check(table: PlainTable, path: str) -> None:
     """Check one table and those in it."""
-    keys = {k for k, v in table.items() if v is not REMOVE}
-    for groups in ALTERNATIVES:
+    keys = {k for k in table.keys() & _ALTERNATIVE if table[k] is not REMOVE}
+    for groups in ALTERNATIVES if len(keys) > 1 else ():
         found = [k for group in groups for k in group if k in keys]
         if sum(bool(keys & set(group)) for group in groups) > 1:
             _clash(f"{path}.{found[-1]}" if path else found[-1], found[0], tuple(found))
@@ -209,10 +210,10 @@ def _clash(path: str, other: str, both: tuple[str, ...]) -> None:
 
 def _replace(base: PlainTable, layer: PlainTable) -> PlainTable:
     """Drop the keys of other groups from one table and those in it."""
-    given = {k for k, v in layer.items() if v is not REMOVE}
+    given = {k for k in layer.keys() & _ALTERNATIVE if layer[k] is not REMOVE}
     gone = {
         k
-        for groups in ALTERNATIVES
+        for groups in (ALTERNATIVES if given else ())
         for mine, other in permutations(groups, 2)
         if given & set(mine)
         for k in other

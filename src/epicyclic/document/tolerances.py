@@ -77,19 +77,19 @@ def tolerances(document: Any, width: Width | None = None) -> tuple[Tolerance, ..
     sizes that they apply to.  Raises ModelError as `check_tolerance`, and for a grade without `width`.
     """
     data: Mapping[str, Any] = getattr(document, "data", document)
-    return _ToleranceTable(dict(data), collect(data), width).entries()
+    return _ToleranceTable(dict(data), collect(data), width, getattr(document, "toleranced", {})).entries()
 
 
-def check_tolerance(data: PlainTable, names: Names) -> None:
-    """Raise ModelError for what is wrong in `[tolerance]`.
+def check_tolerance(data: PlainTable, names: Names) -> Mapping[str, Unit]:
+    """Return what may stand at the path of each entry of `[tolerance]`. Raises ModelError for what is wrong there.
 
     That is a tolerance that is no distribution, whose path is not in the model or no number, whose values are of
     another quantity than what stands there or have no unit, of a spread below zero; two entries of one number; a price
     that is none, or of a path without tolerance.
     """
     if not isinstance(data.get("tolerance"), dict):
-        return
-    reading = _ToleranceTable(data, names, width=lambda *_: 1.0)  # sizes come with the resolved train
+        return {}
+    reading = _ToleranceTable(data, names, lambda *_: 1.0, {})  # sizes come with the resolved train
     entries = reading.entries()
     drawn: dict[str, str] = {}
     for entry in entries:
@@ -104,6 +104,7 @@ def check_tolerance(data: PlainTable, names: Names) -> None:
             problem = f"no tolerance at this path{nearest(path, known)}"
             allowed = f"one of {', '.join(known)}" if known else "a path of [tolerance]"
             raise ModelError(problem, path=f"tolerance.cost.{path}", given=_shown(table), allowed=allowed)
+    return reading.units
 
 
 def still_toleranced(data: PlainTable, file: PlainTable, above: PlainTable, names: Names) -> PlainTable:
@@ -136,22 +137,26 @@ def _without(table: PlainTable, gone: Collection[str], names: Names) -> PlainTab
 
 
 class _ToleranceTable:
-    """`[tolerance]` of one document.  width : of the grades.  units : what may stand at the path of each entry."""
+    """`[tolerance]` of one document.
 
-    def __init__(self, data: PlainTable, names: Names, width: Width | None) -> None:
+    width : of the grades.  units : what may stand at the path of each entry; asked for where it is not known.
+    """
+
+    def __init__(self, data: PlainTable, names: Names, width: Width | None, units: Mapping[str, Unit]) -> None:
         table = data.get("tolerance")
         self.table: PlainTable = table if isinstance(table, dict) else {}
         self.costs: PlainTable = self.table.get("cost", {})
         if not isinstance(self.costs, dict):
             raise ModelError("not a table", path="tolerance.cost", given=self.costs, allowed="[tolerance.cost]")
         self.data, self.names, self.width = data, names, width
-        self.units: dict[str, Unit] = {}
+        self.units = dict(units)
 
     def entries(self) -> tuple[Tolerance, ...]:
         """Return the entries in the order of the file. Raises ModelError."""
         stated = {path: value for path, value in self.table.items() if path not in TOLERANCE_TABLES}
-        found = quantities_at(self.data, stated, self.names)
-        entries = (self._entry(path, value, found[path]) for path, value in stated.items())
+        asked = [path for path in stated if path not in self.units]
+        found = quantities_at(self.data, asked, self.names) if asked else {}
+        entries = (self._entry(path, value, found.get(path)) for path, value in stated.items())
         return tuple(
             replace(one, grades=tuple(self._priced(one))) if one.path in self.costs else one for one in entries
         )
@@ -173,11 +178,11 @@ class _ToleranceTable:
                 raise ModelError("not a price", path=place, given=price, allowed=allowed)
             yield Grade(text=read.text, distribution=read, price=float(price))
 
-    def _entry(self, path: str, value: object, found: Probe | ModelError) -> Tolerance:
+    def _entry(self, path: str, value: object, found: Probe | ModelError | None) -> Tolerance:
         """Return one entry. Raises ModelError."""
         where = f"tolerance.{path}"
         texts, phase = _texts(value, where)
-        unit = self.units[path] = self._unit(path, value, found)
+        unit = self.units[path] if found is None else self.units.setdefault(path, self._unit(path, value, found))
         # a grade, which has no word of its own for a vector, is one where a vector may stand
         words = {text.strip().partition("(")[0].strip() for text in texts.values() if isinstance(text, str)}
         vector = path.startswith("deviations.") and path.rpartition(".")[2] in _VECTORS

@@ -17,7 +17,7 @@ import math
 import re
 from dataclasses import dataclass, field
 from decimal import Decimal
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any
 
 from ..errors import ModelError
@@ -285,7 +285,7 @@ def _read_one(value: object, shared: str, wanted: _Wanted) -> tuple[float, str]:
     try:
         if isinstance(value, str):
             text = f"{value} {shared}" if shared != "SI" else value
-            number, unit = _parse(text, wanted, bare=shared == "SI")
+            number, unit = _parse(text, wanted.kinds, listed=wanted.listed, bare=shared == "SI")
         else:
             number, unit = float(value), KINDS[wanted.kinds[0]].unit
     except OverflowError:
@@ -297,12 +297,12 @@ def _read_one(value: object, shared: str, wanted: _Wanted) -> tuple[float, str]:
     return number, unit
 
 
-def _parse(text: str, wanted: _Wanted, *, bare: bool) -> tuple[float, str]:
+@lru_cache(maxsize=4096)
+def _parse(text: str, kinds: tuple[str, ...], *, listed: bool, bare: bool) -> tuple[float, str]:
     """Return the SI number and SI unit of a text like ``20 N/(mm um)``; without a unit only where `bare`, or zero.
 
     Raises ValueError with the problem, and OverflowError.
     """
-    kinds = wanted.kinds
     found = _QUANTITY.fullmatch(text) if len(text) <= 200 else None
     if found is None:
         raise ValueError("not a number with a unit")
@@ -317,7 +317,7 @@ def _parse(text: str, wanted: _Wanted, *, bare: bool) -> tuple[float, str]:
         raise ValueError("revolutions or radians?")
     # what the table answers first: most files need no pint
     for kind in sorted(kinds, key=lambda kind: COMMON.get(unit, (1.0, ""))[1] != KINDS[kind].unit):
-        if wanted.listed and not is_unit_of(unit, kind):
+        if listed and not is_unit_of(unit, kind):
             continue
         if (scale := to_si(unit, KINDS[kind].unit)) is not None:
             return _scaled(found["number"], scale), KINDS[kind].unit

@@ -169,8 +169,9 @@ def _masses(train: Train, T: Array) -> tuple[Array, tuple[str, ...]]:
 def _full_model(train: Train, structure: Structure, T: Array, S: Array, mass: Array, turning: Array) -> FullModel:
     """Matrices of all bodies and links on the unreduced coordinates; mass : (nb, 6) [kg, kg m^2], turning : (p, p)."""
     motion = mass[:, 0], mass[:, 5], mass[:, 3], structure.frame_speed, structure.spin
-    bending, terms = structure.size - mass.size, (gyroscopic_matrix, centrifugal_stiffness, euler_matrix)
-    G, Kg, euler = (np.pad(term(*motion), (0, bending)) for term in terms)
+    G, Kg, euler, bent, damping, skew = np.zeros((6, structure.size, structure.size))
+    for matrix, term in ((G, gyroscopic_matrix), (Kg, centrifugal_stiffness), (euler, euler_matrix)):
+        matrix[: mass.size, : mass.size] = term(*motion)
     for i, body in enumerate(train.bodies):
         omega = structure.frame_speed[i]
         if body.carried_by is None or omega == 0.0:
@@ -184,7 +185,6 @@ def _full_model(train: Train, structure: Structure, T: Array, S: Array, mass: Ar
             preload=mass[i, 0] * omega**2,
             radius=math.hypot(*body.centre),
         )
-    bent, damping, skew = (np.zeros((structure.size, structure.size)) for _ in range(3))
     for part in structure.elastic:
         at, one = np.ix_(part.all_columns, part.all_columns), part.elastic
         speeds = structure.frame_speed[part.body], structure.spin[part.body]

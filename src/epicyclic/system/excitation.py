@@ -280,23 +280,23 @@ def _line(frequency: Fraction, full: _FullLine, structure: Structure, model: Ful
     """Reduced line: displaced rigid connections move the bodies, which enters every other row and the inertia."""
     omega = 2 * math.pi * float(frequency)
     shift = model.S @ full.rigid
+    mesh = full.mesh - structure.mesh @ shift
+    link = full.link - structure.link @ shift
+    force, ramp = full.force.copy(), full.ramp
+    force[0] += full.ripple
+    force[0] += structure.link.T @ (model.link_stiffness * link)
+    force[1] += structure.link.T @ (1j * omega * model.link_damping * link + model.turning @ link)
     if full.rigid.any():
         miss = np.abs(structure.rigid @ shift - full.rigid).max()
         if miss > 1e-9 * np.abs(full.rigid).max():
             raise ModelError(
                 "rigid connections do not admit this displacement", path=full.causes[0], allowed="an elastic support"
             )
-    mesh = full.mesh - structure.mesh @ shift
-    link = full.link - structure.link @ shift
-    force = full.force.copy()
-    force[0] += full.ripple
-    force[0] += structure.link.T @ (model.link_stiffness * link)
-    force[1] += structure.link.T @ (1j * omega * model.link_damping * link + model.turning @ link)
-    momentum = model.diagonal * shift + model.bent_mass @ shift
-    force[1] -= 1j * omega * (model.mass_damping * momentum + model.bent_damping @ shift) + model.bent_skew @ shift
-    force[2] += omega**2 * momentum - 1j * omega * (model.G @ shift) - model.Kg @ shift
-    # the acceleration of a displaced body has a part in s' too, and so has the frame that accelerates with it
-    ramp = full.ramp - 1j * omega * momentum - model.euler @ shift
+        momentum = model.diagonal * shift + model.bent_mass @ shift
+        force[1] -= 1j * omega * (model.mass_damping * momentum + model.bent_damping @ shift) + model.bent_skew @ shift
+        force[2] += omega**2 * momentum - 1j * omega * (model.G @ shift) - model.Kg @ shift
+        # the acceleration of a displaced body has a part in s' too, and so has the frame that accelerates with it
+        ramp = ramp - 1j * omega * momentum - model.euler @ shift
     law = structure.lawful
     return Line(
         frequency=frequency,

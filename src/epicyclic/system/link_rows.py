@@ -117,7 +117,7 @@ def body_rows(
     """
     six = gap_rows(normal, point, axes[body], rotation=rotation)
     matrix = np.zeros((len(body), 6 * axes.size + sum(len(part.elastic.names) for part in elastic)))
-    np.put_along_axis(matrix, 6 * body[:, None] + np.arange(6), six, axis=1)
+    matrix[np.arange(len(body))[:, None], 6 * body[:, None] + np.arange(6)] = six
     for part in elastic:
         rows = np.flatnonzero(body == part.body)
         n, P = (about_z(vectors[rows], -axes[part.body]) for vectors in (normal, point))
@@ -141,8 +141,9 @@ def gap_rows(normal: Array, point: Array, axes: Array, *, rotation: NDArray[np.b
     -------
     (R, 6) in the body's own axes, order x y z rx ry rz.
     """
-    turned = rotation[:, None]
-    parts = np.where(turned, 0.0, normal), np.where(turned, normal, np.cross(point, normal))
+    turned, (nx, ny, nz), (x, y, z) = rotation[:, None], normal.T, point.T
+    moment = np.stack([y * nz - z * ny, z * nx - x * nz, x * ny - y * nx], axis=1)
+    parts = np.where(turned, 0.0, normal), np.where(turned, normal, moment)
     return np.hstack([about_z(part, -axes) for part in parts])
 
 

@@ -303,12 +303,12 @@ def _isotropic(matrix: Array, rows: list[LinkRow]) -> bool:
     stiffness, damping = np.array([row.stiffness for row in rows]), np.array([row.damping for row in rows])
     rigid = np.isinf(stiffness)
     springs = (matrix.T * np.where(rigid, 0.0, stiffness)) @ matrix
-    dampers = (matrix.T * damping) @ matrix
+    even = _round(springs) and (not damping.any() or _round((matrix.T * damping) @ matrix))
     if not rigid.any():
-        return _round(springs) and _round(dampers)
+        return even
     _, size, right = np.linalg.svd(matrix[rigid], full_matrices=False)
     span = right[size > _SAME * size.max(initial=0.0)]
-    return _round(springs) and _round(dampers) and _round(span.T @ span + np.eye(6))  # a projector has rounding of 1
+    return even and _round(span.T @ span + np.eye(6))  # a projector has rounding of 1
 
 
 def _round(matrix: Array) -> bool:

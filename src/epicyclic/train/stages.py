@@ -11,6 +11,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import cached_property
 from operator import add
 from typing import Any, Literal, NamedTuple
 
@@ -120,7 +121,7 @@ class GearPair:
         return _levels("mesh", self.path, self.keys, side)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class Plan:
     """A stage before any number is known.
 
@@ -150,13 +151,23 @@ class Plan:
         """A member's table in the file."""
         return f"stages.{self.name}.{member}"
 
+    @cached_property
+    def _tables(self) -> Mapping[tuple[str, str | None], Levels]:
+        """Tables of every member and side with that of the stage: each key of a member asks for them."""
+        stage = Level("stage", self.path, self.stage)
+        return {
+            (member, side): (*_levels("member", self.member_path(member), table, side), stage)
+            for member, table in self.stage.members.items()
+            for side in (None, *SIDES)
+        }
+
     def member_levels(self, member: str, side: str | None = None) -> Levels:
         """The tables of a side and of its member, nearest first."""
-        return _levels("member", self.member_path(member), self.stage.members[member], side)
+        return self._tables[member, side][:-1]
 
     def levels(self, member: str, side: str | None = None) -> Levels:
         """The tables that may state a key of a member, or of a side of it, nearest first."""
-        return (*self.member_levels(member, side), Level("stage", self.path, self.stage))
+        return self._tables[member, side]
 
     def central(self, member: str) -> bool:
         """Whether there is one of it for all branches."""
