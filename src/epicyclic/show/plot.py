@@ -12,7 +12,6 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
-from pkgutil import iter_modules
 from typing import TYPE_CHECKING, Any
 
 from ..errors import ModelError
@@ -28,9 +27,9 @@ if TYPE_CHECKING:
 
 def _kinds() -> dict[str, Mapping[str, tuple[str, ...]]]:
     """Room whose module `views` shows them -> kind of result -> names of its figures; any other kind is a study."""
-    questions = import_module("..questions", __package__)
-    rooms = ("audits", "statics", *(f"questions.{room.name}" for room in iter_modules(questions.__path__)))
-    shown = {room: getattr(import_module(f"..{room}", __package__), "FIGURES", {}) for room in rooms}
+    questions = import_module("..questions", __package__).ROOMS
+    rooms = {room: import_module(f"..{room}", __package__) for room in ("audits", "statics", *questions)}
+    shown = {name: getattr(room, "FIGURES", {}) for name, room in rooms.items()}
     return {**shown, "": {"study": ("study",)}}
 
 

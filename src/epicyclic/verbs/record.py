@@ -29,12 +29,12 @@ from inspect import Parameter, Signature, signature
 from math import isfinite
 from numbers import Real
 from pathlib import Path
-from pkgutil import iter_modules
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, ForwardRef, get_args, get_origin
 
 from ..errors import ConvergenceError, ModelError
 from ..options import ALL_CASES, Option, option_fields, shape_of
+from ..questions import ROOMS
 from ..user_input import check_arguments
 from ..warning_codes import CodedText, coded, placed
 
@@ -107,9 +107,7 @@ def verbs() -> Mapping[str, Verb]:
 @cache
 def records() -> Mapping[str, Verb]:
     """Name -> record of every verb, in alphabetical order; those of a question stand in its module `verbs`."""
-    questions = import_module("..questions", __package__)
-    rooms = ("statics", *(f"questions.{room.name}" for room in iter_modules(questions.__path__)))
-    homes = [f"..{room}.verbs" for room in rooms if find_spec(f"..{room}.verbs", __package__)]
+    homes = [f"..{room}.verbs" for room in ("statics", *ROOMS) if find_spec(f"..{room}.verbs", __package__)]
     found: list[Verb] = [record for home in homes for record in import_module(home, __package__).VERBS]
     return {record.name: record for record in sorted(found, key=lambda record: record.name)}
 
