@@ -381,9 +381,11 @@ def group_shares(force: Array, axis: int = -1) -> Array:
 
     inf where the forces sum to nothing or less, as those of a linear model pulled open.
     """
-    total = force.sum(axis=axis, keepdims=True)
+    total, share = force.sum(axis=axis, keepdims=True), force.shape[axis] * force
+    closed = total > 0
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.asarray(np.where(total > 0, force.shape[axis] * force / total, np.inf))
+        share /= total
+    return share if closed.all() else np.where(closed, share, np.inf)
 
 
 def samples_per_cycle(meshes: MeshRows, chosen: MeshGroup, least: int) -> int:

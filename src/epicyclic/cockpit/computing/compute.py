@@ -16,9 +16,7 @@ from numpy.typing import NDArray
 
 from ...document.document import drive_text
 from ...errors import ConvergenceError, ModelError
-from ...questions.sharing import SharingOptions
 from ...questions.sharing.definitions import require_speed
-from ...questions.sharing.sharing import sharing
 from ...system.assembly import assemble
 from ...system.system import System
 from ...train.resolution import load
@@ -43,7 +41,6 @@ from .train_view import (
     Shown,
     Twin,
     error_view,
-    full_sharing,
     live_sharing,
     operation_head,
     sharing_head,
@@ -245,10 +242,9 @@ def _further_frames(model: _Model, parts: _Parts, pause: Callable[[], None]) -> 
         live = parts.sharing
 
         def whole_sharing() -> SharingView:
-            # the search over the hunting period; a longer record where that takes more than a second
-            if not live.spread.quick:
-                return live_sharing(system, patience=_FULL_PATIENCE)
-            return full_sharing(sharing(system, SharingOptions(method="static"), progress=lambda _: pause()), live)
+            # mean loads are exact from the first; the strip is of a longer record where instants are solved one by one
+            quick = live.spread.quick
+            return replace(live, whole=True) if quick else live_sharing(system, patience=_FULL_PATIENCE)
 
         whole = _attempt("sharing", "load sharing", whole_sharing, missing)
         parts = replace(parts, sharing=whole or live, missing=(*parts.missing, *missing))

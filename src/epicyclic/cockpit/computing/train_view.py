@@ -15,7 +15,6 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from ...errors import ConvergenceError, ModelError
@@ -337,7 +336,7 @@ class SharingView:
         period [1], nan of meshes without load.
     over_period : (w, parts) largest ratio b in each part of the hunting period [1].  load : (w,) mean force over the
         mean of its parallel meshes [1].  limits : (w,) of K_gamma.  spread : cycles that it comes from.
-    whole : whether every cycle or the search is behind it.
+    whole : whether no longer record follows.
     """
 
     spread: SpreadSharing
@@ -381,14 +380,6 @@ def live_sharing(system: System, *, patience: float = 0.1) -> SharingView:
             load[group] = np.where(np.isnan(coefficient[group]), spread.mean[group] / total, coefficient[group])
     limits, over_period = tuple(mesh_limits(system, None)), spread.over_period(parts)
     return SharingView(spread, limits, coefficient, turning, over_period, load)
-
-
-def full_sharing(result: xr.Dataset, live: SharingView) -> SharingView:
-    """The same from the Dataset of `sharing`; the strip over the hunting period stays that of spread cycles."""
-    coefficient, turning = (
-        result["load_sharing"].sel(definition=name).values for name in ("mean-load", "mean-load-turning")
-    )
-    return replace(live, coefficient=coefficient, turning=turning, whole=True)
 
 
 def sharing_head(view: SharingView, twin: Twin | None, train: Train, labels: Mapping[str, str]) -> Shown:
