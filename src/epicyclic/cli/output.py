@@ -48,7 +48,9 @@ def import_model_rooms() -> None:
     if "xarray" not in sys.modules:
         sys.modules.setdefault("dask", None)  # type: ignore[arg-type]
     try:
-        from ..engine import source  # noqa: F401
+        from ..engine import source, workers  # noqa: F401
+
+        workers.keep_freed_memory()
     finally:
         collect_again()
 

@@ -313,3 +313,21 @@ def test_long_runs_have_workers_from_the_start(monkeypatch: pytest.MonkeyPatch) 
     seen = set[int]()
     runs(partial(stepped, 0, "whole"), (3, 4), arrived=lambda _, result: seen.add(result[1]), long=True)
     assert len(seen) == 2
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="pages are asked of Linux")
+def test_freed_memory_is_kept() -> None:
+    """Eight arrays of a megabyte, time and again, ask for their pages once."""
+    script = (
+        "import resource, sys, numpy as np; from epicyclic.engine.workers import keep_freed_memory\n"
+        "if sys.argv[1] == 'kept': keep_freed_memory()\n"
+        "before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt\n"
+        "for _ in range(50): [np.ones(2**17) for _ in range(8)]\n"
+        "print(resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before)"
+    )
+    plain = {name: value for name, value in os.environ.items() if not name.startswith("MALLOC_")}
+    kept, anew = (
+        int(subprocess.run([sys.executable, "-c", script, how], capture_output=True, check=True, env=plain).stdout)
+        for how in ("kept", "anew")
+    )
+    assert kept < 0.2 * anew

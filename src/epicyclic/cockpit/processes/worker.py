@@ -25,7 +25,7 @@ from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from typing import Any
 
-from ...engine.workers import BLAS_THREADS, die_with_parent, starting
+from ...engine.workers import BLAS_THREADS, die_with_parent, keep_freed_memory, starting
 from ...errors import ModelError
 from ..state.frames import PageFrame, Request, failed_frame, pack
 
@@ -269,6 +269,7 @@ def _begin(function: Callable[..., None], connection: Connection, *arguments: An
         with suppress(OSError):
             os.setpgid(0, 0)
     threading.Thread(target=die_with_parent, daemon=True).start()
+    keep_freed_memory()
     warnings.simplefilter("ignore")  # nobody reads the terminal; results carry their warnings
     # xarray would load dask.array with its first variable, as `cli.output` says; no work of the page is Dask's
     sys.modules.setdefault("dask", None)  # type: ignore[arg-type]

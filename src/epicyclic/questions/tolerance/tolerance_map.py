@@ -68,16 +68,23 @@ def mean_of(entry: Tolerance) -> float:
     return sum(float(draw.mean.real) for draw in (entry.own, entry.common) if draw is not None)
 
 
+def system_at(document: Mapping[str, object], numbers: Mapping[str, object]) -> System:
+    """The System with some numbers, whose meshes are as the gaps of their mean loads have them."""
+    train = load(document, numbers)
+    # the gap of a table's tangent follows the load: that of the mean load stays
+    return assemble(replace(train, mesh_errors=tuple(e for e in train.mesh_errors if e.cause != "contact")))
+
+
 def shift_of(
-    document: Mapping[str, object], at_means: Mapping[str, object], entry: Tolerance, planet: int = 0
+    document: Mapping[str, object], at_means: Mapping[str, object], base: System, entry: Tolerance, planet: int = 0
 ) -> tuple[Array, Array, Array]:
-    """What the number of an entry changes per unit of it about its mean, from three assemblies.
+    """What the number of an entry changes per unit of it about its mean, from two assemblies and that at the means.
 
     Stiffness of the mesh rows (m,) and of the links (p,), torques (n,).
 
     Parameters
     ----------
-    at_means : overrides with all such numbers at their mean, this one too.
+    at_means : overrides with all such numbers at their mean, this one too.  base : `system_at` them.
     planet : whose number it is, from 0, of an entry with one per planet.
 
     Raises
@@ -94,11 +101,8 @@ def shift_of(
         """The System with another value of that number."""
         numbers = [mean] * entry.count
         numbers[planet] = value
-        train = load(document, {**at_means, entry.path: values_text(numbers, entry.unit)})
-        # the gap of a table's tangent follows the load: that of the mean load stays
-        return assemble(replace(train, mesh_errors=tuple(e for e in train.mesh_errors if e.cause != "contact")))
+        return system_at(document, {**at_means, entry.path: values_text(numbers, entry.unit)})
 
-    base = loaded(mean)
     whole_step, half_step = (_changes(entry.path, base, loaded(mean + share * step)) for share in (1.0, 0.5))
     for whole, half in zip(whole_step, half_step, strict=True):
         if np.any(np.abs(whole - 2 * half) > _ROUNDING * (np.abs(whole).max(initial=0.0) + 1e-300)):
@@ -722,7 +726,8 @@ def tolerance_map(train: Train, *, laws: bool = False) -> ToleranceMap:
     base = linear(exact)
     for index in plays:
         check_play(document, at_means, entries[index])
-    shifts = [shift_of(document, at_means, entries[index], planet) for index, planet in numbers]
+    means = system_at(document, at_means) if numbers else exact
+    shifts = [shift_of(document, at_means, means, entries[index], planet) for index, planet in numbers]
     meshes, links = (
         np.flatnonzero(np.any([shift[of] for shift in shifts], axis=0)) if shifts else np.zeros(0, np.int64)
         for of in (0, 1)
