@@ -17,7 +17,7 @@ from typing import Any
 
 from .document.deviations import FORMS
 from .document.document import ready_drives
-from .document.schema import KIND_BY_NAME
+from .document.schema import KIND_BY_NAME, SIDES
 from .document.tables import keyed, value_text
 from .document.units import KINDS
 from .document.validation import MEMBER_KEYS
@@ -279,7 +279,9 @@ def _nodes() -> Mapping[Path, Schema]:
     found: dict[Path, Schema] = {}
 
     def visit(node: Schema, path: Path, above: tuple[str, ...]) -> None:
-        kind = KIND_BY_NAME.get(path[2], "") if len(path) == 3 and path[0] == "stages" else ""
+        # a member, or one of its sides
+        member = len(path) >= 3 and path[0] == "stages" and set(path[3:]) <= set(SIDES)
+        kind = KIND_BY_NAME.get(path[2], "") if member else ""
         for name, entry in children(node):
             if kind and name not in MEMBER_KEYS[kind]:
                 continue

@@ -49,6 +49,12 @@ def test_a_key_of_some_members_is_explained_at_one_of_them(key: str, member: str
         epicyclic.explain(f"sun.{key}")
 
 
+def test_a_side_has_the_keys_of_its_member() -> None:
+    assert epicyclic.explain("planet.left.bearing")[0].name == "stages.*.planet.left.bearing"
+    with pytest.raises(epicyclic.ModelError, match=r"sun.left.bearing: not known; did you mean .*planet.left.bearing"):
+        epicyclic.explain("sun.left.bearing")
+
+
 def test_examples_of_lengths_are_of_their_size() -> None:
     small, large = (
         path_of(f"stages.main.{key}").example for key in ("meshes.sun-planet.backlash", "planet.pin_radius")
