@@ -53,10 +53,6 @@ QUICK := $(addprefix tests/unit/,test_architecture.py document train teeth syste
 quick: lint
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -q -n auto --maxprocesses 4 -m "not slow and not browser" $(QUICK)
 
-# The C library of Linux keeps memory that tests free: to ask the kernel for it anew takes longer than to fill it.
-pytest quick kernel oldest: export MALLOC_TRIM_THRESHOLD_ := 268435456
-pytest quick kernel oldest: export MALLOC_MMAP_THRESHOLD_ := 67108864
-
 # Numerical tests under one BLAS kernel; NoAVX2 : of NumPy 2.4 without its wide vectors too.
 kernel: $(VENV)/.installed-dev
 	$(BIN)/python tests/under_kernel.py $(KERNEL) -q -n auto --maxprocesses 4 $(KERNEL_TESTS)

@@ -16,8 +16,11 @@ from typing import Any
 import known
 import pytest
 
+from epicyclic.engine.workers import keep_freed_memory
 from epicyclic.system.system import System
 
+# as a process of the package does
+keep_freed_memory()
 # Tests share the cores among themselves; one that is about several processes asks for them.
 os.environ.setdefault("EPICYCLIC_JOBS", "1")
 # Tables are as wide as in a pipe: pytest-xdist sets the width of its own terminal for its processes.

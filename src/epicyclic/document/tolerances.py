@@ -182,7 +182,9 @@ class _ToleranceTable:
         """Return one entry. Raises ModelError."""
         where = f"tolerance.{path}"
         texts, phase = _texts(value, where)
-        unit = self.units[path] if found is None else self.units.setdefault(path, self._unit(path, value, found))
+        if found is not None:
+            self.units[path] = self._unit(path, value, found)
+        unit = self.units[path]
         # a grade, which has no word of its own for a vector, is one where a vector may stand
         words = {text.strip().partition("(")[0].strip() for text in texts.values() if isinstance(text, str)}
         vector = path.startswith("deviations.") and path.rpartition(".")[2] in _VECTORS

@@ -46,6 +46,11 @@ BLAS_THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREA
 """Variables that set the threads of the libraries of linear algebra, which read them when they are loaded."""
 
 
+# Parameters of mallopt (malloc.h of the GNU C library): memory that may stay free, size from which an array is mapped
+# by itself [bytes].
+_M_TRIM_THRESHOLD, _M_MMAP_THRESHOLD = -1, -3
+_KEPT_FREE, _MAPPED = 2**28, 2**26
+
 # What a worker computes, None in a process that is none.
 _work: Callable[[Any], Any] | None = None
 
@@ -376,21 +381,17 @@ def one_thread() -> Iterator[str]:
         yield "1"
 
 
-# Parameters of mallopt of the GNU C library; memory that may stay free, and size from which an array is mapped [bytes].
-_TRIM_THRESHOLD, _MMAP_THRESHOLD = (-1, 2**28), (-3, 2**26)
-
-
 def keep_freed_memory() -> None:
     """Let the C library of Linux keep what arrays free: pages that are asked for anew take longer than to be filled.
 
-    For a process of our own, which workers inherit; a sampling of tolerances takes a fifth less.
+    For a process of our own, whose forked workers inherit it; a sampling of tolerances takes a fifth less.
     """
     if sys.platform != "linux":
         return
-    with suppress(OSError, AttributeError):  # another C library
-        mallopt = ctypes.CDLL(None).mallopt
-        for parameter in (_TRIM_THRESHOLD, _MMAP_THRESHOLD):
-            mallopt(*parameter)
+    with suppress(OSError, AttributeError):  # a C library without mallopt
+        library = ctypes.CDLL(None)
+        library.mallopt(_M_TRIM_THRESHOLD, _KEPT_FREE)
+        library.mallopt(_M_MMAP_THRESHOLD, _MAPPED)
 
 
 def import_results() -> None:

@@ -381,7 +381,7 @@ def group_shares(force: Array, axis: int = -1) -> Array:
 
     inf where the forces sum to nothing or less, as those of a linear model pulled open.
     """
-    total, share = force.sum(axis=axis, keepdims=True), force.shape[axis] * force
+    total, share = force.sum(axis=axis, keepdims=True), float(force.shape[axis]) * force
     closed = total > 0
     with np.errstate(divide="ignore", invalid="ignore"):
         share /= total

@@ -141,9 +141,8 @@ def gap_rows(normal: Array, point: Array, axes: Array, *, rotation: NDArray[np.b
     -------
     (R, 6) in the body's own axes, order x y z rx ry rz.
     """
-    turned, (nx, ny, nz), (x, y, z) = rotation[:, None], normal.T, point.T
-    moment = np.stack([y * nz - z * ny, z * nx - x * nz, x * ny - y * nx], axis=1)
-    parts = np.where(turned, 0.0, normal), np.where(turned, normal, moment)
+    turned = rotation[:, None]
+    parts = np.where(turned, 0.0, normal), np.where(turned, normal, np.cross(point, normal))
     return np.hstack([about_z(part, -axes) for part in parts])
 
 

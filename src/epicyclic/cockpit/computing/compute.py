@@ -114,8 +114,9 @@ def compute(
 
     ``live``: one frame with everything a lever moves: train, modes, sharing, errors, the sweep with mesh orders,
     answers, checks.  ``full``: that, then frames ``sweep`` (200 speeds, then 60 with shaft orders), ``errors`` and
-    ``sharing`` (the whole hunting period), each with the answers as they then are; where a resonance matters
-    ``changes``, answers with what moves it away.  ``levers``: one frame with the levers of the model file.
+    ``sharing`` (of a longer record where instants are solved one by one), each with the answers as they then are; where
+    a resonance matters ``changes``, answers with what moves it away.  ``levers``: one frame with the levers of the
+    model file.
 
     A model that is wrong gives one frame ``failed`` with the problem, its path, what was given and what is allowed.
 
@@ -239,15 +240,11 @@ def _further_frames(model: _Model, parts: _Parts, pause: Callable[[], None]) -> 
     if parts.errors is not None:
         yield _part_frame(model, parts, "errors")
     if parts.sharing is not None:
-        live = parts.sharing
-
-        def whole_sharing() -> SharingView:
-            # mean loads are exact from the first; the strip is of a longer record where instants are solved one by one
-            quick = live.spread.quick
-            return replace(live, whole=True) if quick else live_sharing(system, patience=_FULL_PATIENCE)
-
-        whole = _attempt("sharing", "load sharing", whole_sharing, missing)
-        parts = replace(parts, sharing=whole or live, missing=(*parts.missing, *missing))
+        whole: SharingView | None = replace(parts.sharing, whole=True)
+        if not parts.sharing.spread.quick:  # mean loads are exact already; the strip is of a longer record
+            longer = partial(live_sharing, system, patience=_FULL_PATIENCE)
+            whole = _attempt("sharing", "load sharing", longer, missing)
+        parts = replace(parts, sharing=whole or parts.sharing, missing=(*parts.missing, *missing))
         yield _part_frame(model, parts, "sharing")
     yield from _change_frame(model, parts, pause)
 

@@ -15,7 +15,7 @@ from tomlkit.exceptions import TOMLKitError
 
 from ...document.document import read
 from ...document.overrides import layer_of, parse_setting, replace_alternatives, stepwise
-from ...document.schema import KIND_BY_NAME, collect
+from ...document.schema import collect
 from ...document.tables import PlainTable, keyed, merge, split_path, union, value_at
 from ...document.validation import MEMBER_KEYS
 from ...document.writer import commented_text
@@ -343,8 +343,8 @@ def group_at(tables: Mapping[str, Any], path: str = "") -> FieldGroup:
     values = table if isinstance(table, Mapping) else {}
     if len(words) >= 3 and words[0] == "stages":
         # a member and each of its sides have the keys of the member's kind
-        kind = KIND_BY_NAME.get(words[2]) or (value_at(tables, words[:3]) or {}).get("kind")
-        if kind in MEMBER_KEYS and all(word in _SIDES for word in words[3:]):
+        kind = collect(tables).stages.get(words[1], {}).get(words[2])
+        if kind in MEMBER_KEYS and set(words[3:]) <= set(_SIDES):
             entries = {key: entry for key, entry in entries.items() if key in MEMBER_KEYS[kind]}
     if named := entries.pop(ANY, None):
         entries |= {name: named for name in (*values, *_names_of(tables, words)) if name not in entries}

@@ -180,12 +180,12 @@ def gmres(
     apply : (P, N) -> (P, N), the operator of every system; it must not mix systems.
     right : (P, N).  target : (P,) absolute residual wanted, in the unit of `right`.
     basis : vectors before a restart.  restarts : largest number of cycles.
-    checked : False believes the residual that Arnoldi's relation gives, for a few digits at most: a product less.
+    checked : False takes the residual from the Arnoldi relation, for targets of a few digits: an operator call less.
 
     Returns
     -------
-    (x (P, N), true residual norm (P,), operator calls).  A system whose numbers are not finite ends with a
-    residual that is not finite and leaves the others unchanged.
+    (x (P, N), true residual norm (P,), of the relation where that is not checked, operator calls).  A system whose
+    numbers are not finite ends with a residual that is not finite and leaves the others unchanged.
     """
     x = np.zeros_like(right)
     residual, norm = right, _norm(right)
@@ -214,7 +214,7 @@ def _cycle(
     """One Arnoldi cycle with classical Gram-Schmidt from a residual (P, N) of given norm (P,).
 
     Of the vector n with n H = 0, n_1 = 1, the least residual is norm / |n| (derived here).  Returns (step (P, N), its
-    residual norm (P,) by Arnoldi's relation, vectors used).
+    residual norm (P,) by the Arnoldi relation, vectors used).
     """
     P, N = residual.shape
     V = np.empty((basis + 1, P, N), residual.dtype)

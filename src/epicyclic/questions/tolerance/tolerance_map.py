@@ -68,10 +68,9 @@ def mean_of(entry: Tolerance) -> float:
     return sum(float(draw.mean.real) for draw in (entry.own, entry.common) if draw is not None)
 
 
-def system_at(document: Mapping[str, object], numbers: Mapping[str, object]) -> System:
-    """The System with some numbers, whose meshes are as the gaps of their mean loads have them."""
-    train = load(document, numbers)
-    # the gap of a table's tangent follows the load: that of the mean load stays
+def _assembled(document: Mapping[str, object], overrides: Mapping[str, object]) -> System:
+    """System of a model with overrides, without the gaps of tabulated meshes, which stay those at the mean loads."""
+    train = load(document, overrides)
     return assemble(replace(train, mesh_errors=tuple(e for e in train.mesh_errors if e.cause != "contact")))
 
 
@@ -84,7 +83,7 @@ def shift_of(
 
     Parameters
     ----------
-    at_means : overrides with all such numbers at their mean, this one too.  base : `system_at` them.
+    at_means : overrides with all such numbers at their mean, this one too.  base : the System at them.
     planet : whose number it is, from 0, of an entry with one per planet.
 
     Raises
@@ -101,7 +100,7 @@ def shift_of(
         """The System with another value of that number."""
         numbers = [mean] * entry.count
         numbers[planet] = value
-        return system_at(document, {**at_means, entry.path: values_text(numbers, entry.unit)})
+        return _assembled(document, {**at_means, entry.path: values_text(numbers, entry.unit)})
 
     whole_step, half_step = (_changes(entry.path, base, loaded(mean + share * step)) for share in (1.0, 0.5))
     for whole, half in zip(whole_step, half_step, strict=True):
@@ -726,7 +725,7 @@ def tolerance_map(train: Train, *, laws: bool = False) -> ToleranceMap:
     base = linear(exact)
     for index in plays:
         check_play(document, at_means, entries[index])
-    means = system_at(document, at_means) if numbers else exact
+    means = _assembled(document, at_means) if numbers else exact
     shifts = [shift_of(document, at_means, means, entries[index], planet) for index, planet in numbers]
     meshes, links = (
         np.flatnonzero(np.any([shift[of] for shift in shifts], axis=0)) if shifts else np.zeros(0, np.int64)
