@@ -339,6 +339,16 @@ def test_tables_are_asked_by_method_static_alone() -> None:
     np.testing.assert_allclose(asked.load[0, 0], (4 * force / force.sum(axis=1, keepdims=True)).ravel(), rtol=1e-6)
 
 
+def test_a_drawn_torque_leaves_the_gaps_of_tabulated_meshes() -> None:
+    """Without a speed the mean of a table is a line at rest, which would follow the torque."""
+    model = spur(4, {**PIN, "operation.torque.main.sun": "normal(800 N m, 50 N m)"})
+    for mesh in model["stages"]["main"]["meshes"].values():
+        mesh["stiffness"] = "contact"
+    (moved,) = tolerance_map(load(model)).moved
+    assert moved.column >= 0
+    assert not moved.slope.any()
+
+
 @pytest.mark.parametrize("torque", ["100 kN m", "3 kN m"])
 def test_overrides_reproduce_a_sample(torque: str) -> None:
     model = ren(**{"main.sun": torque})
